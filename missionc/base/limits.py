@@ -29,6 +29,8 @@ class Limits:
     agents: int = 10_000
     include_depth: int = 32
     formula_nodes: int = 1_000_000
+    family_parts: int = 30_000
+    """Parts of the text that families and `for` are spelt out to: more than any mission of the largest size has."""
     shape_parts: int = 1_000
     formation_edges: int = 100_000
     clauses: int = 60_000_000

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import field
 from itertools import accumulate, islice
+from typing import NamedTuple
 
 from missionc.base.late_dataclass import dataclass
 
@@ -42,13 +43,26 @@ class Source:
         return self.text[start:end].rstrip("\r\n")
 
 
+class Turn(NamedTuple):
+    """One value of the index of this ``name``, of all those from ``low`` to ``high``."""
+
+    name: str
+    value: int
+    low: int
+    high: int
+
+
 @dataclass(frozen=True, slots=True)
 class Span:
-    """The characters ``start`` up to, but not at, ``end`` of a source."""
+    """The characters ``start`` up to, but not at, ``end`` of a source.
+
+    ``turns`` are the indices with which the text of a family, or after ``for``, is read here, the outermost first.
+    """
 
     source: Source
     start: int
     end: int
+    turns: tuple[Turn, ...] = ()
 
     @property
     def text(self) -> str:
@@ -56,4 +70,4 @@ class Span:
 
     def to(self, other: Span) -> Span:
         """From the start of this span to the end of the other."""
-        return Span(self.source, self.start, other.end)
+        return Span(self.source, self.start, other.end, self.turns)

@@ -55,6 +55,9 @@ WRONG_KIND = Code("MC104", "a name of the wrong kind")
 NO_SUCH_MEMBER = Code("MC105", "a team has no such member")
 UNKNOWN_PARAMETER = Code("MC106", "no parameter is called that")
 DEFINED_BY_ITSELF = Code("MC107", "defined by itself")
+FAMILY_AS_ONE = Code("MC108", "a family where one of its members is needed")
+NO_SUCH_INDEX = Code("MC109", "a family has no such member")
+INDEX_MISPLACED = Code("MC110", "an index that cannot stand there")
 
 # 2xx: types and units
 WRONG_UNIT = Code("MC201", "a unit that does not fit")

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from itertools import islice
+from dataclasses import replace
+from itertools import groupby, islice
 from textwrap import wrap
 
 from missionc.backends.offers import OFFERS
 from missionc.base.figures import counted
 from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Turn
 from missionc.checks.check_horizons import steps_ahead
 from missionc.explain.convention_examples import Trap
+from missionc.explain.indexed import for_each_index, with_indices
 from missionc.explain.phrases import names
 from missionc.explain.sentences import Sentences, sentences
 from missionc.explain.traps import table, traps_of
@@ -66,6 +69,8 @@ class Explained:
     needs: tuple[str, ...]
     backends: tuple[str, ...]
     traps: tuple[Trap, ...]
+    turns: tuple[Turn, ...] = ()
+    """Which member of a family it is."""
 
 
 MOST_GOALS = 100
@@ -99,6 +104,8 @@ def left_out(parts: tuple[Explained, ...], mission: Mission) -> int:
 
 def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
     spans = tuple(islice(windows(goal.formula, mission), MOST_WINDOWS))
+    if any(part.span.turns for part in bottom_up([goal.formula], as_written)):
+        spans = tuple({span.drawn: span for span in spans}.values())  # once, whatever the index is
     required = needs_of(goal.formula)
     features = {need.feature for need in required}
     return Explained(
@@ -114,22 +121,31 @@ def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
         tuple(need.feature.value for need in required),
         tuple(name for name, offer in OFFERS.items() if features <= offer.features),
         traps_of(goal.formula),
+        goal.span.turns,
     )
 
 
 def _things(formula: Formula, mission: Mission) -> Iterator[str]:
-    """What the graphs, formations, resources and flags that it names are."""
-    for thing in dict.fromkeys(thing for part in bottom_up([formula], as_written) for thing in _named(part)):
-        match thing:
-            case Formation():
-                yield _formation(thing, mission)
-            case Resource():
-                yield _resource(thing, mission)
-            case Flag():
-                cleared = f" and cleared in `{thing.cleared_in.name}`" if thing.cleared_in else ""
-                yield f"`{thing.name}` of {names(thing.agents, mission)} is set in `{thing.set_in.name}`{cleared}"
-            case _:
-                yield _graph(thing, mission)
+    """What the graphs, formations, resources and flags that it names are; those of a family in one sentence."""
+    things = dict.fromkeys(thing for part in bottom_up([formula], as_written) for thing in _named(part))
+    for _, alike in groupby(things, key=lambda thing: (thing.span.source.name, thing.span.start)):
+        of_one_text = list(alike)
+        said = [_thing(thing, mission) for thing in of_one_text]
+        one = for_each_index(said, [thing.span.turns for thing in of_one_text])
+        yield from said if one is None else [one]
+
+
+def _thing(thing: Graph | Formation | Resource | Flag, mission: Mission) -> str:
+    match thing:
+        case Formation():
+            return _formation(thing, mission)
+        case Resource():
+            return _resource(thing, mission)
+        case Flag():
+            cleared = f" and cleared in `{thing.cleared_in.name}`" if thing.cleared_in else ""
+            return f"`{thing.name}` of {names(thing.agents, mission)} is set in `{thing.set_in.name}`{cleared}"
+        case _:
+            return _graph(thing, mission)
 
 
 def _named(part: Formula) -> Iterator[Graph | Formation | Resource | Flag]:
@@ -232,8 +248,10 @@ def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None,
     page = [f"mission {mission.name}: {agents}, {steps} of {number(mission.step)} s"]
     for said in (*_growths(mission), *_tolerances(mission)):
         page += _wrapped(f"{said}.", 2, 4)
-    for part in parts:
-        page += ["", *_part_lines(part, mission, unicode)]
+    for _, alike in groupby(parts, key=lambda part: (part.weight is None, part.line, part.turns == ())):
+        of_one_text = tuple(alike)
+        for part in of_family(of_one_text) or of_one_text:
+            page += ["", *_part_lines(part, mission, unicode)]
     if left := left_out(parts, mission):
         more = f"{left} more {'is' if left == 1 else 'are'} not explained here; name one: `missionc explain FILE NAME`"
         page += ["", more]
@@ -246,6 +264,17 @@ def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None,
         page += ["", *_wrapped(f"{trap.name}: {trap.says}. Elsewhere: {trap.elsewhere}.", 2, 4)]
         page += [f"      {line}" for line in table(trap.example)]
     return page
+
+
+def of_family(parts: tuple[Explained, ...]) -> tuple[Explained, ...]:
+    """The members of a family as one, with its indices; nothing where more than indices tells them apart."""
+    turns, first = [part.turns for part in parts], parts[0]
+    alike = len({(tuple(span.drawn for span in part.windows), part.needed, part.looks) for part in parts}) == 1
+    if not alike or not first.turns or any(part.said.parts or part.things != first.things for part in parts):
+        return ()
+    name = with_indices([f"`{part.name}`" for part in parts], turns)
+    said = for_each_index([part.said.whole for part in parts], turns)
+    return (replace(first, name=name.strip("`"), said=Sentences(said)),) if name and said else ()
 
 
 def _part_lines(part: Explained, mission: Mission, unicode: bool) -> Iterator[str]:

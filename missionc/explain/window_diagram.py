@@ -45,6 +45,11 @@ class Span:
     def slides(self) -> bool:
         return self.first != self.last
 
+    @property
+    def drawn(self) -> tuple[object, ...]:
+        """What is shown of it: windows that have this in common look the same."""
+        return self.depth, self.words, self.first, self.last, self.looks
+
 
 def windows(formula: Formula, mission: Mission) -> Iterator[Span]:
     """Every temporal operator under the formula, outermost first, for each range of steps that it is asked over."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 from lsprotocol import types
 
@@ -24,7 +25,7 @@ from missionc.resolve.resolve_formations import SETTINGS as FORMATIONS
 from missionc.resolve.resolve_formulas import FORMULAS
 from missionc.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS, ROADMAP
 from missionc.resolve.resolve_resources import MARKS, RATES
-from missionc.syntax.tokens import DECLARATIONS, NAME, NUMBER, PLURALS, UNIT, WORDS, Token
+from missionc.syntax.tokens import DECLARATIONS, EXTREME, NAME, NUMBER, PLURALS, UNIT, WORDS, Token
 
 ARGUMENTS: dict[str, tuple[Kind, ...]] = {
     **{name: (Kind[predicate.parameters[0].upper()],) for name, predicate in CALLED.items()},
@@ -101,8 +102,20 @@ def _names(text: OpenText, place: Spot) -> Iterator[Fit]:
     for name in text.outline.of_kind(*_kinds(place)):
         if name.kind is not None and name.span.start not in mine:
             yield Fit(name.text, name.kind.value, types.CompletionItemKind.Variable)
-    for word, says in _words(place):
+    for word, says in (*_words(place), *_indices(place)):
         yield Fit(word, says, types.CompletionItemKind.Property)
+
+
+def _indices(place: Spot) -> Iterator[tuple[str, str]]:
+    """The indices that have been named so far, and what takes numbers in brackets, where a number may stand."""
+    if NUMBER not in place.expected or place.before.kind == "every":
+        return
+    for name, word in pairwise(place.taken):
+        if name.kind == NAME and word.kind == "in":
+            yield name.text, "an index"
+    if EXTREME in place.expected:
+        yield "min", "the least of some numbers"
+        yield "max", "the greatest of some numbers"
 
 
 def _kinds(place: Spot) -> tuple[Kind, ...]:
@@ -115,7 +128,7 @@ def _kinds(place: Spot) -> tuple[Kind, ...]:
         return AGENTS if further else ARGUMENTS[opener.text]
     if before.word == "on":
         return (Kind.GRAPH,)
-    if before.word == "in":
+    if before.word == "in" and NUMBER not in expected:
         return (Kind.REGION,)
     ranged = place.bracket == "{" and place.taken[0].word == "graph" and before.text in ("{", ",", "to")
     if before.word == "of" and place.asks_heading:

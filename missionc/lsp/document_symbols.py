@@ -39,16 +39,20 @@ def symbols(text: OpenText) -> list[types.DocumentSymbol]:
             case ast.Require(label=label) | ast.Prefer(label=label):
                 word = "require" if isinstance(declaration, ast.Require) else "prefer"
                 span = label.span if label else declaration.span
-                symbols.append(
-                    _symbol(text, label.text if label else word, types.SymbolKind.Event, word, declaration.span, span)
-                )
+                shown = _shown(label) if label else word
+                symbols.append(_symbol(text, shown, types.SymbolKind.Event, word, declaration.span, span))
             case _ if isinstance(declaration, Named):
                 kind, name = kind_of(declaration), declaration.name
-                symbols.append(_symbol(text, name.text, KINDS[kind], kind.value, declaration.span, name.span))
+                symbols.append(_symbol(text, _shown(name), KINDS[kind], kind.value, declaration.span, name.span))
     for seen, read in text.outline.declared.values():
         if read is None and seen.kind is not None and seen.span.source.name == text.source.name:
             symbols.append(_symbol(text, seen.text, KINDS[seen.kind], seen.kind.value, seen.span, seen.span))
     return sorted(symbols, key=lambda symbol: (symbol.range.start.line, symbol.range.start.character))
+
+
+def _shown(name: ast.Name) -> str:
+    """A name, of a family with its indices: ``w[i in 0..9]``."""
+    return name.whole_span.text if isinstance(name, ast.FamilyName) else name.text
 
 
 def _symbol(

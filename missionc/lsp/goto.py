@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from lsprotocol import types
 
 from missionc.lsp.open_text import OpenText
@@ -14,6 +16,8 @@ def definition(text: OpenText, position: types.Position) -> types.Location | Non
         return None
     if name.label:
         return _location(text, name)
+    if name.index is not None:
+        return _location(text, replace(name, span=name.index))
     declared = text.outline.declared.get(name.text)
     return _location(text, declared[0]) if declared else None
 

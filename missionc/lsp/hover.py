@@ -7,7 +7,7 @@ from lsprotocol import types
 from missionc.base.figures import counted
 from missionc.base.source import Span
 from missionc.checks.check_horizons import steps_ahead
-from missionc.explain.explanation import explained
+from missionc.explain.explanation import explained, of_family
 from missionc.ir import Mission, Preference, Requirement
 from missionc.language.walk_formulas import goals
 from missionc.lsp.inlay_hints import ahead
@@ -60,11 +60,14 @@ def _token(text: OpenText, offset: int) -> tuple[Token | None, Token | None]:
 def _of_name(text: OpenText, name: Name) -> str:
     if name.label:
         return _goal(text, name.span.start) or f"`{name.text}`: a requirement"
+    if name.index is not None:
+        return f"`{name.text}`: an index, a whole number"
     declared = text.outline.declared.get(name.text)
     if declared is None or declared[0].kind is None:
         return f"nothing is called `{name.text}`"
     where, declaration = declared
-    paragraphs = [f"`{name.text}`: {declared[0].kind.value}"]
+    of = "a family, each member " if declaration is not None and isinstance(declaration.name, ast.FamilyName) else ""
+    paragraphs = [f"`{name.text}`: {of}{declared[0].kind.value}"]
     match declaration:
         case ast.Param():
             paragraphs[0] += _value(text, name.text)
@@ -108,7 +111,7 @@ def _horizon(mission: Mission | None, name: str, written: str) -> list[str]:
 
 
 def _flown(mission: Mission | None, name: str) -> list[str]:
-    agents = [agent for agent in mission.agents if agent.team == name] if mission else []
+    agents = [agent for agent in mission.agents if agent.team.partition("[")[0] == name] if mission else []
     if not agents:
         return []
     count = counted(len(agents), "agent")
@@ -132,12 +135,14 @@ def _goal(text: OpenText, offset: int) -> str:
     if mission is None or here is None:
         return ""
     alike = [goal for goal in goals(mission) if goal.formula.span.text == here.body.span.text]
-    same_label = [goal for goal in alike if here.label is None or goal.name == here.label.text]
-    return _said(mission, same_label[0]) if same_label else ""
+    same_label = [goal for goal in alike if here.label is None or goal.name.partition("[")[0] == here.label.text]
+    return _said(mission, same_label) if same_label else ""
 
 
-def _said(mission: Mission, goal: Requirement | Preference) -> str:
-    part = next(part for part in explained(mission, goal.name))
+def _said(mission: Mission, same_label: list[Requirement | Preference]) -> str:
+    """The first of some goals, or all as one where they are a family."""
+    parts = tuple(next(part for part in explained(mission, goal.name)) for goal in same_label)
+    part = (of_family(parts) or parts)[0]
     word = "a requirement" if part.weight is None else "a preference"
     paragraphs = [f"`{part.name}`: {word}", part.said.whole]
     paragraphs += [f"- {more.sentence}" for more in part.said.parts]

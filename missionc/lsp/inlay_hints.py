@@ -34,11 +34,20 @@ def horizons(mission: Mission) -> dict[str, str]:
     """``looks 16 s ahead``, by the words of the formula; those that look no further than now are left out."""
     formulas = [*(goal.formula for goal in goals(mission)), *(formula for _, formula in mission.lets)]
     looks = steps_ahead(formulas)
-    return {formula.span.text: ahead(mission, looks[formula].total) for formula in formulas if looks[formula].total > 0}
+    totals: dict[str, list[float]] = {}
+    for formula in formulas:
+        totals.setdefault(formula.span.text, []).append(looks[formula].total)
+    return {text: _ahead_of_all(mission, steps) for text, steps in totals.items() if max(steps) > 0}
 
 
 def ahead(mission: Mission, steps: float) -> str:
     return "looks ahead without end" if math.isinf(steps) else f"looks {seconds(mission, steps)} ahead"
+
+
+def _ahead_of_all(mission: Mission, steps: list[float]) -> str:
+    """The words for one formula, or for one text with each value of an index."""
+    most = ahead(mission, max(steps))
+    return most if min(steps) == max(steps) else f"{most} at most"
 
 
 def _formulas(text: OpenText) -> Iterator[tuple[int, str]]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.diagnostics.model import Diagnostic
+from missionc.lsp.index_names import index_names
 from missionc.resolve.names import STATE_WORDS, Kind, Named, kind_of
 from missionc.resolve.resolve_files import with_places
 from missionc.syntax import ast
@@ -42,13 +43,17 @@ KEYWORDS = {
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A place where a name stands; ``kind`` is None for a label and where nothing declares it."""
+    """A place where a name stands; ``kind`` is None for a label, for an index and where nothing declares it.
+
+    ``index`` is where an index is named, if it is one: it means something around there alone.
+    """
 
     text: str
     span: Span
     kind: Kind | None
     declares: bool = False
     label: bool = False
+    index: Span | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +104,8 @@ class Outline:
         """Every place of a name: of a label, its own."""
         if name.label:
             return [name]
-        return [other for other in self.names if other.text == name.text and not other.label]
+        alike = [other for other in self.names if other.text == name.text and not other.label]
+        return [other for other in alike if other.index == name.index]
 
     def of_kind(self, *kinds: Kind) -> Iterator[Name]:
         """What is declared of these kinds, in order."""
@@ -118,8 +124,11 @@ def _names(
             case _ if isinstance(declaration, Named):
                 name = declaration.name
                 yield Name(name.text, name.span, kind_of(declaration), declares=True)
+        indices = {index.span: named for index, named in index_names(declaration)}
+        for span, named in indices.items():
+            yield Name(span.text, span, None, declares=span == named, index=named)
         for name in references(declaration):
-            if name.text not in STATE_WORDS:
+            if name.text not in STATE_WORDS and name.span not in indices:
                 yield Name(name.text, name.span, kinds.get(name.text))
     starts = {token.span.start for token, _ in _declared_in(broken)}
     for token in broken:

@@ -57,7 +57,7 @@ def _name(text: OpenText, position: types.Position) -> Name:
     name = text.outline.at(text.places.offset(position))
     if name is None:
         raise RefusedError("there is no name here that the mission declares")
-    if name.label:
+    if name.label or name.index is not None:
         return name
     if name.text not in text.outline.declared:
         raise RefusedError(f"nothing is called `{name.text}`")

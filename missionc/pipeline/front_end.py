@@ -27,6 +27,7 @@ from missionc.checks.free_space import FreeSpace
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.diagnostics.turns import once_for_all_turns
 from missionc.ir import PLAIN
 from missionc.kernel.nodes import Kernel
 from missionc.lower.choose_backend import choose_backend
@@ -111,7 +112,7 @@ def check(
     def so_far(findings: list[Diagnostic]) -> Checked:
         return Checked(
             name,
-            no_more_than_are_read(in_file_order(findings, sources)),
+            no_more_than_are_read(in_file_order(once_for_all_turns(findings), sources)),
             tuple(sources),
             tuple(unread),
             dict(overrides or {}),

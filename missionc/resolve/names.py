@@ -136,7 +136,7 @@ class Names:
         self.letters_left -= letters
         help_text, fix = _ways_out(name.text, kinds, needed, fitting), None
         if self.letters_left > 0:
-            match nearest(name.text, fitting):
+            match nearest(name.text, list(dict.fromkeys(text.partition("[")[0] for text in fitting))):
                 case str() as near:
                     self.suggested.add(near)
                     help_text, fix = f"did you mean `{near}`?", Fix(name.span, near)

@@ -5,6 +5,8 @@ says MC104 MC201 MC204 MC205 MC210
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from missionc import ir
 from missionc.base.units import Dimension
 from missionc.diagnostics import code
@@ -15,20 +17,21 @@ from missionc.resolve.context import Context
 from missionc.resolve.names import AGENTS, UNRESOLVED, Declared, Kind, Unresolved
 from missionc.resolve.resolve_agents import resolve_set
 from missionc.resolve.resolve_points import counted
-from missionc.resolve.resolve_quantities import NO_AMOUNT, POWERS, added, evaluate, excerpt, is_reported, scaled
+from missionc.resolve.resolve_quantities import MINUS, NO_AMOUNT, POWERS, added, evaluate, excerpt, is_reported, scaled
 from missionc.resolve.typed import Typed
 from missionc.syntax import ast
 
 AXES = {"x": 0, "y": 1, "z": 2}
+NOTHING = Fraction(0)
 
 
 def resolve_comparison(context: Context, comparison: ast.Compare) -> Typed:
     """``left >= right`` as ``left - right >= 0``, ``left <= right`` as ``right - left >= 0``."""
     left = evaluate(context, comparison.left, state_of)
     right = evaluate(context, comparison.right, state_of)
-    amount = added(context, comparison, left, scaled(right, -1.0))
+    amount = added(context, comparison, left, scaled(right, MINUS))
     if comparison.operator in ("<", "<="):
-        amount = scaled(amount, -1.0)
+        amount = scaled(amount, MINUS)
     stand_in = Typed(ir.Truth(True, comparison.span), About.EITHER, comparison.span)
     if is_reported(amount):
         return stand_in
@@ -51,11 +54,11 @@ def state_of(context: Context, state: ast.Name | ast.Distance) -> Amount:
         case ast.Distance():
             return _distance(context, state)
         case ast.Name(text="speed"):
-            return Amount(0.0, POWERS[Dimension.SPEED], ((1.0, ir.Speed()),))
+            return Amount(NOTHING, POWERS[Dimension.SPEED], ((1.0, ir.Speed()),))
         case ast.Name(text="altitude"):
-            return Amount(0.0, POWERS[Dimension.LENGTH], ((1.0, ir.Altitude()),))
+            return Amount(NOTHING, POWERS[Dimension.LENGTH], ((1.0, ir.Altitude()),))
         case ast.Name(text=text) if text in context.resources:
-            return Amount(0.0, PLAIN, ((1.0, ir.Level(context.resources[text])),))
+            return Amount(NOTHING, PLAIN, ((1.0, ir.Level(context.resources[text])),))
         case ast.Name(text=text) if context.dimension == 2 and AXES[text] == 2:
             context.report(
                 code.WRONG_DIMENSION,
@@ -66,7 +69,7 @@ def state_of(context: Context, state: ast.Name | ast.Distance) -> Amount:
             )
             return NO_AMOUNT
         case ast.Name(text=text):
-            return Amount(0.0, POWERS[Dimension.LENGTH], ((1.0, ir.Coordinate(AXES[text])),))
+            return Amount(NOTHING, POWERS[Dimension.LENGTH], ((1.0, ir.Coordinate(AXES[text])),))
 
 
 def _distance(context: Context, distance: ast.Distance) -> Amount:
@@ -84,7 +87,9 @@ def _distance(context: Context, distance: ast.Distance) -> Amount:
                 help="write `distance(base)` or `distance(drone[0], drone[1])`",
             )
             return NO_AMOUNT
-    return NO_AMOUNT if isinstance(feature, Unresolved) else Amount(0.0, POWERS[Dimension.LENGTH], ((1.0, feature),))
+    return (
+        NO_AMOUNT if isinstance(feature, Unresolved) else Amount(NOTHING, POWERS[Dimension.LENGTH], ((1.0, feature),))
+    )
 
 
 def _distance_to(context: Context, end: ast.Name | ast.Member) -> ir.DistanceTo | Unresolved:

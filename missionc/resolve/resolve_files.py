@@ -49,7 +49,9 @@ def with_places(
     """The program with the places of its files; the same program where it names none."""
     if not any(named_files(each) for each in program.declarations):
         return program, []
-    parameters = tuple(each for each in program.declarations if isinstance(each, ast.Param))
+    parameters = tuple(
+        each for each in program.declarations if isinstance(each, ast.Param) and isinstance(each.name, ast.Name)
+    )
     context = Context(collect(replace(program, declarations=parameters), []), limits, [])
     resolve_parameters(context, dict(overrides))
     context.findings.clear()  # said by whoever resolves the whole

@@ -1,6 +1,6 @@
 """Resolution of formulas: names become predicates, bounds become steps and hops, every ``let`` one shared object.
 
-says MC005 MC101 MC104 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
+says MC005 MC101 MC104 MC109 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from missionc.language.predicates import CALLED
 from missionc.resolve.check_types import check, check_definition
 from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
+from missionc.resolve.families import no_family
 from missionc.resolve.formula_findings import asked_of_the_lost, no_such_call, not_a_formula, not_on_the_graph
 from missionc.resolve.lost_agents import without_any
 from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
@@ -80,6 +81,8 @@ def resolve_formula(context: Context, formula: ast.Formula) -> Typed:
             return _within_limits(context, _quantified(context, formula))
         case ast.OneAgent():
             return _within_limits(context, _one_agent(context, formula))
+        case ast.ForEach():
+            raise AssertionError(formula)  # spelt out before
         case _:
             assert_never(formula)
 
@@ -138,7 +141,7 @@ def _call(context: Context, call: ast.Call) -> Typed:
             predicate = called.meant(_region(context, region))
         case ("graph", "agents?", "a number?"), (graph, *rest):
             number = rest.pop() if rest and _is_number(context, rest[-1]) else None
-            over = tuple(each for each in rest if not isinstance(each, ast.Number))
+            over = tuple(each for each in rest if isinstance(each, ast.Name | ast.Member))
             if len(rest) > 1 or len(over) < len(rest):
                 no_such_call(context, call)
                 return stand_in(call.span)
@@ -154,15 +157,15 @@ def _call(context: Context, call: ast.Call) -> Typed:
     return Typed(ir.Holds(predicate, call.span), called.about, call.span)
 
 
-def _is_number(context: Context, argument: ast.Name | ast.Member | ast.Number) -> bool:
-    """Whether an argument is a number, as written or by the name of a parameter."""
+def _is_number(context: Context, argument: ast.Quantity | ast.Member) -> bool:
+    """Whether an argument is a number: written, computed, or the name of a parameter."""
     if isinstance(argument, ast.Name):
         declared = context.names.declared.get(argument.text)
         return declared is not None and declared.kind is Kind.PARAM
-    return isinstance(argument, ast.Number)
+    return not isinstance(argument, ast.Member)
 
 
-def _order(context: Context, number: ast.Name | ast.Member | ast.Number, graph: ir.Graph, agents: int) -> int:
+def _order(context: Context, number: ast.Quantity | ast.Member, graph: ir.Graph, agents: int) -> int:
     """How many of so many agents have to be lost to part a graph; 1 where that cannot be meant, and is reported."""
     assert not isinstance(number, ast.Member)
     value = whole(context, number, f"how often `{graph.name}` is connected", least=1)
@@ -180,14 +183,14 @@ def _order(context: Context, number: ast.Name | ast.Member | ast.Number, graph: 
     return int(value)
 
 
-def _region(context: Context, argument: ast.Name | ast.Member | ast.Number) -> ir.Region:
+def _region(context: Context, argument: ast.Quantity | ast.Member) -> ir.Region:
     nowhere = ir.Region(excerpt(argument.span), NOWHERE, argument.span)
     name = _whole_name(context, argument, Kind.REGION)
     return nowhere if isinstance(name, Unresolved) else context.regions.get(name, nowhere)
 
 
 def _graph_and_agents(
-    context: Context, argument: ast.Name | ast.Member | ast.Number, over: tuple[ast.Name | ast.Member, ...]
+    context: Context, argument: ast.Quantity | ast.Member, over: tuple[ast.Name | ast.Member, ...]
 ) -> tuple[ir.Graph, tuple[int, ...] | None]:
     name = _whole_name(context, argument, Kind.GRAPH)
     nothing = no_graph(argument.span)
@@ -201,14 +204,18 @@ def _graph_and_agents(
     return graph, agents
 
 
-def _whole_name(context: Context, argument: ast.Name | ast.Member | ast.Number, kind: Kind) -> str | Unresolved:
+def _whole_name(context: Context, argument: ast.Quantity | ast.Member, kind: Kind) -> str | Unresolved:
     """The name of something of this kind; a member of a team is none, nor is a number."""
     if isinstance(argument, ast.Name):
         declared = context.find(argument, kind)
         return declared if isinstance(declared, Unresolved) else argument.text
+    owner = context.names.declared.get(argument.team.text) if isinstance(argument, ast.Member) else None
+    if owner is not None and owner.kind is not Kind.TEAM:
+        no_family(context, owner.declaration.name, owner.kind, argument.span)
+        return UNRESOLVED
     context.report(
         code.WRONG_KIND,
-        f"`{excerpt(argument.span)}` is {'a number' if isinstance(argument, ast.Number) else 'a member of a team'};"
+        f"`{excerpt(argument.span)}` is {'a member of a team' if isinstance(argument, ast.Member) else 'a number'};"
         f" {kind.value} is needed here",
         argument.span,
         help=f"name {kind.value}",

@@ -39,6 +39,7 @@ from missionc.resolve.resolve_resources import resolve_flag, resolve_resource
 from missionc.resolve.resolve_settings import missing, said_twice
 from missionc.resolve.resolve_shapes import resolve_regions
 from missionc.resolve.resolve_time import resolve_delay, resolve_time
+from missionc.resolve.spell_out import spell_out
 from missionc.resolve.unused_names import unused
 from missionc.syntax import ast
 
@@ -57,7 +58,12 @@ def resolve(
         vehicle: what flies its teams that name none.
     """
     program, findings = with_places(program, overrides, limits)
-    context = Context(collect(program, findings), limits, findings, vehicle=vehicle)
+    names = collect(program, findings)
+    spelt_out = spell_out(program, names, overrides, limits, findings)
+    if spelt_out is None:
+        return None, in_text_order(findings)
+    written, program = program, spelt_out
+    context = Context(names if spelt_out is written else collect(program, []), limits, findings, vehicle=vehicle)
     resolve_parameters(context, overrides)
     name = _only(context, program, ast.MissionName, "the mission's name", "start with `mission NAME`")
     time = _only(context, program, ast.Time, "the time", "add `time step 1 s, horizon 20 s`")
@@ -83,7 +89,8 @@ def resolve(
         for item in program.declarations
         if isinstance(item, ast.Tolerate)
     )
-    findings.extend(unused(context, program))
+    names.suggested.update(text.partition("[")[0] for text in context.names.suggested)
+    findings.extend(unused(names, written))
     sorted_findings = in_text_order(findings)
     if has_errors(findings) or name is None or time is None or world is None:
         return None, sorted_findings

@@ -45,16 +45,20 @@ def resolve_parameters(context: Context, overrides: dict[str, str]) -> None:
         context.params.setdefault(name, NO_AMOUNT)
 
 
+VALUE = "value"
+"""A parameter's name while its value is read: a member of a family, `p[2]`, could not stand there."""
+
+
 def read_quantity(name: str, text: str, limits: Limits) -> tuple[ast.Quantity, list[Diagnostic]]:
     """The quantity in a text such as ``30 s`` or ``(2 m)``, or findings about it."""
-    source = Source(f"-D {name}", f"mission override\nparam {name} = {text}\n")
+    source = Source(f"-D {name}", f"mission override\nparam {VALUE} = {text}\n")
     program, findings = parse(source, limits, _nothing_to_include)
     everywhere = Span(source, 0, len(source.text))
     nothing = ast.Number(everywhere, 0.0)
     if findings or program is None:
         return nothing, findings
     match program.declarations:
-        case (ast.MissionName(), ast.Param(name=ast.Name(text=declared), value=value)) if declared == name:
+        case (ast.MissionName(), ast.Param(name=ast.Name(text=declared), value=value)) if declared == VALUE:
             return value, []
         case _:
             return nothing, [Diagnostic(code.SYNTAX, "a quantity is expected, and nothing else", None)]

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from typing import TypeAlias, assert_never
 
 from missionc import ir
@@ -20,7 +21,7 @@ from missionc.base.units import UNITS, Dimension
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.diagnostics.suggest import NOTHING, nearest
-from missionc.resolve.amounts import PLAIN, Amount, Powers
+from missionc.resolve.amounts import PLAIN, Amount, Powers, as_written, kept, rounded
 from missionc.resolve.context import REPORTED, Context
 from missionc.resolve.names import STATE_WORDS, Kind, Unresolved
 from missionc.syntax import ast
@@ -50,7 +51,7 @@ SI: dict[Dimension, str] = {
 }
 
 
-NO_AMOUNT = Amount(REPORTED)
+NO_AMOUNT = Amount(None)
 """In place of one that has been reported: it fits everywhere."""
 
 StateOf: TypeAlias = Callable[[Context, "ast.Name | ast.Distance"], Amount]
@@ -85,15 +86,17 @@ def evaluate(context: Context, quantity: ast.Quantity, state_of: StateOf = numbe
         case ast.Distance():
             return state_of(context, quantity)
         case ast.Number(value=value, unit=None):
-            return _in_range(context, Amount(value), quantity)
+            return _in_range(context, Amount(as_written(value)), quantity)
         case ast.Number():
             return _with_unit(context, quantity)
         case ast.Negative(body=body):
-            return scaled(evaluate(context, body, state_of), -1.0)
+            return scaled(evaluate(context, body, state_of), MINUS)
         case ast.Arithmetic():
             left = evaluate(context, quantity.left, state_of)
             right = evaluate(context, quantity.right, state_of)
             return _in_range(context, _combined(context, quantity, left, right), quantity)
+        case ast.Extreme():
+            return _extreme(context, quantity, [evaluate(context, part, state_of) for part in quantity.parts])
         case _:
             assert_never(quantity)
 
@@ -116,41 +119,35 @@ def _with_unit(context: Context, number: ast.Number) -> Amount:
         )
         return NO_AMOUNT
     dimension, factor = UNITS[unit]
-    return _in_range(context, Amount(in_unit(number.value, factor), POWERS[dimension]), number)
+    return _in_range(context, Amount(as_written(number.value) * as_written(factor), POWERS[dimension]), number)
 
 
-def in_unit(value: float, factor: float) -> float:
-    """``value * factor``, but exact where the factor is one over a whole number (10 cm is 0.1 m)."""
-    inverse = round(1 / factor)
-    return value / inverse if factor < 1 and factor == 1 / inverse else value * factor
+MINUS = Fraction(-1)
 
 
-def scaled(amount: Amount, factor: float) -> Amount:
-    return Amount(
-        amount.constant * factor, amount.powers, tuple((weight * factor, feature) for weight, feature in amount.terms)
-    )
+def scaled(amount: Amount, factor: Fraction) -> Amount:
+    if amount.exact is None:
+        return amount
+    terms = tuple((weight * rounded(factor) if weight else weight, feature) for weight, feature in amount.terms)
+    return Amount(kept(amount.exact * factor), amount.powers, terms)
 
 
 def _combined(context: Context, quantity: ast.Arithmetic, left: Amount, right: Amount) -> Amount:
-    if is_reported(left) or is_reported(right):
+    if left.exact is None or right.exact is None:
         return NO_AMOUNT
     match quantity.operator:
         case "+":
             return added(context, quantity, left, right)
         case "-":
-            return added(context, quantity, left, scaled(right, -1.0))
+            return added(context, quantity, left, scaled(right, MINUS))
         case "*" if left.terms and right.terms:
             return _not_linear(context, quantity, "multiplies")
         case "*":
-            number, other = (left, right) if not left.terms else (right, left)
-            return Amount(
-                scaled(other, number.constant).constant,
-                _sum(left.powers, right.powers, 1),
-                scaled(other, number.constant).terms,
-            )
+            factor, other = (left.exact, right) if not left.terms else (right.exact, left)
+            return replace(scaled(other, factor), powers=_sum(left.powers, right.powers, 1))
         case _ if right.terms:
             return _not_linear(context, quantity, "divides by")
-        case _ if right.constant == 0:
+        case _ if right.exact == 0:
             context.report(
                 code.VALUE_OUT_OF_RANGE,
                 f"`{excerpt(quantity.span)}` divides by zero",
@@ -159,33 +156,41 @@ def _combined(context: Context, quantity: ast.Arithmetic, left: Amount, right: A
             )
             return NO_AMOUNT
         case _:
-            terms = tuple((weight / right.constant, feature) for weight, feature in left.terms)
-            return Amount(left.constant / right.constant, _sum(left.powers, right.powers, -1), terms)
+            return replace(scaled(left, 1 / right.exact), powers=_sum(left.powers, right.powers, -1))
 
 
 def added(context: Context, quantity: ast.Arithmetic | ast.Compare, left: Amount, right: Amount) -> Amount:
     """The sum; a plain number takes the SI unit of the other side."""
-    if is_reported(left) or is_reported(right):
+    if left.exact is None or right.exact is None:
         return NO_AMOUNT
     powers = left.powers if right.powers == PLAIN and not right.terms else right.powers
     if left.powers != powers and not (left.powers == PLAIN and not left.terms):
         verb = "compares" if isinstance(quantity, ast.Compare) else "adds"
-        context.report(
-            code.WRONG_UNIT,
-            f"`{excerpt(quantity.span)}` {verb} {measured(left.powers)} and {measured(right.powers)}",
-            quantity.span,
-            labels=(
-                Label(quantity.left.span, measured(left.powers)),
-                Label(quantity.right.span, measured(right.powers)),
-            ),
-            help="give both sides the same kind of unit",
-        )
+        _two_units(context, quantity.span, verb, (quantity.left, left.powers), (quantity.right, right.powers))
         return NO_AMOUNT
     weights: dict[ir.Feature, list[float]] = {}
     for weight, feature in left.terms + right.terms:
         weights.setdefault(feature, []).append(weight)
     terms = tuple((sum(parts), feature) for feature, parts in weights.items() if not _cancel(parts))
-    return Amount(left.constant + right.constant, powers, terms)
+    return Amount(kept(left.exact + right.exact), powers, terms)
+
+
+def _extreme(context: Context, quantity: ast.Extreme, amounts: list[Amount]) -> Amount:
+    """The least or the greatest of some numbers; a plain one takes the unit of the others."""
+    values = [amount.exact for amount in amounts if amount.exact is not None]
+    if len(values) < len(amounts):
+        return NO_AMOUNT
+    if any(amount.terms for amount in amounts):
+        return _not_linear(context, quantity, "compares")
+    powers, of_unit = PLAIN, quantity.parts[0]
+    for part, amount in zip(quantity.parts, amounts, strict=True):
+        if amount.powers == PLAIN or amount.powers == powers:
+            continue
+        if powers != PLAIN:
+            _two_units(context, quantity.span, "compares", (of_unit, powers), (part, amount.powers))
+            return NO_AMOUNT
+        powers, of_unit = amount.powers, part
+    return Amount(min(values) if quantity.word == "min" else max(values), powers)
 
 
 def _cancel(weights: list[float]) -> bool:
@@ -194,7 +199,7 @@ def _cancel(weights: list[float]) -> bool:
 
 
 def is_reported(amount: Amount) -> bool:
-    return math.isnan(amount.constant)
+    return amount.exact is None
 
 
 def _sum(left: Powers, right: Powers, sign: int) -> Powers:
@@ -216,7 +221,19 @@ def _in_range(context: Context, amount: Amount, quantity: ast.Quantity) -> Amoun
     return NO_AMOUNT
 
 
-def _not_linear(context: Context, quantity: ast.Arithmetic, verb: str) -> Amount:
+def _two_units(
+    context: Context, span: Span, verb: str, one: tuple[ast.Quantity, Powers], other: tuple[ast.Quantity, Powers]
+) -> None:
+    context.report(
+        code.WRONG_UNIT,
+        f"`{excerpt(span)}` {verb} {measured(one[1])} and {measured(other[1])}",
+        span,
+        labels=(Label(one[0].span, measured(one[1])), Label(other[0].span, measured(other[1]))),
+        help="give both sides the same kind of unit",
+    )
+
+
+def _not_linear(context: Context, quantity: ast.Arithmetic | ast.Extreme, verb: str) -> Amount:
     context.report(
         code.WRONG_KIND,
         f"`{excerpt(quantity.span)}` {verb} what changes with time; a comparison is linear",

@@ -13,18 +13,16 @@ from collections import Counter
 
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.resolve.context import Context
 from missionc.resolve.delete_declaration import deleted
-from missionc.resolve.names import Kind, Named
+from missionc.resolve.names import Kind, Named, Names
 from missionc.syntax import ast
 from missionc.syntax.references import mentions
 
 ACT_BY_BEING_THERE = (Kind.TEAM, Kind.AGENT, Kind.OBSTACLE)
 
 
-def unused(context: Context, program: ast.Program) -> list[Diagnostic]:
-    """A warning for each; none for names that were suggested in place of unknown ones."""
-    names = context.names
+def unused(names: Names, program: ast.Program) -> list[Diagnostic]:
+    """A warning for each; none for what was suggested in place of an unknown name. A family is one name."""
     used = set(names.suggested)
     kinds_used: set[Kind] = set()
     for declaration in program.declarations:

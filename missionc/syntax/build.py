@@ -56,8 +56,27 @@ def arithmetic(span: Span, left: ast.Quantity, sign: Token, right: ast.Quantity)
     return ast.Arithmetic(span, sign.text, left, right)
 
 
+def extreme(span: Span, word: Token, *parts: ast.Quantity) -> ast.Extreme:
+    return ast.Extreme(span, word.text, parts)
+
+
 def member(span: Span, team: ast.Name, low: ast.Quantity, high: ast.Quantity | None) -> ast.Member:
     return ast.Member(span, team, low, high)
+
+
+def family(span: Span, name: ast.Name, *indices: ast.Index) -> ast.FamilyName:
+    return ast.FamilyName(name.span, name.text, indices, span)
+
+
+def indexed(span: Span, name: ast.Name, *indices: ast.Quantity) -> ast.Indexed:
+    return ast.Indexed(name.span, name.text, indices, span)
+
+
+def of_team_or_family(span: Span, name: ast.Indexed) -> ast.Member | ast.Indexed:
+    """``drone[2]`` and ``rack[2, 3]``; only the second is of a family for sure."""
+    if len(name.indices) > 1:
+        return name
+    return ast.Member(span, ast.Name(name.span, name.text), name.indices[0])
 
 
 def distance(span: Span, *ends: ast.Name | ast.Member) -> ast.Distance:
@@ -321,6 +340,8 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "disc": ast.Disc,
     "distance": distance,
     "dynamics": dynamics,
+    "extreme": extreme,
+    "family": family,
     "finish": ast.Finish,
     "file": file,
     "file_setting": file_setting,
@@ -335,6 +356,8 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "height": ast.Height,
     "in_region": ast.InRegion,
     "include": include,
+    "index": ast.Index,
+    "indexed": indexed,
     "layers": words_of("layer"),
     "let": let,
     "link": link,
@@ -352,6 +375,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
     "obstacle": ast.Obstacle,
     "of_pair": ast.OfPair,
     "of_pairs": of_pairs,
+    "of_team_or_family": of_team_or_family,
     "offsets": lambda span, *points: points,
     "origin": lambda span, point: ast.FileOption(span, "origin", point),
     "param": ast.Param,
@@ -383,9 +407,21 @@ FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
 
 NESTS: frozenset[str] = frozenset(
     {
-        *("arithmetic", "negative", "term", "minus", "combined", "parentheses", "comparison"),
+        *(
+            "arithmetic",
+            "negative",
+            "extreme",
+            "extreme_of_terms",
+            "indexed",
+            "call",
+            "term",
+            "minus",
+            "combined",
+            "parentheses",
+            "comparison",
+        ),
         *("infix", "bounded_infix", "prefix", "bounded_prefix", "chain", "count"),
-        *("quantified", "recurrent", "at_least", "without", "one_agent"),
+        *("quantified", "recurrent", "at_least", "without", "one_agent", "for_every", "for_some"),
     }
 )
 """The rules that put a node into another of its kind, or brackets around one."""

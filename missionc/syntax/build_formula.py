@@ -97,8 +97,27 @@ def facing(span: Span, within: ast.Quantity, towards: ast.Quantity) -> ast.Facin
     return ast.Facing(span, within, towards)
 
 
-def call(span: Span, name: ast.Name, *arguments: ast.Name | ast.Member | ast.Number) -> ast.Call:
-    return ast.Call(span, name, arguments)
+def for_every(span: Span, word: Token, *parts: ast.Index | ast.Formula) -> ast.ForEach:
+    return _for_each(span, "every", word, parts)
+
+
+def for_some(span: Span, word: Token, some: Token, *parts: ast.Index | ast.Formula) -> ast.ForEach:
+    return _for_each(span, "some", word, parts)
+
+
+def _for_each(span: Span, kind: str, word: Token, parts: tuple[ast.Index | ast.Formula, ...]) -> ast.ForEach:
+    indices = tuple(part for part in parts if isinstance(part, ast.Index))
+    body = parts[-1]
+    assert not isinstance(body, ast.Index)
+    return ast.ForEach(span, kind, word.span, indices, as_formula(body))
+
+
+def call(span: Span, name: ast.Name, *arguments: ast.Formula | ast.Quantity) -> ast.Call:
+    return ast.Call(span, name, tuple(map(_argument, arguments)))
+
+
+def extreme_of_terms(span: Span, word: Token, *parts: ast.Formula | ast.Quantity) -> ast.Extreme:
+    return ast.Extreme(span, word.text, tuple(map(as_quantity, parts)))
 
 
 def window(span: Span, low: ast.Quantity, high: ast.Quantity | None = None) -> ast.Window:
@@ -129,6 +148,7 @@ FORMULAS: dict[str, Callable[..., object]] = {
     "chain": chain,
     "comparison": comparison,
     "count": count,
+    "extreme_of_terms": extreme_of_terms,
     "facing": facing,
     "infix": infix,
     "length_between": length_between,
@@ -144,6 +164,8 @@ FORMULAS: dict[str, Callable[..., object]] = {
     "window": window,
     "compare": lambda span, relation: relation,
     "number_compare": lambda span, relation: relation,
+    "for_every": for_every,
+    "for_some": for_some,
     "false": lambda span: ast.Truth(span, False),
     "length_of": lambda span, metric: metric,
     "true": lambda span: ast.Truth(span, True),
@@ -156,7 +178,7 @@ FORMULAS: dict[str, Callable[..., object]] = {
 
 def as_formula(node: ast.Formula | ast.Quantity) -> ast.Formula:
     match node:
-        case ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Distance():
+        case ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Extreme() | ast.Distance():
             text = quoted(node.span.text)
             finding = Diagnostic(
                 SYNTAX,
@@ -169,6 +191,16 @@ def as_formula(node: ast.Formula | ast.Quantity) -> ast.Formula:
             return node
 
 
+def _argument(node: ast.Formula | ast.Quantity) -> ast.Quantity | ast.Member:
+    match node:
+        case ast.Name() | ast.Member() | ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Extreme():
+            return node
+        case _:
+            message = f"a name or a number was expected in the brackets, not {quoted(node.span.text)}"
+            advice = "name a region, a graph or agents; `let` gives a name to a formula, `param` to a number"
+            raise MisreadError(Diagnostic(SYNTAX, message, Label(node.span), help=advice))
+
+
 def _no_measure(call: ast.Call) -> Diagnostic:
     message = f"no measure is called {quoted(call.name.text)}"
     advice = "write `distance(…)`, or a state: `x`, `y`, `z`, `speed`, `altitude`"
@@ -177,8 +209,10 @@ def _no_measure(call: ast.Call) -> Diagnostic:
 
 def as_quantity(node: ast.Formula | ast.Quantity) -> ast.Quantity:
     match node:
-        case ast.Name() | ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Distance():
+        case ast.Name() | ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Extreme() | ast.Distance():
             return node
+        case ast.Member(span, team, low, None) if not isinstance(team, ast.Indexed):
+            return ast.Indexed(team.span, team.text, (low,), span)
         case _:
             if isinstance(node, ast.Call) and node.name.text not in ("inside", "touches", "connected"):
                 raise MisreadError(_no_measure(node))

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from missionc.syntax.parse_table import END
-from missionc.syntax.tokens import LABEL, NAME, NUMBER, TEXT, UNIT, Token
+from missionc.syntax.tokens import EXTREME, LABEL, NAME, NUMBER, TEXT, UNIT, Token
 
 SIGNS = frozenset("=:,()[]{}") | {".."}
 COMPARISONS = frozenset({"<=", "<", ">", ">="})
 ARITHMETIC = frozenset("+-*/")
 JOINING = frozenset({"and", "or", "implies", "iff", "TIME_INFIX", "ROUTE_INFIX"})
 FORMULA = frozenset(
-    {"PREFIX", "TIME_PREFIX", "ROUTE_PREFIX", "count", "every", "some", "at", "without", "true", "false"}
+    {"PREFIX", "TIME_PREFIX", "ROUTE_PREFIX", "count", "every", "some", "for", "at", "without", "true", "false"}
 ) | {
-    *("distance", "heading", NAME, NUMBER, "(", "-"),
+    *("distance", "heading", NAME, NUMBER, EXTREME, "(", "-"),
 }
 SHAPES = frozenset({"box", "disc", "ball", "cylinder", "polygon"})
 

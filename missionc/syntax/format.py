@@ -20,7 +20,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.syntax import ast
 from missionc.syntax.parse_table import END
-from missionc.syntax.tokens import LABEL, NAME, NUMBER, UNIT, Token, tokenise
+from missionc.syntax.tokens import EXTREME, LABEL, NAME, NUMBER, UNIT, Token, tokenise
 
 INDENT, FURTHER = 2, 2
 """Columns: of what stands in braces, and of a declaration that goes on in another line."""
@@ -191,7 +191,7 @@ def _gap(tokens: list[Token], index: int, text: str, item: bool) -> str:
     if right == "[":
         return "" if left == NAME or before.word or left in CLOSE else " "
     if right == "(":
-        called = left == NAME or before.word == "distance"
+        called = left in (NAME, EXTREME) or before.word == "distance"
         return "" if called and not (index > 1 and tokens[index - 2].word in CALLED) else " "
     if left == "[" or (left == NUMBER and right == UNIT and token.text.startswith("/")):
         return ""
@@ -242,9 +242,17 @@ def _align(run: list[_Line]) -> None:
         return
     _pad(rows, [1] * len(rows))
     labelled = [(row, 3) for row in rows if row.tokens[1].kind == LABEL and len(row.tokens) > 3]
-    named = [(row, 2) for row in rows if len(row.tokens) > 2 and row.tokens[2].kind == "=" and not row.item]
+    named = [(row, place) for row in rows if not row.item and (place := _after_name(row.tokens))]
     for group in (labelled, named):
         _pad([row for row, _ in group], [column for _, column in group])
+
+
+def _after_name(tokens: list[Token]) -> int:
+    """The place of the `=` after the name that a line declares, and after the indices of a family; 0 where none is."""
+    place = 2
+    if len(tokens) > 2 and tokens[2].kind == "[":
+        place = next((at + 1 for at, token in enumerate(tokens) if token.kind == "]"), len(tokens))
+    return place if len(tokens) > place and tokens[place].kind == "=" else 0
 
 
 def _pad(rows: list[_Line], columns: list[int]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.syntax import forms
@@ -15,7 +16,9 @@ from missionc.syntax.tokens import quoted
 
 
 def explain(place: Place) -> Diagnostic:
-    """What is wrong at a place."""
+    """What is wrong at a place; of a name that is declared, nobody who leaves `=` out meant the bracket of a family."""
+    if place.expected == {"=", "["}:
+        place = replace(place, expected=frozenset({"="}))
     for slip in SLIPS:
         meant = slip(place)
         if meant is not None:

@@ -29,8 +29,12 @@ def nodes(root: object) -> Iterator[object]:
         yield node
         for name in getattr(node, "__match_args__", ()):  # the fields of a dataclass, sooner than by asking for them
             value = getattr(node, name)
-            if not isinstance(value, LEAVES) and not (name in NOT_REFERENCES and isinstance(value, ast.Name)):
+            if isinstance(value, LEAVES):
+                continue
+            if name not in NOT_REFERENCES or not isinstance(value, ast.Name):
                 waiting.append(value)
+            elif isinstance(value, ast.FamilyName):
+                waiting.append(value.indices)
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,8 +23,8 @@ def formula(node: ast.Formula, binding: int = _IFF, last: bool = True) -> str:
             return "true" if value else "false"
         case ast.Name() | ast.Member():
             return agents(node)
-        case ast.Call(_, name, arguments):
-            return f"{name.text}({', '.join(map(_argument, arguments))})"
+        case ast.Call(_, called, arguments):
+            return f"{called.text}({', '.join(map(_argument, arguments))})"
         case ast.Compare(_, operator, left, right):
             return _in_brackets(f"{_sum(left)} {operator} {_sum(right)}", binding > _UNARY)
         case ast.Facing(_, within, towards):
@@ -34,14 +34,17 @@ def formula(node: ast.Formula, binding: int = _IFF, last: bool = True) -> str:
             return _in_brackets(f"{kind}{least} {agents(who)}: {formula(body)}", not last)
         case ast.OneAgent(_, who, body):
             return _in_brackets(f"{agents(who)}: {formula(body)}", not last)
+        case ast.ForEach(_, kind, _, indices, body):
+            some = "some " if kind == "some" else ""
+            return _in_brackets(f"for {some}{_indices(indices)}: {formula(body)}", not last)
         case ast.Apply():
             return _apply(node, binding, last)
         case _:
             assert_never(node)
 
 
-def _argument(node: ast.Name | ast.Member | ast.Number) -> str:
-    return tight(node) if isinstance(node, ast.Number) else agents(node)
+def _argument(node: ast.Quantity | ast.Member) -> str:
+    return agents(node) if isinstance(node, ast.Name | ast.Member) else loose(node)
 
 
 def _apply(node: ast.Apply, binding: int, last: bool) -> str:
@@ -85,7 +88,7 @@ def _bounds(node: ast.Window | ast.Length | ast.Period | None) -> str:
         case ast.Length(_, _, low, high, graph):
             most = "" if high is None else loose(high)
             length = f"<= {most}" if low is None else f"{loose(low)}..{most}"
-            return f"[{node.word} {length}{'' if graph is None else f' on {graph.text}'}]"
+            return f"[{node.word} {length}{'' if graph is None else f' on {name(graph)}'}]"
         case ast.Period(_, ast.Number() as length):
             return f" {tight(length)}"
         case ast.Period(_, length):
@@ -99,12 +102,27 @@ def _bounds(node: ast.Window | ast.Length | ast.Period | None) -> str:
 
 def agents(node: ast.Name | ast.Member) -> str:
     match node:
-        case ast.Name(_, text):
-            return text
+        case ast.Name():
+            return name(node)
         case ast.Member(_, team, low, high):
-            return f"{team.text}[{loose(low)}{'' if high is None else f'..{loose(high)}'}]"
+            return f"{name(team)}[{loose(low)}{'' if high is None else f'..{loose(high)}'}]"
         case _:
             assert_never(node)
+
+
+def name(node: ast.Name) -> str:
+    """A name, with the indices of a family or of its member."""
+    match node:
+        case ast.FamilyName(_, text, indices):
+            return f"{text}[{_indices(indices)}]"
+        case ast.Indexed(_, text, places):
+            return f"{text}[{', '.join(map(loose, places))}]"
+        case _:
+            return node.text
+
+
+def _indices(nodes: tuple[ast.Index, ...]) -> str:
+    return ", ".join(f"{node.name.text} in {loose(node.low)}..{loose(node.high)}" for node in nodes)
 
 
 def loose(node: ast.Quantity) -> str:
@@ -127,8 +145,8 @@ def points(nodes: tuple[ast.Point, ...]) -> str:
 
 def _sum(node: ast.Quantity, binding: int = _SUM) -> str:
     match node:
-        case ast.Name(_, text):
-            return text
+        case ast.Name():
+            return name(node)
         case ast.Number(_, value, None):
             return _number(value)
         case ast.Number(_, value, unit):
@@ -138,6 +156,8 @@ def _sum(node: ast.Quantity, binding: int = _SUM) -> str:
         case ast.Arithmetic(_, operator, left, right):
             own = _SUM if operator in "+-" else _PRODUCT
             return _in_brackets(f"{_sum(left, own)} {operator} {_sum(right, own + 1)}", own < binding)
+        case ast.Extreme(_, word, parts):
+            return f"{word}({', '.join(map(loose, parts))})"
         case ast.Distance(_, ends):
             return f"distance({', '.join(map(agents, ends))})"
         case _:

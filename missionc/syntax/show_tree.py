@@ -9,6 +9,7 @@ from typing import assert_never
 
 from missionc.syntax import ast
 from missionc.syntax.show_formula import agents, formula, loose, point, points, tight
+from missionc.syntax.show_formula import name as named
 
 
 def show(program: ast.Program) -> str:
@@ -21,7 +22,7 @@ def _declaration(node: ast.Declaration) -> str:
         case ast.MissionName(_, name):
             return f"mission {name.text}"
         case ast.Param(_, name, value):
-            return f"param {name.text} = {loose(value)}"
+            return f"param {named(name)} = {loose(value)}"
         case ast.Include(_, path):
             return f'include "{path}"'
         case ast.Time(_, step, horizon):
@@ -29,19 +30,19 @@ def _declaration(node: ast.Declaration) -> str:
         case ast.World(_, low, high):
             return f"world {point(low)} to {point(high)}"
         case ast.Region(_, name, shape):
-            return f"region {name.text} = {_shape(shape)}"
+            return f"region {named(name)} = {_shape(shape)}"
         case ast.Obstacle(_, name, shape, motion, growth):
             grows = "" if growth is None else f" uncertain {tight(growth)}"
-            return f"obstacle {name.text} = {_shape(shape)}{_motion(motion)}{grows}"
+            return f"obstacle {named(name)} = {_shape(shape)}{_motion(motion)}{grows}"
         case ast.Beacon(_, name, position):
-            return f"beacon {name.text} = {point(position)}"
+            return f"beacon {named(name)} = {point(position)}"
         case ast.Team(_, name, size, items):
-            head = f"agent {name.text}" if size is None else f"team {name.text}[{loose(size)}]"
+            head = f"agent {named(name)}" if size is None else f"team {named(name)}[{loose(size)}]"
             return "\n".join([head + " {", *(f"  {_item(item)}" for item in items), "}"])
         case ast.Group(_, name, members):
-            return f"group {name.text} = {', '.join(map(agents, members))}"
+            return f"group {named(name)} = {', '.join(map(agents, members))}"
         case ast.Graph(_, name, kind):
-            return f"graph {name.text} = {kind}{_ranges(node)}"
+            return f"graph {named(name)} = {kind}{_ranges(node)}"
         case ast.Formation():
             return _formation(node)
         case ast.Separation(_, length):
@@ -49,12 +50,12 @@ def _declaration(node: ast.Declaration) -> str:
         case ast.Clearance(_, length):
             return f"clearance {tight(length)}"
         case ast.Resource(_, name, of, rates):
-            return f"resource {name.text} of {agents(of)} {{ {', '.join(map(_rate, rates))} }}"
+            return f"resource {named(name)} of {agents(of)} {{ {', '.join(map(_rate, rates))} }}"
         case ast.Flag(_, name, of, marks):
-            written = ", ".join(f"{mark.name.text} in {mark.within.text}" for mark in marks)
-            return f"flag {name.text} of {agents(of)} {{ {written} }}"
+            written = ", ".join(f"{mark.name.text} in {named(mark.within)}" for mark in marks)
+            return f"flag {named(name)} of {agents(of)} {{ {written} }}"
         case ast.Let(_, name, body):
-            return f"let {name.text} = {formula(body)}"
+            return f"let {named(name)} = {formula(body)}"
         case ast.Require(_, label, body):
             return f"require {_labelled(label, body)}"
         case ast.Prefer(_, label, body, weight):
@@ -95,14 +96,14 @@ def _of_pairs(pairs: tuple[ast.OfPair, ...]) -> str:
 
 def _rate(node: ast.Rate) -> str:
     per = "" if node.unit is None else f" per {node.unit.text}"
-    return f"{node.name.text} {tight(node.value)}{per}" + ("" if node.within is None else f" in {node.within.text}")
+    return f"{node.name.text} {tight(node.value)}{per}" + ("" if node.within is None else f" in {named(node.within)}")
 
 
 def _labelled(label: ast.Name | None, body: ast.Formula) -> str:
     if label is not None:
-        return f"{label.text}: {formula(body)}"
+        return f"{named(label)}: {formula(body)}"
     match body:
-        case ast.OneAgent(_, ast.Name()):
+        case ast.OneAgent(_, ast.Name() as agent) if not isinstance(agent, ast.Indexed):
             return f"({formula(body)})"  # its agent would be read as the label
         case _:
             return formula(body)
@@ -113,8 +114,8 @@ def _labelled(label: ast.Name | None, body: ast.Formula) -> str:
 
 def _shape(node: ast.Shape, binding: int = 0) -> str:
     match node:
-        case ast.Name(_, text):
-            return text
+        case ast.Name():
+            return named(node)
         case ast.Box(_, low, high, height):
             return f"box {point(low)} to {point(high)}{_height(height)}"
         case ast.Disc(_, centre, radius, height):
@@ -187,7 +188,7 @@ def _yaw(angle: ast.Quantity | None) -> str:
 def _places(node: ast.Places) -> str:
     match node:
         case ast.InRegion(_, region):
-            return f"in {region.text}"
+            return f"in {named(region)}"
         case ast.AtPoints(_, at):
             return f"at {points(at)}"
         case ast.OnLine(_, first, last):
@@ -208,7 +209,7 @@ def _setting(node: ast.Setting) -> str:
 
 
 def _formation(node: ast.Formation) -> str:
-    parts = [f"formation {node.name.text} = {node.kind.text} of {agents(node.agents)}"]
+    parts = [f"formation {named(node.name)} = {node.kind.text} of {agents(node.agents)}"]
     if isinstance(node.offsets, ast.File):
         parts.append(f'from "{node.offsets.path}"')
     elif node.offsets:

@@ -93,6 +93,7 @@ WORDS: tuple[Word, ...] = (
     Word("iff", "an operator", letter="<->"),
     Word("every", "a quantifier"),
     Word("some", "a quantifier"),
+    Word("for", "a quantifier"),
     Word("true", "a formula"),
     Word("false", "a formula"),
     Word("distance", "a measure"),
@@ -145,7 +146,10 @@ OPERATORS: dict[str, Word] = {word.text: word for word in WORDS if word.says == 
 STATES: frozenset[str] = frozenset({"x", "y", "z", "speed", "altitude"})
 """What a comparison asks of an agent's own state: names to the grammar, but never of anything declared."""
 
-NAME, LABEL, NUMBER, UNIT, TEXT = "NAME", "LABEL", "NUMBER", "UNIT", "TEXT"
+EXTREMES: frozenset[str] = frozenset({"min", "max"})
+"""What takes numbers in brackets and is one of them; names where no bracket follows."""
+
+NAME, LABEL, NUMBER, UNIT, TEXT, EXTREME = "NAME", "LABEL", "NUMBER", "UNIT", "TEXT", "EXTREME"
 MOST_FINDINGS = 100
 """More than anybody reads; what follows them is mostly their echo."""
 
@@ -211,6 +215,7 @@ _TOKEN = re.compile(
 )
 _UNIT = re.compile(r"([A-Za-z]+)(?:/(?:min|ms|s|h)(?:\^?[0-9])?)?(?!\w)")
 _NAME_FORM = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_BEFORE_BRACKET = re.compile(r"\s*\(")
 _BEFORE_COLON = re.compile(r"\s*:")
 BEFORE_FILE = r'(?=\s*(?:from\b|"))'
 _BEFORE_FILE = re.compile(BEFORE_FILE)
@@ -258,7 +263,8 @@ def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str
     """What a word is by the tokens before it, and how far it goes: a unit may hold a ``/``."""
     before = tokens[-1].kind if tokens else END
     # After `moving (2, 0)`, `per` or a number stands a unit; but in `at least 2 m:` it is a group that is called `m`.
-    if before in (NUMBER, ")", "per") and (len(tokens) < 2 or tokens[-2].kind not in ("least", "any")):
+    counted = [token.kind for token in tokens[-3:-1]] in (["at", "least"], ["without", "any"])
+    if before in (NUMBER, ")", "per") and not counted:
         unit = _UNIT.match(text, start)
         if unit and (unit[1] in UNITS or unit[0].lower() in UNITS_IN_FULL):
             return UNIT, unit[0]
@@ -266,6 +272,8 @@ def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str
         return LABEL, written
     if written in PLURALS and before != "=" and _BEFORE_FILE.match(text, start + len(written)):
         return SEVERAL, written
+    if written in EXTREMES and _BEFORE_BRACKET.match(text, start + len(written)):
+        return EXTREME, written
     return NAME, written
 
 

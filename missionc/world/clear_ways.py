@@ -63,8 +63,8 @@ class ClearWays:
         around = self.room + FAR * self.pitch
         for shape in self.shapes:
             low, high = extent(shape, PLANE) or (self.world.low, self.world.high)
-            first = self._cell(tuple(value - around for value in low))
-            last = self._cell(tuple(value + around for value in high))
+            first = self._cell(self._not_far(tuple(value - around for value in low)))
+            last = self._cell(self._not_far(tuple(value + around for value in high)))
             for cell in product(*(range(a, b + 1) for a, b in zip(first, last, strict=True))):
                 self.near.setdefault((cell[0], cell[1]), []).append(shape)
 
@@ -140,6 +140,11 @@ class ClearWays:
                 if gone + length < best.get(other, math.inf) and _open(spare, self._spare(other), length):
                     offered(gone + length, other)
         return False
+
+    def _not_far(self, place: Vector) -> Vector:
+        """The place, or one nearer to the world: beyond its own size around it nothing is looked at."""
+        sides = zip(place, self.world.low, self.world.high, strict=True)
+        return tuple(min(max(value, 2 * low - high), 2 * high - low) for value, low, high in sides)
 
     def _cell(self, place: Vector) -> Cell:
         across, up = (math.floor((value - low) / self.pitch) for value, low in zip(place, self.world.low, strict=True))

@@ -42,6 +42,7 @@ LONG = (
     "mapped_hall",
     "network_bringup",
     "pylon_inspection",
+    "rack_hall",
     "storm_front",
     "supply_convoy",
     "warehouse_picking",

@@ -122,6 +122,12 @@ def _places(draw: _Drawn) -> Names:
             f"region part = {draw.one('goal', '(goal + base)')} {sign} {_shape(draw, draw.anywhere(1.5), 1.4)}"
         ]
         regions += ["part"]
+    if draw.odds(0.3):
+        x, y = draw.away()
+        draw.lines += [
+            f"region bay[i in 0..1] = disc at ({x:.2f} - i*0.5, {y:.2f}) radius max(0.3, 0.6 - i / 10)",
+        ]
+        regions += ["bay[0]", "bay[1]"]
     for number in range(int(draw.random.integers(0, 3))):
         moving = _motion(draw) if draw.odds(0.4) else ""
         moving += " uncertain 0.05 m/s" if draw.odds(0.2) else ""
@@ -339,6 +345,12 @@ def _wishes(draw: _Drawn, formulas: Formulas) -> None:
         if draw.odds(0.3):
             formula = f"eventually[0, {draw.step * draw.steps:g} s] ({formulas.team(0, 2)})"
         draw.lines += [f"require r{number}: {formula}"]
+    if any("bay[i in" in line for line in draw.lines):
+        end = f"{draw.step * draw.steps:g} s"
+        draw.lines += [
+            f"require bays: for some i in 0..1: eventually[0, {end}] some drone: bay[i]",
+            f"prefer each[k in 0..1]: eventually[0, {end}] some drone: bay[k]",
+        ]
     if draw.odds(0.4):
         draw.lines += [f"prefer {formulas.team(draw.steps, 2)}" + draw.one("", " weight 2")]
     if draw.odds(0.4):

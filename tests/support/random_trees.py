@@ -90,19 +90,43 @@ def _sums(leaves: st.SearchStrategy[ast.Quantity]) -> st.SearchStrategy[ast.Quan
         lambda part: st.one_of(
             st.builds(ast.Negative, st.just(NOWHERE), part),
             st.builds(ast.Arithmetic, st.just(NOWHERE), st.sampled_from("+-*/"), part, part),
+            st.builds(
+                ast.Extreme,
+                st.just(NOWHERE),
+                st.sampled_from(["min", "max"]),
+                st.lists(part, min_size=1, max_size=3).map(tuple),
+            ),
         ),
         max_leaves=4,
     )
 
 
-quantities = _sums(st.one_of(_numbers, names))
+_amounts = _sums(st.one_of(_numbers, names))
+
+
+def _indexed(least: int) -> st.SearchStrategy[ast.Indexed]:
+    """Members of families, by so many indices or more."""
+    indices = st.lists(_amounts, min_size=least, max_size=3).map(tuple)
+    return st.builds(ast.Indexed, st.just(NOWHERE), st.sampled_from(NAMES + SOFT), indices, st.just(NOWHERE))
+
+
+references = st.one_of(names, names, _indexed(1))
+quantities = _sums(st.one_of(_numbers, references))
+indices = st.lists(st.builds(ast.Index, st.just(NOWHERE), names, quantities, quantities), min_size=1, max_size=2).map(
+    tuple
+)
+declared = st.one_of(
+    names,
+    names,
+    st.builds(ast.FamilyName, st.just(NOWHERE), st.sampled_from(NAMES + SOFT), indices, st.just(NOWHERE)),
+)
 counts = st.one_of(whole_numbers, names)
-members = st.builds(ast.Member, st.just(NOWHERE), names, counts, st.none() | counts)
-agents = st.one_of(names, members)
+members = st.builds(ast.Member, st.just(NOWHERE), references, counts, st.none() | counts)
+agents = st.one_of(names, members, _indexed(2))
 measures = _sums(
     st.one_of(
         _numbers,
-        names,
+        references,
         st.builds(ast.Distance, st.just(NOWHERE), st.lists(agents, min_size=1, max_size=2).map(tuple)),
     )
 )
@@ -116,7 +140,7 @@ windows = st.builds(ast.Window, st.just(NOWHERE), quantities, st.none() | quanti
 periods = st.builds(ast.Period, st.just(NOWHERE), quantities)
 _metrics = st.sampled_from((ast.Metric.HOPS, ast.Metric.METRES))
 _weights = st.just(ast.Metric.WEIGHT)
-_on = st.none() | names
+_on = st.none() | references
 _of_weights = names.filter(lambda name: name.text not in ("hops", "distance"))
 lengths = st.one_of(
     st.builds(ast.Length, st.just(NOWHERE), _metrics, quantities, st.none() | quantities, _on),
@@ -157,14 +181,20 @@ def _larger(part: st.SearchStrategy[ast.Formula]) -> st.SearchStrategy[ast.Formu
         st.builds(ast.Quantified, st.just(NOWHERE), st.sampled_from(["every", "some"]), st.none(), agents, part),
         st.builds(ast.Quantified, st.just(NOWHERE), st.sampled_from(["at least", "without any"]), counts, agents, part),
         st.builds(ast.OneAgent, st.just(NOWHERE), agents, part),
+        st.builds(ast.ForEach, st.just(NOWHERE), st.sampled_from(["every", "some"]), st.just(NOWHERE), indices, part),
     )
 
 
+_arguments = st.lists(
+    st.one_of(agents, _numbers, st.builds(ast.Arithmetic, st.just(NOWHERE), st.sampled_from("+-*/"), names, _numbers)),
+    min_size=1,
+    max_size=3,
+).map(tuple)
 formulas = st.recursive(
     st.one_of(
         st.builds(ast.Truth, st.just(NOWHERE), st.booleans()),
         agents,
-        st.builds(ast.Call, st.just(NOWHERE), names, st.lists(agents | _numbers, min_size=1, max_size=3).map(tuple)),
+        st.builds(ast.Call, st.just(NOWHERE), names, _arguments),
         st.builds(ast.Compare, st.just(NOWHERE), st.sampled_from(["<=", "<", ">", ">="]), measures, measures),
         st.builds(ast.Facing, st.just(NOWHERE), quantities, quantities),
     ),
@@ -177,7 +207,7 @@ formulas = st.recursive(
 _heights = st.none() | st.builds(ast.Height, st.just(NOWHERE), quantities, quantities)
 shapes = st.recursive(
     st.one_of(
-        names,
+        references,
         st.builds(ast.Box, st.just(NOWHERE), points, points, _heights),
         st.builds(ast.Disc, st.just(NOWHERE), points, quantities, _heights),
         st.builds(ast.Ball, st.just(NOWHERE), points, quantities),
@@ -224,7 +254,7 @@ _dynamics = st.builds(
     st.lists(_bounds, max_size=2).map(tuple),
 )
 _places = st.one_of(
-    st.builds(ast.InRegion, st.just(NOWHERE), names),
+    st.builds(ast.InRegion, st.just(NOWHERE), references),
     st.builds(ast.AtPoints, st.just(NOWHERE), point_lists),
     st.builds(ast.OnLine, st.just(NOWHERE), points, points),
     st.builds(ast.OnGrid, st.just(NOWHERE), points, points),
@@ -253,7 +283,7 @@ def formations(draw: st.DrawFn) -> ast.Formation:
     settings.append(draw(_settings("", "tolerance")))
     return ast.Formation(
         NOWHERE,
-        draw(names),
+        draw(declared),
         kind,
         draw(agents),
         tuple(settings),
@@ -267,9 +297,13 @@ _some_pairs = st.lists(st.builds(ast.OfPair, st.just(NOWHERE), agents, agents, q
     tuple
 )
 
-_rates = st.builds(ast.Rate, st.just(NOWHERE), names, quantities, st.none() | _named(*UNITS), st.none() | names)
-_marks = st.builds(ast.Mark, st.just(NOWHERE), names, names)
-labels = st.none() | _named("relay", "reach", "always", "line", "G", "region", "end")
+_rates = st.builds(ast.Rate, st.just(NOWHERE), names, quantities, st.none() | _named(*UNITS), st.none() | references)
+_marks = st.builds(ast.Mark, st.just(NOWHERE), names, references)
+labels = (
+    st.none()
+    | _named("relay", "reach", "always", "line", "G", "region", "end")
+    | declared.filter(lambda name: isinstance(name, ast.FamilyName))
+)
 _file_options = st.one_of(
     st.builds(ast.FileOption, st.just(NOWHERE), st.sampled_from(["at", "origin"]), points),
     st.builds(ast.FileOption, st.just(NOWHERE), st.just("layer"), st.sampled_from([("A",), ("A B", "#1")])),
@@ -279,18 +313,18 @@ _heights = st.builds(ast.Height, st.just(NOWHERE), quantities, quantities)
 FILES = st.sampled_from(["lanes.graphml", "site/all lanes.graphml"])
 declarations = st.one_of(
     st.builds(ast.MissionName, st.just(NOWHERE), names),
-    st.builds(ast.Param, st.just(NOWHERE), names, quantities),
+    st.builds(ast.Param, st.just(NOWHERE), declared, quantities),
     st.builds(ast.Time, st.just(NOWHERE), quantities, quantities),
     st.builds(ast.World, st.just(NOWHERE), points, points),
-    st.builds(ast.Region, st.just(NOWHERE), names, shapes),
-    st.builds(ast.Obstacle, st.just(NOWHERE), names, shapes, st.none() | motions, st.none() | quantities),
-    st.builds(ast.Beacon, st.just(NOWHERE), names, points),
-    st.builds(ast.Team, st.just(NOWHERE), names, st.none() | counts, st.lists(_items, max_size=4).map(tuple)),
-    st.builds(ast.Group, st.just(NOWHERE), names, st.lists(agents, min_size=1, max_size=3).map(tuple)),
+    st.builds(ast.Region, st.just(NOWHERE), declared, shapes),
+    st.builds(ast.Obstacle, st.just(NOWHERE), declared, shapes, st.none() | motions, st.none() | quantities),
+    st.builds(ast.Beacon, st.just(NOWHERE), declared, points),
+    st.builds(ast.Team, st.just(NOWHERE), declared, st.none() | counts, st.lists(_items, max_size=4).map(tuple)),
+    st.builds(ast.Group, st.just(NOWHERE), declared, st.lists(agents, min_size=1, max_size=3).map(tuple)),
     st.builds(
         ast.Graph,
         st.just(NOWHERE),
-        names,
+        declared,
         st.sampled_from(["proximity", "beacons"]),
         quantities,
         st.none() | agents,
@@ -298,7 +332,7 @@ declarations = st.one_of(
     st.builds(
         ast.Graph,
         st.just(NOWHERE),
-        names,
+        declared,
         st.sampled_from(["proximity", "sight"]),
         st.none() | quantities,
         st.none() | agents,
@@ -308,11 +342,11 @@ declarations = st.one_of(
         ),
     ),
     formations(),
-    st.builds(ast.Resource, st.just(NOWHERE), names, agents, st.lists(_rates, min_size=1, max_size=4).map(tuple)),
-    st.builds(ast.Flag, st.just(NOWHERE), names, agents, st.lists(_marks, min_size=1, max_size=3).map(tuple)),
+    st.builds(ast.Resource, st.just(NOWHERE), declared, agents, st.lists(_rates, min_size=1, max_size=4).map(tuple)),
+    st.builds(ast.Flag, st.just(NOWHERE), declared, agents, st.lists(_marks, min_size=1, max_size=3).map(tuple)),
     st.builds(ast.Separation, st.just(NOWHERE), quantities),
     st.builds(ast.Clearance, st.just(NOWHERE), quantities),
-    st.builds(ast.Let, st.just(NOWHERE), names, formulas),
+    st.builds(ast.Let, st.just(NOWHERE), declared, formulas),
     st.builds(ast.Require, st.just(NOWHERE), labels, formulas),
     st.builds(ast.Prefer, st.just(NOWHERE), labels, formulas, st.none() | quantities),
     st.builds(ast.Tolerate, st.just(NOWHERE), quantities, agents),

@@ -41,8 +41,11 @@ def polynomials_file(file: str) -> str:
 
 
 def file_names(agents: tuple[Agent, ...]) -> dict[str, str]:
-    """``drone[0]`` gives ``drone0``; names that only differ in case, or not at all, get the agent's number too."""
-    plain = {agent.name: agent.name.replace("[", "").replace("]", "") for agent in agents}
+    """``drone[0]`` gives ``drone0`` and ``t[3][7]`` gives ``t3_7``.
+
+    Names that only differ in case, or not at all, get the agent's number too.
+    """
+    plain = {agent.name: _plain(agent.name) for agent in agents}
     uses = Counter(name.casefold() for name in plain.values())
     # No identifier holds a hyphen, so that what is built here meets no other name.
     return {
@@ -50,3 +53,10 @@ def file_names(agents: tuple[Agent, ...]) -> dict[str, str]:
         for agent in agents
         for name, file in [(agent.name, plain[agent.name])]
     }
+
+
+def _plain(name: str) -> str:
+    """Indices without brackets, `_` between two of them, `m` for the sign of one below 0."""
+    for sign, instead in (("][", "_"), (", ", "_"), ("[", ""), ("]", ""), ("-", "m")):
+        name = name.replace(sign, instead)
+    return name

@@ -56,6 +56,8 @@ MOST_NAMED = 16
 """More agents than these are not named one by one in the legend."""
 MOST_DOTS = 101
 """States of an agent; with more, dots would hide the path."""
+CROWDED = 20
+"""Members of a family of obstacles beyond which each is marked with its indices alone."""
 NAME = 8.5
 """Points: the font of a region's name."""
 LANE = 2.6
@@ -234,21 +236,30 @@ def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View, moment: fl
             place = name_place(mission.world, view, region.shape, region.name, size, trace.position[..., :2])
             _name(axes, place, region.name, INK, NAME)
     for obstacle in mission.obstacles:
-        _draw_obstacle(axes, mission, view, obstacle, moment)
+        _draw_obstacle(axes, mission, view, obstacle, moment, _crowded(mission, obstacle))
     for beacon in mission.beacons:
         place = (beacon.position[view.across], beacon.position[view.up])
         axes.plot(*place, marker="*", ms=10, mfc="white", mec=INK, mew=0.9, ls="", zorder=5)
         axes.annotate(beacon.name, place, (6, 4), textcoords="offset points", fontsize=8, zorder=9)
 
 
-def _draw_obstacle(axes: Axes, mission: Mission, view: View, obstacle: Obstacle, moment: float | None) -> None:
+def _crowded(mission: Mission, obstacle: Obstacle) -> bool:
+    """Whether it is one of so many in a family that there is only room for its indices."""
+    place = obstacle.span.start if obstacle.span.turns else -1
+    return sum(bool(each.span.turns) and each.span.start == place for each in mission.obstacles) > CROWDED
+
+
+def _draw_obstacle(
+    axes: Axes, mission: Mission, view: View, obstacle: Obstacle, moment: float | None, crowded: bool
+) -> None:
     world, since = mission.world, moment or 0.0
     away = np.array(displaced(obstacle, since, mission.dimension))
     body: dict[str, Any] = {"fc": OBSTACLE, "ec": OBSTACLE, "lw": 0.8, "zorder": 2, **_see_through(view)}
     draw_shape(axes, world, view, obstacle.shape, away, obstacle.grown(since), **body)
     if view.up == 1:
         across, up = inner_point(world, view, obstacle.shape)
-        _name(axes, (across + float(away[0]), up + float(away[1])), obstacle.name, "white", 7.5)
+        words, size = (obstacle.name.partition("[")[2].rstrip("]"), 4.5) if crowded else (obstacle.name, 7.5)
+        _name(axes, (across + float(away[0]), up + float(away[1])), words, "white", size)
     if obstacle.constant or moment is not None:
         return
     last = mission.step * mission.steps

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from missionc.ir import Mission
-from missionc.output.documents.trajectories_csv import COLUMNS
+from missionc.output.documents.trajectories_csv import COLUMNS, cell
 from missionc.output.plot.plot import GREY, INK, LONG_SIDE, PAD, draw_view, rendered, style
 from missionc.output.plot.silhouette import View
 from missionc.simulate.default_engine import Flown
@@ -37,7 +37,7 @@ def table(mission: Mission, flown: Flown) -> bytes:
             flown.heading[0, agent.index][:, None],
         ]
         rows = np.concatenate(columns, axis=1).tolist()
-        lines += [",".join([agent.name, *(f"{number:.9g}" for number in row)]) for row in rows]
+        lines += [",".join([cell(agent.name), *(f"{number:.9g}" for number in row)]) for row in rows]
     return ("\n".join(lines) + "\n").encode()
 
 

@@ -73,6 +73,8 @@ def spot(checked: Checked, quantity: ast.Quantity | None) -> Spot | None:
             return Spot(value, unit or "", quantity)
         case ast.Negative(body=ast.Number(value=value, unit=unit)) if is_in_main_file(checked, quantity.span):
             return Spot(-value, unit or "", quantity)
+        case ast.Indexed():
+            return None  # one member of a family, which has no number of its own
         case ast.Name(text=name) if name in checked.overrides:
             return _given(name, checked)
         case ast.Name(text=name):

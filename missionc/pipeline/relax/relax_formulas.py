@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from missionc import ir
 from missionc.diagnostics.model import Fix
@@ -19,18 +20,25 @@ from missionc.syntax.references import nodes
 
 
 def without(checked: Checked, mission: Mission, conflict: tuple[str, ...]) -> list[Knob]:
-    """Each of the requirements in conflict left out."""
-    return [knob for name in conflict for knob in without_all(checked, mission, (name,))]
+    """Each of the requirements in conflict left out; a family once, whichever of its members are in conflict."""
+    spans = {goal.name: replace(goal.span, turns=()) for goal in mission.requirements}
+    one_of_each = {spans.get(name, name): name for name in reversed(conflict)}
+    return [knob for name in reversed(one_of_each.values()) for knob in without_all(checked, mission, (name,))]
 
 
 def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> list[Knob]:
-    """All of these requirements left out together."""
-    spans = [goal.span for goal in mission.requirements if goal.name in names]
-    if not spans or not all(is_in_main_file(checked, span) for span in spans):
+    """All of these requirements left out together; with a member of a family, the whole family."""
+    goals = [goal for goal in mission.requirements if goal.name in names]
+    if not goals or not all(is_in_main_file(checked, goal.span) for goal in goals):
         return []
-    says = " and ".join(f"`{name}`" for name in names)
+    spans = dict.fromkeys(replace(goal.span, turns=()) for goal in goals)
+    says = " and ".join(dict.fromkeys(_left_out(goal) for goal in goals))
     edit = Edit(f"without {says}", tuple(Fix(span, "") for span in spans))
     return [Knob(lambda notches: edit, size=math.inf)]
+
+
+def _left_out(goal: ir.Requirement) -> str:
+    return f"all of `{goal.name.partition('[')[0]}`" if goal.span.turns else f"`{goal.name}`"
 
 
 def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.syntax.ast.quantities import Member, Name, Number, Quantity
+from missionc.syntax.ast.quantities import Index, Member, Name, Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,11 +18,14 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """``inside(field)``, ``touches(field)``, ``connected(radio, east)``, ``connected(radio, 2)``."""
+    """``inside(field)``, ``touches(field)``, ``connected(radio, east)``, ``connected(radio, 2)``.
+
+    No argument is a ``Distance``.
+    """
 
     span: Span
     name: Name
-    arguments: tuple[Name | Member | Number, ...]
+    arguments: tuple[Quantity | Member, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,5 +129,19 @@ class OneAgent:
     body: Formula
 
 
-Formula: TypeAlias = "Truth | Name | Member | Call | Compare | Facing | Apply | Quantified | OneAgent"
+@dataclass(frozen=True, slots=True)
+class ForEach:
+    """``for i in 0..9: f``, ``for some i in 0..9: f``: a conjunction, or a disjunction, once resolve has spelt it out.
+
+    ``kind`` is ``every`` or ``some``, ``word_span`` that of ``for``.
+    """
+
+    span: Span
+    kind: str
+    word_span: Span
+    indices: tuple[Index, ...]
+    body: Formula
+
+
+Formula: TypeAlias = "Truth | Name | Member | Call | Compare | Facing | Apply | Quantified | OneAgent | ForEach"
 """A ``Name`` may be a region, team, group, agent, formation or ``let``; resolve tells which."""

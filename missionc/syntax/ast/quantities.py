@@ -1,4 +1,4 @@
-"""Syntax tree of quantities: names, numbers with their units, and arithmetic over them."""
+"""Syntax tree of quantities: names (of families and their members too), numbers with their units, and arithmetic."""
 
 from __future__ import annotations
 
@@ -12,6 +12,39 @@ from missionc.base.source import Source, Span
 class Name:
     span: Span
     text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """``i in 0..9``: an index, and the whole numbers that it is, both ends among them."""
+
+    span: Span
+    name: Name
+    low: Quantity
+    high: Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class FamilyName(Name):
+    """``w[i in 0..9]`` where a family is declared: ``span`` and ``text`` are those of ``w``, ``whole_span`` of all."""
+
+    span: Span
+    text: str
+    indices: tuple[Index, ...]
+    whole_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Indexed(Name):
+    """``rack[i, j + 1]``, a member of a family: ``span`` and ``text`` are those of ``rack``, ``whole_span`` of all.
+
+    A single index after the name of agents is a ``Member``, whichever of the two is meant.
+    """
+
+    span: Span
+    text: str
+    indices: tuple[Quantity, ...]
+    whole_span: Span
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +74,20 @@ class Arithmetic:
 
 
 @dataclass(frozen=True, slots=True)
+class Extreme:
+    """``min(a, b)`` or ``max(a, b)``, by its ``word``."""
+
+    span: Span
+    word: str
+    parts: tuple[Quantity, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Member:
-    """``drone[2]`` or ``drone[0..2]``: members of a team by index."""
+    """``drone[2]``, ``drone[0..2]`` or ``t[i][2]``: members of a team by index.
+
+    Until families are spelt out, ``drone[2]`` may be a member of a family too.
+    """
 
     span: Span
     team: Name
@@ -58,7 +103,7 @@ class Distance:
     ends: tuple[Name | Member, ...]
 
 
-Quantity: TypeAlias = "Name | Number | Negative | Arithmetic | Distance"
+Quantity: TypeAlias = "Name | Number | Negative | Arithmetic | Extreme | Distance"
 """``Distance`` and the state words (``x``, ``speed``, as ``Name``) only fit inside a comparison; resolve says so."""
 
 
