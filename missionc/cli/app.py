@@ -33,6 +33,7 @@ MODULES = (
     "monitor",
     "report",
     "simulate",
+    "studio",
     "vehicles",
     "verify",
 )
