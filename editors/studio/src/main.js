@@ -57,6 +57,7 @@ async function begin() {
     preview: (changes) => editor.preview(changes),
     end: (cancelled) => editor.end(cancelled),
     select: (span) => editor.select(span),
+    focus: () => editor.view.focus(),
   });
 
   function show({ uri, version, whole, scene }) {
@@ -120,7 +121,7 @@ async function begin() {
       editor.connect(client, mission.uri);
     } else client.notification("textDocument/didSave", { textDocument: { uri: mission.uri } });
     title();
-    say(`saved as ${mission.folder}/${mission.name}`);
+    say(`saved as ${[`${mission.folder}/${mission.name}`, ...answer.beside].join(", with ")}`);
   }
 
   async function saveAs() {

@@ -10,7 +10,7 @@ const HUES = [205, 24, 145, 308, 48, 246, 82, 176]; // of regions, in the order 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] };
 
 export class WorldView {
-  // `text`: begin(), preview(edits), end(cancelled) and select(span), which change the text as a drag goes on.
+  // `text`: begin(), preview(edits), end(cancelled), which change the text as a drag goes on; select(span) and focus().
   constructor(svg, text) {
     this.svg = svg;
     this.text = text;
@@ -231,7 +231,11 @@ export class WorldView {
   key(event) {
     const found = this.found(event.target);
     if (event.key === "Escape" && this.drag?.handle) return this.up(event, true);
-    if (found && event.key === "Enter") return this.text.select(found.thing.span);
+    if (found && event.key === "Enter") {
+      event.preventDefault();
+      this.text.select(found.thing.span);
+      return this.text.focus();
+    }
     const arrow = ARROWS[event.key];
     if (!found || !arrow || this.whyNot(found.thing, found.piece, found.handle)) return;
     event.preventDefault();

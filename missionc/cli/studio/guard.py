@@ -29,11 +29,14 @@ ALWAYS = {
 """Headers of every answer."""
 
 PAGE = (
-    "default-src 'none'; script-src 'self'; style-src 'self' 'nonce-{nonce}'; img-src 'self' data:; frame-src 'self'; "
-    "connect-src 'self' ws://127.0.0.1:{port} ws://localhost:{port}; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'"
+    "default-src 'none'; script-src 'self'; style-src 'self' 'nonce-{nonce}'; style-src-attr 'unsafe-inline'; "
+    "img-src 'self' data:; frame-src 'self'; connect-src 'self' ws://127.0.0.1:{port} ws://localhost:{port}; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""The policy of the page; what CodeMirror says of colours and sizes carries the nonce."""
+"""The policy of the page.
+
+What CodeMirror says of colours and sizes carries the nonce; browsers themselves style words that are put into a text.
+"""
 
 REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
 """The policy of a report, beside its own: of no origin, so that it can ask this server for nothing."""

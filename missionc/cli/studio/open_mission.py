@@ -10,13 +10,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
 from missionc.cli.studio.mission_lists import SUFFIX, Shelf, taken
 from missionc.cli.studio.pieces import Json
 from missionc.cli.studio.text_file import TextFile, opened
 from missionc.diagnostics.code import UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.unwritable import cannot_write
-from missionc.syntax.read_file import too_large
+from missionc.output.folder.write_file import write_file
+from missionc.syntax.parse import read
+from missionc.syntax.read_file import loader, too_large
 
 LONGEST = 200
 """Bytes of a file's name."""
@@ -68,6 +71,7 @@ class OpenMission:
 
         ``problem`` says what has to be asked first: for a name where it has none yet (``unnamed``), whether to replace
         a file that is there (``exists``), or one that somebody else has saved meanwhile (``changed``).
+        ``beside`` are the files that were saved along, which a text from the gallery includes.
         """
         size = len(text.encode("utf-8"))
         if size > self.limits.file_bytes:
@@ -78,15 +82,36 @@ class OpenMission:
         if name and (wrong := refused_name(self.home, path)):
             return wrong
         if path == self.file.path and self.file.named:
-            if not replace and self.file.changed():
+            if not replace and self.file.changed(self.limits):
                 return {"problem": "changed"}
         elif not replace and os.path.lexists(path):
             return {"problem": "exists"}
+        beside = {} if self.file.path.parent == self.home else self._included(text)
         saved = self.file.save(path, text)
         if isinstance(saved, Diagnostic):
             return saved
         self.file = saved
-        return {"problem": "", **self.described()}
+        missing = {name: content for name, content in beside.items() if not os.path.lexists(self.home / name)}
+        for name, content in missing.items():
+            wrong = write_file(self.home / name, content.encode("utf-8"))
+            if wrong:
+                return wrong
+        return {"problem": "", "beside": list(missing), **self.described()}
+
+    def _included(self, text: str) -> dict[str, str]:
+        """What a text from elsewhere includes, by its name relative to the text: it goes along where that is saved."""
+        path = self.file.path
+        find = loader(path, str(path), self.limits)
+        found: dict[str, str] = {}
+
+        def load(written: str, span: Span) -> Source | Diagnostic:
+            included = find(written, span)
+            if isinstance(included, Source):
+                found[os.path.relpath(included.name, path.parent)] = included.text
+            return included
+
+        read(Source(str(path), text), self.limits, load)
+        return found
 
 
 def refused_name(home: Path, path: Path) -> Diagnostic | None:

@@ -39,9 +39,10 @@ class TextFile:
         """Whether it has a file."""
         return self.disk is not None
 
-    def changed(self) -> bool:
+    def changed(self, limits: Limits) -> bool:
         """Whether its file holds something else now than when it was read or saved last."""
-        return self.disk != _on_disk(self.path)
+        now = read_bytes(self.path, str(self.path), limits.file_bytes)
+        return now != self.disk if isinstance(now, bytes) else self.saved or os.path.lexists(self.path)
 
     def save(self, path: Path, text: str) -> TextFile | Diagnostic:
         """The text, written to a path; what went wrong, if anything did."""
@@ -70,11 +71,3 @@ def fresh(folder: Path, name: str) -> Path:
     while os.path.lexists(path):
         path = folder / f"{name}_{next(numbers)}.mission"
     return path
-
-
-def _on_disk(path: Path) -> bytes | None:
-    """What a file holds now; None where there is none that can be read."""
-    try:
-        return path.read_bytes() if path.is_file() else None
-    except OSError:
-        return None
