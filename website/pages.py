@@ -48,6 +48,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("A team in formation", "docs/tutorial_formations.md"),
                     Page("From a plan to a flight", "docs/tutorial_flying.md"),
                     Page("Gallery", "docs/gallery.md"),
+                    Page("The studio", "docs/studio.md"),
                     Page("Editors", "docs/editors.md"),
                     Page("VS Code", "editors/vscode/README.md", "vscode.md"),
                     Section("Missions", (Page("All missions", "made/missions/index.md"), *_missions())),

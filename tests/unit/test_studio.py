@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import secrets
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from missionc.lsp.outline import Outline
 from missionc.syntax.tokens import WORDS
 from tests.support.small_missions import SMALL, WRONG
 from tests.support.studio_server import Page, Serving, studio
+from tests.support.watch_process import until
 
 GALLERY = Path(__file__).resolve().parents[2] / "missions" / "gallery"
 
@@ -230,6 +232,43 @@ def test_only_the_text_that_is_open_is_read_by_the_language_server(home: Path, p
     document = {"uri": other, "languageId": "mission", "version": 1, "text": 'include "secret.mission"\n'}
     page.send({"method": "textDocument/didOpen", "params": {"textDocument": document}})
     assert page.ask("textDocument/documentSymbol", textDocument={"uri": other}) == []
+
+
+# --------------------------------------------------------------------- compile
+
+
+def test_the_text_as_it_stands_is_compiled_and_kept_where_the_user_says(
+    home: Path, serving: Serving, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(home)
+    with serving.page() as page:
+        page.open_text(SMALL.replace("mission small", "mission typed"))
+        assert page.ask("studio/keep") == {"problem": "refused", "says": "there is no plan"}
+        page.ask("studio/compile")
+        ended = page.hear("studio/ended")
+        assert (ended["status"], ended["findings"], ended["version"]) == (0, [], 1)
+        assert ended["lines"][0].startswith("typed: planned by smt")
+        status, report, headers = serving.get(f"/{serving.server.guard.token}/{ended['report']}")
+        assert (status, headers["content-security-policy"]) == (200, "sandbox allow-scripts; frame-ancestors 'self'")
+        assert b"<title>typed" in report
+        assert os.listdir(home) == ["a.mission"]
+
+        assert page.ask("studio/keep")["problem"] == ""
+        assert (home / "build" / "typed" / "report.html").read_bytes() == report
+        assert page.ask("studio/keep")["problem"] == "exists"
+        assert page.ask("studio/keep", replace=True)["problem"] == ""
+    assert main(["verify", "build/typed"]) == 0
+    assert (home / "a.mission").read_text() == SMALL
+
+
+def test_of_a_page_that_is_closed_amid_a_compilation_nothing_is_left(home: Path, serving: Serving) -> None:
+    with serving.page() as page:
+        page.open_text(SMALL)
+        page.ask("studio/compile")
+        assert page.ask("studio/stop") == {}
+        page.ask("studio/compile")
+    until(lambda: not any("planning" in thread.name for thread in threading.enumerate()), "the end of the planner")
+    assert list((home.parent / "plans").iterdir()) == []
 
 
 # --------------------------------------------------------------------- the scene

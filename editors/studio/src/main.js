@@ -29,6 +29,7 @@ async function begin() {
   const first = await client.request("studio/begin", {});
   let mission = first;
   let clean = first.saved ? first.text : null;
+  const lost = () => title() && editor.text !== mission.text; // whether something would go with the page
 
   const plan = new PlanView();
   const findings = new Findings(byId("list"), byId("count"));
@@ -83,8 +84,7 @@ async function begin() {
     editor.disconnect();
     mission = opened;
     clean = opened.saved ? opened.text : null;
-    world.show(null, true);
-    world.fit();
+    world.clear();
     editor.open(opened.text, client, opened.uri);
     title();
     quiet();
@@ -93,7 +93,7 @@ async function begin() {
   async function open() {
     const chosen = await choose(await client.request("studio/lists", {}));
     if (!chosen) return;
-    if (title() && editor.text !== first.text) {
+    if (lost()) {
       const [sure] = await ask(`${mission.name} has changes that are not saved.`, [["leave", "Open without saving"], CANCEL]);
       if (sure !== "leave") return;
     }
@@ -114,7 +114,7 @@ async function begin() {
     }
     if (answer.problem === "changed") return conflict();
     const renamed = answer.uri !== mission.uri;
-    mission = { ...mission, ...answer };
+    mission = answer;
     clean = text;
     if (renamed) {
       editor.disconnect();
@@ -136,6 +136,7 @@ async function begin() {
     if (way !== "load") return;
     const read = await client.request("studio/reload", {});
     if (read.problem) return say(read.says, true);
+    mission = read;
     clean = read.text;
     editor.replace(read.text);
     title();
@@ -203,7 +204,7 @@ async function begin() {
   byId("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme !== "dark"));
   for (const each of ["text", "world", "plan"]) byId(`tab-${each}`).addEventListener("click", () => tab(each));
   window.addEventListener("beforeunload", (event) => {
-    if (title() && editor.text !== first.text) event.preventDefault();
+    if (lost()) event.preventDefault();
   });
   window.addEventListener("keydown", (event) => {
     const act = (event.ctrlKey || event.metaKey) && { s: save, o: open, Enter: compile }[event.key];

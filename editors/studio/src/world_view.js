@@ -35,6 +35,14 @@ export class WorldView {
     this.draw();
   }
 
+  // Nothing is left of the mission before.
+  clear() {
+    this.scene = null;
+    this.drag = null;
+    this.colours.clear();
+    this.fit();
+  }
+
   carry(changes, dragged) {
     carry(this.scene, changes, dragged);
   }
@@ -68,7 +76,7 @@ export class WorldView {
     const [world, ...others] = things[0]?.kind === "world" ? things : [null, ...things];
     if (world) this.svg.append(this.thing(world));
     this.svg.append(gridLines(this.frame, this.scene), ...others.map((thing) => this.thing(thing)), ...things.map((thing) => this.label(thing)));
-    if (focused) this.svg.querySelector(`[data-at="${CSS.escape(focused)}"]`)?.focus();
+    if (focused) this.svg.querySelector(`[data-at="${CSS.escape(focused)}"][tabindex]`)?.focus();
   }
 
   lit = ({ span }) => span && span[0] <= this.cursor && this.cursor <= span[1];
@@ -77,12 +85,14 @@ export class WorldView {
     const { frame } = this;
     const group = element("g", { class: `thing ${thing.kind}${thing.ghost ? " ghost" : ""}${this.lit(thing) ? " lit" : ""}`, "data-thing": key(thing) });
     if (thing.kind === "region") group.style.setProperty("--hue", this.hue(thing.name));
-    const alone = thing.pieces.length === 1 && (thing.parts ?? []).length <= 1;
+    const alone = thing.pieces.length === 1 && (thing.kind === "world" || (thing.parts?.length ?? 2) <= 1);
     if (thing.parts && !alone) group.append(element("path", { class: "fill", d: partsPath(frame, thing.parts), "fill-rule": "evenodd" }));
+    const together = thing.pieces.length === 1 && thing.pieces[0].form !== "point" ? { "data-at": `${key(thing)}/0`, "data-handle": "0" } : {};
     for (const [x, y] of thing.agents ?? []) {
-      group.append(element("circle", { class: "agent", cx: frame.x(x), cy: frame.y(y), r: Math.max(3, thing.radius * frame.scale) }));
+      const body = { cx: frame.x(x), cy: frame.y(y), r: Math.max(3, thing.radius * frame.scale) };
+      group.append(titled(element("circle", { class: "agent", ...body, ...together }), `${thing.kind} ${thing.name}`));
     }
-    for (const way of [thing.way ?? []]) if (way.length) group.append(...this.way(thing, way));
+    if (thing.way?.length) group.append(this.way(thing));
     thing.pieces.forEach((piece, index) => group.append(...this.piece(thing, piece, index, alone)));
     return group;
   }
@@ -93,10 +103,10 @@ export class WorldView {
   }
 
   // The way of a moving obstacle, from the middle of its shape.
-  way(thing, offsets) {
+  way(thing) {
     const [x, y] = this.middle(thing);
-    const points = offsets.map(([across, up]) => `${this.frame.x(x + across)},${this.frame.y(y + up)}`);
-    return [titled(element("polyline", { class: "way", points: points.join(" ") }), `the way of ${thing.name}`)];
+    const points = thing.way.map(([across, up]) => `${this.frame.x(x + across)},${this.frame.y(y + up)}`);
+    return titled(element("polyline", { class: "way", points: points.join(" ") }), `the way of ${thing.name}`);
   }
 
   middle(thing) {
@@ -138,7 +148,7 @@ export class WorldView {
   label(thing) {
     if (thing.kind === "world") return "";
     if (thing.region) return this.guests(thing);
-    const [x, y] = this.middle(thing);
+    const [x, y] = thing.agents?.[0] ?? this.middle(thing);
     const down = thing.kind === "region" || thing.kind === "obstacle" ? 4 : -12;
     const words = thing.kind === "finish" ? `${thing.name} finish` : thing.name;
     return element("text", { class: `name ${thing.kind}`, x: this.frame.x(x), y: this.frame.y(y) + down, "text-anchor": "middle" }, words);
@@ -224,7 +234,7 @@ export class WorldView {
     this.drag = null;
     if (drag.handle && drag.passed) this.text.end(cancelled);
     else if (!drag.passed && drag.hit?.thing.span) this.text.select(drag.hit.piece.span && drag.hit.number ? drag.hit.piece.span : drag.hit.thing.span);
-    if (event.type === "pointerup" && drag.at) this.svg.querySelector(`[data-at="${CSS.escape(drag.at)}"]`)?.focus({ preventScroll: true });
+    if (event.type === "pointerup" && drag.at) this.svg.querySelector(`[data-at="${CSS.escape(drag.at)}"][tabindex]`)?.focus({ preventScroll: true });
     this.draw();
   }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import tempfile
 from collections.abc import Callable
@@ -41,8 +42,9 @@ async def _serve(workplace: Workplace, ready: Callable[[str], None]) -> int:
     ended: asyncio.Future[int] = loop.create_future()
 
     def end(number: int) -> None:
-        if not ended.done():
-            ended.set_result(number)
+        if ended.done():
+            os._exit(128 + number)  # a second one ends the process at once, as everywhere
+        ended.set_result(number)
 
     for number in HANDLED:
         if signal.getsignal(number) != signal.SIG_IGN:  # as that of hanging up is under `nohup`
