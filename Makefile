@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help venv test check docs format slow fuzz bench gallery vscode clean
+.PHONY: help venv test check docs format slow fuzz bench gallery vscode studio clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -56,5 +56,8 @@ gallery: ## docs/gallery.md and its pictures, from missions/gallery
 vscode: ## the extension for VS Code, as editors/vscode/dist/missionc.vsix; takes Node.js
 	cd editors/vscode && npm ci && npm run package
 
+studio: ## the script of the page of `missionc studio`, which is kept in the repository; takes Node.js
+	cd editors/studio && npm ci && npm run build
+
 clean: ## remove what was built
-	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache editors/vscode/dist editors/vscode/node_modules
+	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache editors/vscode/dist editors/vscode/node_modules editors/studio/node_modules

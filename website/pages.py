@@ -49,6 +49,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("From a plan to a flight", "docs/tutorial_flying.md"),
                     Page("A map from ROS", "docs/howto_ros_map.md"),
                     Page("Gallery", "docs/gallery.md"),
+                    Page("The studio", "docs/studio.md"),
                     Page("Editors", "docs/editors.md"),
                     Page("VS Code", "editors/vscode/README.md", "vscode.md"),
                     Section("Missions", (Page("All missions", "made/missions/index.md"), *_missions())),

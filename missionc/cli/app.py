@@ -34,6 +34,7 @@ MODULES = (
     "monitor",
     "report",
     "simulate",
+    "studio",
     "vehicles",
     "verify",
 )

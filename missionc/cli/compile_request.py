@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, assert_never
 from missionc.backends.api import Budget, Impossible, NotFound, Progress, Scope
 from missionc.backends.options import Options
 from missionc.base.limits import Limits
+from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli import emit_stages, stage_names, summary
 from missionc.cli.exit_status import Status, say
@@ -35,7 +36,8 @@ if TYPE_CHECKING:
 class CompileRequest:
     """A request: what is to be compiled, how, and what is to be written and said; the flags of ``compile``, read."""
 
-    file: Path
+    file: Path | Source
+    """Where the mission is, or its text, under the name of a file that need not be there."""
     _: KW_ONLY
     overrides: tuple[tuple[str, str], ...] = ()
     limits: Limits = field(default_factory=Limits)
@@ -70,6 +72,16 @@ class CompileRequest:
     """When the time limit began to run, on the clock of ``time.monotonic``; None for when the work begins."""
 
     @property
+    def name(self) -> str:
+        """How messages call the mission: its path."""
+        return self.file.name if isinstance(self.file, Source) else str(self.file)
+
+    @property
+    def deadline(self) -> float:
+        """When time is up, on the clock of ``time.monotonic``: counted from now where nothing began before."""
+        return (time.monotonic() if self.began is None else self.began) + self.time_limit
+
+    @property
     def writes(self) -> bool:
         """Whether a folder is to be written: stages that are printed take its place, unless both are asked for."""
         return not self.wanted or self.output is not None
@@ -86,10 +98,10 @@ class CompileResult:
 
 def run_request(request: CompileRequest) -> CompileResult:
     """Compile, write, and say what came of it."""
-    began = time.monotonic() if request.began is None else request.began
-    deadline = began + request.time_limit
+    deadline = request.deadline
+    began = deadline - request.time_limit
     with shown(request.quiet or request.form == "json") as listen:
-        answer = _compiled(request, deadline, listen)
+        answer = carry_out(request, deadline, listen)
     compiled = answer.compiled
     seconds = Seconds(time.monotonic() - began)
     silent = request.quiet or bool(request.wanted)
@@ -117,7 +129,8 @@ def folder_of(request: CompileRequest, checked: Checked) -> Path:
     return request.output or Path("build") / (checked.mission.name if checked.mission else "mission")
 
 
-def _compiled(request: CompileRequest, deadline: float, listen: Callable[[Progress], None]) -> CompileResult:
+def carry_out(request: CompileRequest, deadline: float, listen: Callable[[Progress], None]) -> CompileResult:
+    """Compile and write, and tell ``listen`` how far it is; nothing is printed."""
     budget = Budget(deadline, request.memory_limit, request.seed, request.limits, listen)
     checked = driver.check_within(
         budget,
@@ -183,7 +196,7 @@ def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tu
     outputs = [Output(flag, path, flag == "-o") for flag, path in named if path]
     again = request.resume and request.checkpoint and within(request.resume, request.checkpoint)
     resumed = [request.resume] if request.resume and not again else []
-    return outputs, [request.file, *(Path(source.name) for source in checked.sources[1:]), *resumed]
+    return outputs, [*(Path(source.name) for source in checked.sources), *resumed]
 
 
 def _answer(request: CompileRequest, compiled: Compiled, folder: Path | None) -> CompileResult:

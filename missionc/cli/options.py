@@ -299,10 +299,13 @@ verbose = click.option(
 
 no_open = click.option("--no-open", is_flag=True, help="Say where the page is, and open no browser.")
 
+EXPLAIN_LIMIT = 20.0
+"""Seconds, where nobody says otherwise."""
+
 explain_limit = click.option(
     "--explain-limit",
     type=Number(min=0, max=1e9),
-    default=20.0,
+    default=EXPLAIN_LIMIT,
     show_default=True,
     metavar="SECONDS",
     help="Of the time limit, so much for what would make an `impossible` possible; 0 for none.",

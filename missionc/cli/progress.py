@@ -32,13 +32,7 @@ class ProgressLine:
 
     def listen(self, progress: Progress) -> None:
         """Take note of where a backend is."""
-        rounds = f", round {progress.round}" if progress.round > 1 else ""
-        iteration = f", iteration {progress.iteration}" if progress.iteration else ""
-        planned = "{}/{} robots planned".format(*progress.planned) if progress.planned else ""
-        margin = "" if progress.margin is None else f"best margin {progress.margin:.3g} m"
-        details = ", ".join(filter(None, (planned, margin, progress.detail)))
-        engine = f"{progress.engine}: " if progress.engine else ""
-        self._says = f"{engine}{progress.stage}{rounds}{iteration}" + (f": {details}" if details else "")
+        self._says = words(progress)
 
     def say(self, stage: str) -> None:
         self._says = stage
@@ -63,6 +57,17 @@ class ProgressLine:
         with suppress(Unsaid):
             self._stream.write(f"\r\x1b[K{line}")
             self._stream.flush()
+
+
+def words(progress: Progress) -> str:
+    """Where a backend is, in one line: the stage, and how far it is."""
+    rounds = f", round {progress.round}" if progress.round > 1 else ""
+    iteration = f", iteration {progress.iteration}" if progress.iteration else ""
+    planned = "{}/{} robots planned".format(*progress.planned) if progress.planned else ""
+    margin = "" if progress.margin is None else f"best margin {progress.margin:.3g} m"
+    details = ", ".join(filter(None, (planned, margin, progress.detail)))
+    engine = f"{progress.engine}: " if progress.engine else ""
+    return plain_line(f"{engine}{progress.stage}{rounds}{iteration}" + (f": {details}" if details else ""))
 
 
 @contextmanager

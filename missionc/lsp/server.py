@@ -67,9 +67,9 @@ def serve() -> None:
     made().start_io(cast(BinaryIO, Incoming(sys.stdin.buffer)))
 
 
-def made() -> Server:
-    """A server that knows every request."""
-    server = Server()
+def made(server: Server | None = None) -> Server:
+    """A server that knows every request; the one that is given, once it has been told of them."""
+    server = server or Server()
     _texts(server)
     _answers(server)
     _edits(server)

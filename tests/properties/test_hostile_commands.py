@@ -151,6 +151,7 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             "--quiet": None,
         },
     ),
+    "studio": ((mission,), {"--no-open": None}),
     "vehicles": ((name,), {"--format": drawn("text", "json", ODD)}),
     "verify": ((compiled,), {**SHARED}),
     ODD: ((name,), {}),
@@ -212,6 +213,8 @@ def test_every_command_line_ends_well(
     part: int, anew: Callable[[], Path], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MISSIONC_TRACEBACK", "1")
+    # It would go on until it is interrupted.
+    monkeypatch.setattr("missionc.cli.studio.serve.serve", lambda *_: None)
     for number in range(part, int(os.environ.get("MISSIONC_FUZZ", USUAL)), PARTS):
         words = command_line(random.Random(number))
         if number % 10 == part:

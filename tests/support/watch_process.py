@@ -54,7 +54,7 @@ class Watching:
 
     def address(self) -> str:
         self.says("Ctrl-C ends")
-        found = re.search(r"http://127\.0\.0\.1:\d+/", self.said)
+        found = re.search(r"http://127\.0\.0\.1:\d+/[\w-]*/?", self.said)
         assert found, self.said
         return found[0]
 

@@ -25,12 +25,12 @@ FIRST = next(iter(OFFERS))
 
 def watch(request: CompileRequest, no_open: bool) -> Status:
     """Goes on until it is interrupted; returns only where the folder to write is not the compiler's."""
-    missions = Missions([str(request.file)], lambda: [check(request)])
+    missions = Missions([request.name], lambda: [check(request)])
     ours: set[Path] = set()  # folders that were not there before
-    with Planner() as planner, Live(request.file.name) as live:
+    with Planner() as planner, Live(Path(request.name).name) as live:
         planner.ready(FIRST)
         say_line(said(live.address, no_open, live.address))
-        say_line(f"watching {request.file} and what it includes; Ctrl-C ends")
+        say_line(f"watching {request.name} and what it includes; Ctrl-C ends")
         while True:
             _begin(request, missions, planner, live, ours)
             while not missions.saved():

@@ -1,0 +1,69 @@
+"""``missionc studio [FILE]``: a page on this machine in which a mission is written, seen and compiled.
+
+says MC002 MC004 MC009 MC404
+"""
+
+from __future__ import annotations
+
+import os
+from importlib.util import find_spec
+from pathlib import Path
+
+import click
+
+from missionc.base.limits import Limits
+from missionc.base.units import Seconds
+from missionc.cli import options
+from missionc.cli.browser import said
+from missionc.cli.compile_request import CompileRequest
+from missionc.cli.exit_status import Status, say, say_line
+from missionc.cli.studio.text_file import TextFile, fresh, opened
+from missionc.data.templates import DEFAULT, templates
+from missionc.diagnostics.code import EXTRA_MISSING
+from missionc.diagnostics.model import Diagnostic
+
+NEEDED = ("pygls", "websockets")
+
+
+@click.command("studio")
+@click.argument("file", type=options.file_to_write, required=False, shell_complete=options.files)
+@options.no_open
+def command(file: Path | None, no_open: bool) -> Status:
+    """Write, see and compile a mission in the browser.
+
+    Without FILE it begins with a template. The page is on this machine alone; Ctrl-C ends it.
+    """
+    missing = next((name for name in NEEDED if find_spec(name) is None), None)
+    if missing:
+        message = f"the studio needs the package {missing}, which is not installed"
+        help_ = "install it with `pip install 'missionc[studio]'`"
+        say([Diagnostic(EXTRA_MISSING, message, None, help=help_)], [], "text", {})
+        return Status.MISSION_ERRORS
+    path = Path(os.path.abspath(file)) if file else None
+    if path and not path.parent.is_dir():
+        raise click.UsageError(f"there is no folder `{path.parent}`")
+    home = path.parent if path else Path.cwd()
+    first = _first(path, home)
+    if isinstance(first, Diagnostic):
+        say([first], [], "text", {})
+        return Status.MISSION_ERRORS
+    from missionc.cli.studio.serve import serve  # by what only the extra brings
+
+    request = CompileRequest(first.path, explain_limit=Seconds(options.EXPLAIN_LIMIT), quiet=True)
+    serve(home, first, request, lambda address: _say(address, no_open))
+    return Status.DONE
+
+
+def _first(path: Path | None, home: Path) -> TextFile | Diagnostic:
+    """The text of the file; a template where there is none yet."""
+    if path and os.path.lexists(path):
+        return opened(path, Limits())
+    template = templates()[DEFAULT]
+    if path is None:
+        return TextFile(fresh(home, template.mission), template.text)
+    return TextFile(path, template.text, named=True)
+
+
+def _say(address: str, no_open: bool) -> None:
+    say_line(said(address, no_open, address, "the studio"))
+    say_line("nothing is saved unless you save it; Ctrl-C ends")

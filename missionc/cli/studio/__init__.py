@@ -1,0 +1,16 @@
+"""The studio: a page on this machine in which a mission is written, seen and compiled.
+
+pieces         shapes as written → what of them a drag may edit
+scene          a text → what the map shows
+text_file      the file behind a text: read, compared, saved
+mission_lists  the missions that can be opened
+open_mission   the text that a page has, and where it may be saved
+studio_lsp     the language server of one page
+workplace      what all pages share
+planning       compilations in a thread beside the page
+compilation    the compilations of one page's text
+session        one page's requests, and their answers
+guard          who may ask at all
+local_server   the pages and their sockets
+serve          all of it together, for ``missionc studio``
+"""

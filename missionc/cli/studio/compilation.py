@@ -1,0 +1,107 @@
+"""Compilations of one page's text: begun, stopped, told of, and kept where the user wants the plan.
+
+says MC701 MC702
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Self
+
+from missionc.base.source import Source
+from missionc.cli.exit_status import Status
+from missionc.cli.studio.planning import Planning
+from missionc.cli.studio.workplace import Workplace
+from missionc.cli.watch.planner_process import Ended
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.file_names import REPORT
+from missionc.output.folder.write_folder import write_folder
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A compilation that has ended: where its files are, and how its mission is called."""
+
+    folder: Path
+    mission: str
+    planned: bool
+
+
+class Compilation:
+    """A context in which texts are compiled, the newest counts.
+
+    Args:
+        tell: called in the loop's thread with how far it is, in a line.
+        ended: called there with the end, and the name under which the report can be had; empty where there is none.
+    """
+
+    def __init__(self, workplace: Workplace, tell: Callable[[str], None], ended: Callable[[Ended, str], None]) -> None:
+        self._workplace, self._ended = workplace, ended
+        self._kept: Kept | None = None
+        self._begun: Kept | None = None
+        self._report = ""
+        loop = asyncio.get_running_loop()
+        self._planning = Planning(
+            lambda line: _call(loop, lambda: tell(line)),
+            lambda end: _call(loop, lambda: self._end(end)),
+        )
+
+    def __enter__(self) -> Self:
+        self._planning.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._planning.__exit__(*exception)
+        self._drop()
+
+    def start(self, source: Source, mission: str, backend: str) -> None:
+        """Compile a text as it stands, in a folder of the studio's own."""
+        self._begun = Kept(self._workplace.folder(), mission, False)
+        request = replace(self._workplace.request, file=source, output=self._begun.folder)
+        self._planning.start(request, backend)
+
+    def stop(self) -> None:
+        self._begun = None
+        self._planning.stop()
+
+    def keep(self, force: bool) -> Path | Diagnostic | None:
+        """Write the last plan to ``build/NAME``; where to, or what forbids it, or nothing where there is no plan."""
+        if self._kept is None or not self._kept.planned:
+            return None
+        target = Path("build") / self._kept.mission
+        return write_folder(target, _files(self._kept.folder), force) or target
+
+    def _end(self, end: Ended) -> None:
+        if self._begun is None:
+            return  # it was stopped at the very end
+        self._drop()
+        self._kept, self._begun = replace(self._begun, planned=end.status == Status.DONE), None
+        page = self._kept.folder / REPORT
+        self._report = self._workplace.publish(page.read_bytes()) if page.is_file() else ""
+        self._ended(end, self._report)
+
+    def _drop(self) -> None:
+        """Nothing is left of the plan before."""
+        if self._kept is not None:
+            shutil.rmtree(self._kept.folder, ignore_errors=True)
+        self._workplace.withdraw(self._report)
+        self._kept, self._report = None, ""
+
+
+def _call(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
+    if not loop.is_closed():
+        loop.call_soon_threadsafe(act)
+
+
+def _files(folder: Path) -> list[tuple[str, bytes]]:
+    found = []
+    for place, _, names in os.walk(folder):
+        for name in sorted(names):
+            path = Path(place) / name
+            found.append((path.relative_to(folder).as_posix(), path.read_bytes()))
+    return found

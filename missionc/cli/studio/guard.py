@@ -1,0 +1,68 @@
+"""The guard: who may ask the studio at all.
+
+A stranger's page in the same browser can send requests to any port of this machine. It does not know the token; it
+is told apart by its origin too, and by the host that it believes to speak to, where a name of its own leads here
+(DNS rebinding). All of it is needed for every request, also for one that opens a socket.
+"""
+
+from __future__ import annotations
+
+import hmac
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from websockets.datastructures import Headers
+
+NAMES = ("127.0.0.1", "localhost")
+OWN_SITES = ("same-origin", "none")
+"""What a browser says of a request that a page of ours makes, or that the user makes."""
+
+ALWAYS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "SAMEORIGIN",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+}
+"""Headers of every answer."""
+
+PAGE = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'nonce-{nonce}'; style-src-attr 'unsafe-inline'; "
+    "img-src 'self' data:; frame-src 'self'; connect-src 'self' ws://127.0.0.1:{port} ws://localhost:{port}; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""The policy of the page.
+
+What CodeMirror says of colours and sizes carries the nonce; browsers themselves style words that are put into a text.
+"""
+
+REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
+"""The policy of a report, beside its own: of no origin, so that it can ask this server for nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    token: str
+    port: int
+
+    @property
+    def address(self) -> str:
+        return f"http://{NAMES[0]}:{self.port}/{self.token}/"
+
+    def path(self, target: str, headers: Headers) -> str | None:
+        """What is asked for, below the token; nothing where the asker may have nothing."""
+        _, token, *rest = target.partition("?")[0].split("/")
+        known = hmac.compare_digest(token.encode("utf-8", "surrogateescape"), self.token.encode("ascii"))
+        return "/".join(rest) if known and rest and self._from_here(headers) else None
+
+    def opens(self, headers: Headers) -> bool:
+        """Whether a request to open a socket comes from a page of this server."""
+        return headers.get_all("Origin") == [f"http://{headers.get('Host')}"]
+
+    def _from_here(self, headers: Headers) -> bool:
+        hosts = headers.get_all("Host")
+        if len(hosts) != 1 or hosts[0] not in [f"{name}:{self.port}" for name in NAMES]:
+            return False
+        return all(site in OWN_SITES for site in headers.get_all("Sec-Fetch-Site"))

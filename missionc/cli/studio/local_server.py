@@ -1,0 +1,121 @@
+"""The studio's server: its page, reports, and a socket for each open page, on this machine alone."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import secrets
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from http import HTTPStatus
+from pathlib import Path
+
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from missionc.cli.studio.guard import ALWAYS, NAMES, PAGE, REPORT, Guard
+from missionc.cli.studio.session import Session
+from missionc.cli.studio.workplace import Workplace
+
+ASSETS = Path(__file__).resolve().parent / "assets"
+KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+FILES = {"": "index.html", "studio.js": "studio.js", "studio.css": "studio.css", "icon.svg": "icon.svg"}
+"""The files of the page, by what they are asked for as: nothing else is looked for on the disk."""
+SOCKET = "socket"
+NONCE = "%%NONCE%%"
+
+MOST_PAGES = 8
+"""Pages that are open at once, each with a language server."""
+LONGEST_MESSAGE = 1 << 20
+"""Bytes: a text of the largest size, every character of it written out, and room for what goes with it."""
+
+log = logging.getLogger(__name__)
+log.addHandler(logging.NullHandler())
+log.propagate = False
+
+
+class LocalServer:
+    """Answers requests of those whom the guard lets in."""
+
+    def __init__(self, workplace: Workplace) -> None:
+        self._workplace = workplace
+        self._open = 0
+        self._files = {name: (ASSETS / file).read_bytes() for name, file in FILES.items()}
+        self.guard = Guard(secrets.token_urlsafe(24), 0)
+
+    @asynccontextmanager
+    async def serving(self) -> AsyncIterator[None]:
+        """Within, the page can be had at the guard's ``address``."""
+        async with serve(
+            self._speak,
+            NAMES[0],
+            0,
+            process_request=self._respond,
+            max_size=LONGEST_MESSAGE,
+            compression=None,
+            ping_interval=None,
+            close_timeout=1,
+            server_header=None,
+            logger=log,
+        ) as server:
+            port = server.sockets[0].getsockname()[1]
+            self.guard = Guard(self.guard.token, port)
+            yield
+
+    def _respond(self, connection: ServerConnection, request: Request) -> Response | None:
+        """A page, or a refusal; nothing where a socket may be opened."""
+        name = self.guard.path(request.path, request.headers)
+        if name is None:
+            return _answer(HTTPStatus.FORBIDDEN, b"forbidden\n", "text/plain")
+        if name == SOCKET:
+            if not self.guard.opens(request.headers):
+                return _answer(HTTPStatus.FORBIDDEN, b"forbidden\n", "text/plain")
+            full = self._open >= MOST_PAGES
+            return _answer(HTTPStatus.SERVICE_UNAVAILABLE, b"too many pages\n", "text/plain") if full else None
+        if name in self._files:
+            content = self._files[name]
+            kind = KINDS[Path(FILES[name]).suffix]
+            nonce = secrets.token_urlsafe(12)
+            policy = PAGE.format(nonce=nonce, port=self.guard.port)
+            return _answer(HTTPStatus.OK, content.replace(NONCE.encode(), nonce.encode()), kind, policy)
+        if name in self._workplace.reports:
+            return _answer(HTTPStatus.OK, self._workplace.reports[name], KINDS[".html"], REPORT)
+        return _answer(HTTPStatus.NOT_FOUND, b"not found\n", "text/plain")
+
+    async def _speak(self, socket: ServerConnection) -> None:
+        """Everything between one page and its session."""
+        outgoing: asyncio.Queue[str] = asyncio.Queue()
+
+        async def send() -> None:
+            while True:
+                await socket.send(await outgoing.get())
+
+        self._open += 1
+        sender = asyncio.ensure_future(send())
+        session = Session(self._workplace, outgoing.put_nowait)
+        session.__enter__()
+        try:
+            async for message in socket:
+                session.receive(message)
+        except ConnectionClosed:
+            pass
+        finally:
+            sender.cancel()
+            self._open -= 1
+            # It waits for a planner to end.
+            await asyncio.to_thread(session.__exit__, None, None, None)
+
+
+def _answer(status: HTTPStatus, content: bytes, kind: str, policy: str = "default-src 'none'") -> Response:
+    headers = Headers(
+        {
+            **ALWAYS,
+            "Content-Type": f"{kind}; charset=utf-8",
+            "Content-Length": str(len(content)),
+            "Content-Security-Policy": policy,
+            "Connection": "close",
+        }
+    )
+    return Response(status.value, status.phrase, headers, content)

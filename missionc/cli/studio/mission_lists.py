@@ -1,0 +1,68 @@
+"""Missions that can be opened: those in the folder, those of the gallery, and the templates; each by a plain name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+from missionc.base.limits import Limits
+from missionc.base.resources import folder
+from missionc.cli.studio.text_file import TextFile, fresh, opened
+from missionc.data.templates import templates
+from missionc.diagnostics.code import UNREADABLE
+from missionc.diagnostics.model import Diagnostic
+
+SUFFIX = ".mission"
+MOST = 500
+"""Missions of one folder that are listed."""
+
+Shelf = Literal["folder", "gallery", "template"]
+SHELVES: tuple[Shelf, ...] = ("folder", "gallery", "template")
+
+
+def listed(shelf: Shelf, home: Path) -> list[dict[str, str]]:
+    """The missions of a shelf: each one's name, and what it says of itself in its first words."""
+    match shelf:
+        case "folder":
+            return [{"name": path.name, "about": ""} for path in _missions(home)]
+        case "gallery":
+            return [{"name": path.stem, "about": _about(path)} for path in _missions(folder("missions") / "gallery")]
+        case "template":
+            return [{"name": each.name, "about": each.about} for each in templates().values()]
+
+
+def taken(shelf: Shelf, name: str, home: Path, limits: Limits) -> TextFile | Diagnostic:
+    """A mission from a shelf; one that is not from the folder is a text without a file.
+
+    A text from the gallery keeps its path there, so that what it includes is found.
+    """
+    if name not in [entry["name"] for entry in listed(shelf, home)]:
+        return Diagnostic(UNREADABLE, f"there is no `{name}` to open", None, help="choose one that is listed")
+    match shelf:
+        case "folder":
+            return opened(home / name, limits)
+        case "gallery":
+            copied = opened(folder("missions") / "gallery" / f"{name}{SUFFIX}", limits)
+            return copied if isinstance(copied, Diagnostic) else TextFile(copied.path, copied.text)
+        case "template":
+            template = templates()[name]
+            return TextFile(fresh(home, template.mission), template.text)
+
+
+def _missions(place: Path) -> Iterator[Path]:
+    """The missions in a folder; a link that leads out of it is none."""
+    root = place.resolve()
+    found = (path for path in sorted(place.glob(f"*{SUFFIX}")) if path.is_file() and path.resolve().parent == root)
+    yield from (path for path, _ in zip(found, range(MOST), strict=False))
+
+
+def _about(path: Path) -> str:
+    """The first sentence of the comment that a mission begins with."""
+    lines = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.removeprefix("#").strip())
+    words = " ".join(lines)
+    return words.partition(". ")[0].rstrip(".") + "." if words else ""

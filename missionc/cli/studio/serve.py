@@ -1,0 +1,55 @@
+"""The studio from its first page to Ctrl-C: the server, its folder for plans, and the browser."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from missionc.base.signals import HANDLED, Stopped
+from missionc.cli.compile_request import CompileRequest
+from missionc.cli.studio.local_server import LocalServer
+from missionc.cli.studio.text_file import TextFile
+from missionc.cli.studio.workplace import Workplace
+
+PREFIX = "missionc-studio-"
+"""The beginning of the name of the folder for plans, in the system's folder for temporary files."""
+
+
+def serve(home: Path, first: TextFile, request: CompileRequest, ready: Callable[[str], None]) -> None:
+    """Serve until a signal comes.
+
+    Args:
+        home: the one folder that missions are opened from and saved to.
+        first: the text that a page begins with.
+        request: how texts are compiled.
+        ready: called with the page's address once it can be had.
+
+    Raises:
+        Stopped: always, in the end; nothing is left of the folder for plans by then.
+    """
+    with tempfile.TemporaryDirectory(prefix=PREFIX) as plans:
+        number = asyncio.run(_serve(Workplace(home, first, Path(plans), request), ready))
+    raise Stopped(number)
+
+
+async def _serve(workplace: Workplace, ready: Callable[[str], None]) -> int:
+    """The number of the signal that ended it."""
+    loop = asyncio.get_running_loop()
+    ended: asyncio.Future[int] = loop.create_future()
+
+    def end(number: int) -> None:
+        if ended.done():
+            os._exit(128 + number)  # a second one ends the process at once, as everywhere
+        ended.set_result(number)
+
+    for number in HANDLED:
+        if signal.getsignal(number) != signal.SIG_IGN:  # as that of hanging up is under `nohup`
+            loop.add_signal_handler(number, end, number)
+    server = LocalServer(workplace)
+    async with server.serving():
+        ready(server.guard.address)
+        return await ended

@@ -1,0 +1,73 @@
+"""The file behind a text: read as it is, compared with what is on the disk, and saved on request alone.
+
+A page has lines that end in one character; which characters end them on the disk, and whether a byte order mark
+begins the file, is kept here, so that saving changes nothing but what somebody changed.
+
+    says MC002 MC004 MC009 MC702
+"""
+
+from __future__ import annotations
+
+import codecs
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from missionc.base.limits import Limits
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.write_file import write_file
+from missionc.syntax.read_file import read_bytes, text_of
+
+
+@dataclass(frozen=True, slots=True)
+class TextFile:
+    """A text with the path it is called by.
+
+    ``disk`` are the bytes that its file held last, None where it has none; ``named`` says that somebody chose the path,
+    so that it can be saved there without a question.
+    """
+
+    path: Path
+    text: str
+    disk: bytes | None = None
+    named: bool = False
+    newline: str = "\n"
+    mark: bytes = b""
+
+    @property
+    def saved(self) -> bool:
+        """Whether it has a file."""
+        return self.disk is not None
+
+    def changed(self, limits: Limits) -> bool:
+        """Whether its file holds something else now than when it was read or saved last."""
+        now = read_bytes(self.path, str(self.path), limits.file_bytes)
+        return now != self.disk if isinstance(now, bytes) else self.saved or os.path.lexists(self.path)
+
+    def save(self, path: Path, text: str) -> TextFile | Diagnostic:
+        """The text, written to a path; what went wrong, if anything did."""
+        content = self.mark + text.replace("\n", self.newline).encode("utf-8")
+        wrong = write_file(path, content)
+        return wrong or replace(self, path=path, text=text, disk=content, named=True)
+
+
+def opened(path: Path, limits: Limits) -> TextFile | Diagnostic:
+    """The text in a file."""
+    content = read_bytes(path, str(path), limits.file_bytes)
+    if isinstance(content, Diagnostic):
+        return content
+    text = text_of(content, str(path))
+    if isinstance(text, Diagnostic):
+        return text
+    mark = codecs.BOM_UTF8 if content.startswith(codecs.BOM_UTF8) else b""
+    newline = "\r\n" if "\r\n" in text else "\n"
+    return TextFile(path, text.replace("\r\n", "\n").replace("\r", "\n"), content, True, newline, mark)
+
+
+def fresh(folder: Path, name: str) -> Path:
+    """A path in the folder that nothing stands at: ``name.mission``, or with a number."""
+    numbers = iter(range(2, 10_000))
+    path = folder / f"{name}.mission"
+    while os.path.lexists(path):
+        path = folder / f"{name}_{next(numbers)}.mission"
+    return path
