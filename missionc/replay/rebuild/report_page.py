@@ -9,10 +9,11 @@ from missionc.base.strict_json import parse_json
 from missionc.base.trace import Plan
 from missionc.output.documents.alternatives_json import AlternativeRow
 from missionc.output.folder.file_names import REPORT, SIMULATION
+from missionc.output.folder.manifest import sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.output.with_alternatives import others
 from missionc.pipeline.provenance import texts
-from missionc.replay.read_folder import OutputFolder
+from missionc.replay.read_folder import PLAN, OutputFolder
 from missionc.replay.rebuild.alternatives import Judged
 from missionc.replay.rebuild.plan_document import plan_of
 from missionc.replay.rebuild.verdict import verdict
@@ -51,6 +52,7 @@ def _plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None =
         opened.flights,
         texts(opened.checked),
         simulation=opened.text(SIMULATION),
+        digest=sha256(opened.files[PLAN]) if PLAN in opened.files else "",
     )
 
 
