@@ -48,16 +48,18 @@ function mapView(canvas, first, shared = null) {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     chase(state);
     const frame = eye.frame(width, height);
-    ground(context, frame, palette);
+    const grid = ground(context, frame, palette);
     context.drawImage(still, ...paintStill(ratio, frame, palette, state));
+    paintScale(context, frame, model, palette, grid);
     paintMoving(context, frame, palette, state, ghost);
   }
 
   function paint(context, width, height, palette, state, ghost = null) {
     const frame = eye.frame(width, height);
-    ground(context, frame, palette);
+    const grid = ground(context, frame, palette);
     paintStanding(context, frame, model, palette);
     if (state.layers.paths) paintPaths(context, frame, model, palette);
+    paintScale(context, frame, model, palette, grid);
     paintMoving(context, frame, palette, state, ghost);
   }
 
@@ -65,7 +67,7 @@ function mapView(canvas, first, shared = null) {
     context.globalAlpha = 1;
     context.fillStyle = palette.paper;
     context.fillRect(0, 0, frame.width, frame.height);
-    paintFloor(context, frame, model, palette);
+    return paintFloor(context, frame, model, palette);
   }
 
   const motionOf = (of, state) => of.motions[state.motion] || of.motions.planned;

@@ -24,11 +24,11 @@ function paintFloor(context, frame, { low, high, dimension }, palette) {
     for (const [x, y] of corners) segment([x, y, low[2]], [x, y, high[2]]);
   }
   context.globalAlpha = 1;
-  paintScale(context, frame, { low, high, dimension }, palette, span, values);
+  return { span, values };
 }
 
 // Numbers along the edges: of a map at its own sides, or the picture's where those are out of sight.
-function paintScale(context, frame, { low, high, dimension }, palette, span, values) {
+function paintScale(context, frame, { low, high, dimension }, palette, { span, values }) {
   context.font = "11px system-ui, sans-serif";
   context.textBaseline = "middle";
   if (frame.flat) {
