@@ -1,10 +1,10 @@
 """Delta and variable-length encoding of whole numbers as text: what the page's ``unpack`` reads.
 
-Differences of neighbours, or the differences of those; zigzag, so that small ones of either sign are small
-numbers; in digits of three or of seven bits, least significant first, each with a bit that says whether more follow; a
-run of zeros is a zero and its length. Of these four ways the shortest is taken, which the first byte says: how often
-differences are taken, and four more where digits have seven bits. Of two digits in a byte the first is the lower one, and
-half a byte that is left over has all bits set. The bytes are written in base 64.
+Differences of neighbours, or the differences of those; zigzag, so that small ones of either sign are small numbers; in
+digits of three or of seven bits, least significant first, each with a bit that says whether more follow; a run of zeros
+is a zero and its length. Of these four ways the shortest is taken, which the first byte says: how often differences are
+taken, and four more where digits have seven bits. Of two digits in a byte the first is the lower one, and half a byte
+that is left over has all bits set. The bytes are written in base 64.
 """
 
 from __future__ import annotations

@@ -209,7 +209,7 @@ def _formation(formation: Formation, position: Array) -> dict[str, Any]:
 
 
 def _motion(moving: Flights) -> dict[str, Any]:
-    """Positions, axis by axis, agent by agent, ``rate`` to a step; on the planned motion's grid, what is added to that."""
+    """Positions, axis by axis, agent by agent, ``rate`` to a step; on the planned one's grid, what is added to that."""
     planned = _axes(moving.planned)
     entries = {"planned": {"rate": moving.planned.rate, "added": False, "position": pack(planned)}}
     for name, sampled in moving.places():

@@ -89,7 +89,10 @@ def effects(row: Row, sign: int, failing: Flags) -> NDArray[np.int64]:
     harms = failing if len(row.asked) == len(failing) else failing.any(axis=0, keepdims=True)
     asked, truth, open_ = row.asked, row.surely, np.zeros_like(row.surely)
     if row.unfolds:
-        asked, harms = (np.broadcast_to(each[:, :1], truth.shape) for each in (asked, harms))
+        asked, harms = (
+            np.broadcast_to(asked[:, :1], truth.shape),
+            np.broadcast_to(np.atleast_2d(harms)[:, :1], truth.shape),
+        )
         open_ = row.possibly & ~row.surely
     helps = truth if sign > 0 else ~truth if sign < 0 else np.zeros_like(truth)
     came = np.where(harms, HARMS, np.where(helps, HELPS, NEITHER))
@@ -98,7 +101,7 @@ def effects(row: Row, sign: int, failing: Flags) -> NDArray[np.int64]:
 
 def _decided(row: Row, seen: Witness | None) -> dict[str, Any]:
     """The step at which a goal's verdict can no longer change, and the agents that it rests on there."""
-    settled = np.asarray(row.surely | ~row.possibly)[0] if row.unfolds else np.ones(1, dtype=np.bool_)
+    settled: Flags = np.equal(row.surely, row.possibly)[0] if row.unfolds else np.ones(1, dtype=np.bool_)
     step = int(np.argmax(settled)) if settled.any() else row.surely.shape[1] - 1
     holds = bool(row.surely[0, step])
     lit = None if seen is None else (seen.holds if holds else seen.fails)[:, step]

@@ -39,11 +39,12 @@ def page(
         judged: the further plans in it, with what was verified of each.
         table: of all of them; nothing of a folder with one plan.
     """
-    plots = [_plotted(opened, certificate, plan), *(_plotted(each, own) for each, own in judged)]
+    plots = [plotted(opened, certificate, plan), *(plotted(each, own) for each, own in judged)]
     return report(plots[0], others(plots, table) if table else ())
 
 
-def _plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None = None) -> Plotted:
+def plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None = None) -> Plotted:
+    """What the page shows of a folder's plan, with what a certificate says of it."""
     return Plotted(
         opened.mission,
         opened.kernel,
