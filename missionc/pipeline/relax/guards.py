@@ -6,10 +6,14 @@ out  whether that motion breaks one of them, or comes nearer than bodies may
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import All, At, Atom, Kernel, NeighbourNode, Node, Not, UntilNode, WindowNode
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.monitoring.evaluate import Evaluation
+from missionc.monitoring.logic import TRUTH
 from missionc.verify.verify_plan import verify
 
 ROOM = frozenset(("separation", "obstacle"))
@@ -17,12 +21,31 @@ ROOM = frozenset(("separation", "obstacle"))
 
 
 def gives_up_safety(mission: Mission, kernel: Kernel, trace: Trace) -> bool:
-    """Whether a motion breaks a guard of the mission as written; one of more agents, or of another length, does not."""
-    if trace.position.shape[:2] != (len(mission.agents), mission.steps + 1):
+    """Whether a motion of the same agents breaks a guard of the mission as written.
+
+    In one that lasts longer the guards do too that last to the mission's end.
+    """
+    agents, states = trace.position.shape[:2]
+    if agents != len(mission.agents) or states <= mission.steps:
         return False
-    guarding = {goal.name for goal in kernel.requirements if guards(goal.formula)}
-    failed = verify(mission, kernel, trace).failures
-    return any(check.name in ROOM or (check.name == "requirement" and check.subject in guarding) for check in failed)
+    guarding = [goal for goal in kernel.requirements if guards(goal.formula)]
+    if states == mission.steps + 1:
+        named = {goal.name for goal in guarding}
+        failed = verify(mission, kernel, trace).failures
+        return any(check.name in ROOM or (check.name == "requirement" and check.subject in named) for check in failed)
+    lasting = [_to_the_end(goal.formula, mission.steps) for goal in guarding]
+    truths = Evaluation(TRUTH, mission, trace).values(lasting)
+    return not all(truths[formula][0, 0] for formula in lasting)
+
+
+def _to_the_end(formula: Node, last: int) -> Node:
+    """The formula with what lasts to the last step lasting to whatever end there is."""
+    made: dict[Node, Node] = {}
+    for node in postorder((formula,)):
+        same = rebuilt(node, tuple(made[child] for child in children(node)))
+        ends = isinstance(same, WindowNode) and same.every and same.high == last
+        made[node] = replace(same, high=None) if ends and isinstance(same, WindowNode) else same
+    return made[formula]
 
 
 def guards(formula: Node) -> bool:

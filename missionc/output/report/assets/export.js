@@ -9,25 +9,26 @@ function save(content, name) {
 
 const VIDEOS = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"];
 const FRAMES = 30;
+const HELD = 500;
 
-function exports_(model, state, change, paintMap, view) {
+function exportMenu(model, state, change, { paint, size }) {
   const say = (text) => (document.getElementById("said").textContent = text);
   const name = (end) => `${model.data.mission}-${state.time.toFixed(1)}s.${end}`;
 
   function png() {
-    const [width, height] = view.size();
+    const [width, height] = size();
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [2 * width, 2 * height];
     const context = canvas.getContext("2d");
     context.setTransform(2, 0, 0, 2, 0, 0);
-    paintMap(context, width, height);
+    paint(context, width, height);
     canvas.toBlob((blob) => save(blob, name("png")), "image/png");
   }
 
   function svg() {
-    const [width, height] = view.size();
+    const [width, height] = size();
     const context = svgCanvas(width, height, document.createElement("canvas").getContext("2d"));
-    paintMap(context, width, height);
+    paint(context, width, height);
     save(new Blob([context.written(`${model.data.mission} at ${state.time.toFixed(2)} s`)], { type: "image/svg+xml" }), name("svg"));
   }
 
@@ -36,28 +37,28 @@ function exports_(model, state, change, paintMap, view) {
     const type = VIDEOS.find((each) => window.MediaRecorder && MediaRecorder.isTypeSupported(each));
     if (!type) return say("this browser records no video");
     const canvas = document.createElement("canvas");
-    const [width, height] = view.size().map((each) => each - (each % 2));
+    const [width, height] = size().map((each) => each - (each % 2));
     [canvas.width, canvas.height] = [width, height];
     const context = canvas.getContext("2d");
     const before = { time: state.time, playing: false };
     change({ time: 0, playing: false, recording: true });
-    paintMap(context, width, height);
+    paint(context, width, height);
     const recorder = new MediaRecorder(canvas.captureStream(FRAMES), { mimeType: type, videoBitsPerSecond: 8e6 });
     const pieces = [];
     recorder.ondataavailable = (event) => pieces.push(event.data);
-    const ended = new Promise((done) => (recorder.onstop = done));
+    const event = (name) => new Promise((done) => recorder.addEventListener(name, done, { once: true }));
+    const [started, ended] = [event("start"), event("stop")];
     recorder.start();
-    const begin = performance.now();
-    for (;;) {
-      const now = await new Promise(requestAnimationFrame);
-      const time = Math.min(model.horizon, (Math.max(0, now - begin) / 1000) * state.speed);
-      if (!state.recording) break;
+    await started;
+    // The first and the last picture stay for a moment: an encoder takes that long to begin, and a reader to look.
+    for (let [begin, now] = [performance.now(), 0]; state.recording; ) {
+      now = (await new Promise(requestAnimationFrame)) - begin - HELD;
+      const time = Math.min(model.horizon, (Math.max(0, now) / 1000) * state.speed);
       change({ time, playing: false });
-      paintMap(context, width, height);
+      paint(context, width, height);
       say(`recording: ${Math.round((100 * time) / model.horizon)} %`);
-      if (time >= model.horizon) break;
+      if (now > HELD + (1000 * model.horizon) / state.speed) break;
     }
-    await new Promise((done) => setTimeout(done, 200));
     recorder.stop();
     await ended;
     say("");

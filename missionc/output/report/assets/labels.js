@@ -25,7 +25,11 @@ function labels() {
   }
 
   return {
-    clear: () => (taken = []),
+    // Names stay where they were while things move; what stands still is named anew, so that a picture is always the same.
+    clear(moving) {
+      taken = [];
+      if (!moving) before.clear();
+    },
     block: (x, y, size) => taken.push([x - size, y - size, x + size, y + size]),
     width,
     // Draws the text at one of the places ([left, middle, far]); of none that is free at the first, where it has to be.

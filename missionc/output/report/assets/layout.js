@@ -1,7 +1,7 @@
 // The parts of the page: how they share it, and the map alone.
 function splitters(change) {
   const main = document.querySelector("main");
-  for (const [id, name, sideways] of [["split-side", "--side", true], ["split-time", "--lanes", false]]) {
+  for (const [id, name, sideways, part] of [["split-side", "--side", true, "side"], ["split-time", "--lanes", false, "time"]]) {
     const bar = document.getElementById(id);
     const room = () => (sideways ? main.clientWidth : main.clientHeight);
     const set = (pixels) => {
@@ -10,7 +10,7 @@ function splitters(change) {
       bar.setAttribute("aria-valuenow", String(Math.round(100 * share)));
       change({ layout: true });
     };
-    const now = () => (Number(bar.getAttribute("aria-valuenow")) / 100) * room();
+    const now = () => document.getElementById(part)[sideways ? "offsetWidth" : "offsetHeight"];
     const at = (event) => {
       const box = main.getBoundingClientRect();
       return sideways ? box.right - event.clientX : box.bottom - event.clientY;

@@ -69,14 +69,15 @@ function describe() {
   const marks = { holds: "✓", steps: "◐", fails: "✗" };
   const badge = document.getElementById("verdict");
   badge.className = data.badge.state;
-  put("verdict", `${marks[data.badge.state]} ${data.badge.says.replaceAll("`", "")}`);
+  const verdict = ({ state: mark, says }) => `${marks[mark]} ${says.replaceAll("`", "")}`;
+  put("verdict", other ? `A ${verdict(data.badge)} · B ${verdict(other.data.badge)}` : verdict(data.badge));
   // The day is the file's own: what the page says is the same whenever it is made.
   const day = new Date(document.lastModified);
   const made = Number.isNaN(day.getTime()) ? "" : `file of ${day.toISOString().slice(0, 10)}`;
   put("origin", [`missionc ${data.version}`, made, data.digest && `plan ${data.digest.slice(0, 12)}`].filter(Boolean).join(" · "));
   document.getElementById("origin").title = data.digest ? `SHA-256 of plan.json: ${data.digest}` : "";
   document.getElementById("map").setAttribute("aria-label", `The world of ${data.mission} with ${many(model.agents, "agent")} in motion`);
-  if (other) put("about", `A ${whole.compare.names[0]} · B ${whole.compare.names[1]} · ${document.getElementById("about").textContent}`);
+  if (other) put("about", ["A", "B"].map((name, at) => `${name} ${whole.compare.names[at]}, ${(at ? other.data : data).backend}, seed ${(at ? other.data : data).seed}`).join(" · "));
 }
 
 readAddress(model, state, view, { set: (camera) => (state.looked = camera) });
@@ -93,7 +94,7 @@ const clockwork = player(model, state, change);
 margins(model, change);
 plansTable(whole, rank, bar.whole);
 suggestionCards(whole, rank, bar.whole);
-exports_(model, state, change, (context, width, height) => map.paint(context, width, height, palette()), map.view);
+exportMenu(model, state, change, { paint: (context, width, height) => map.paint(context, width, height, palette()), size: map.size });
 splitters(change);
 fullScreen(state, change);
 describe();

@@ -114,7 +114,7 @@ function mapView(canvas, first, shared = null) {
 
   // Of a crowd, the names of those that are pointed at, chosen or followed.
   function paintNames(context, frame, palette, state) {
-    names.clear();
+    names.clear(state.playing || state.recording);
     if (!model.crowd) for (const [x, y] of points) names.block(x, y, 6);
     context.font = "600 12px system-ui, sans-serif";
     if (state.layers.names) {

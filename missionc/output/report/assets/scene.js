@@ -17,8 +17,18 @@ function scene(model, state, change, other) {
   // The whole picture on another context: of two that stand side by side both.
   function paint(context, width, height, palette) {
     if (!beside || state.compare !== "side") return view.paint(context, width, height, palette, state, other && state.compare === "skin" ? other : null);
-    view.paint(context, width, height, palette, state);
+    [view, beside].forEach((each, number) => {
+      context.save();
+      context.translate((number * width) / 2, 0);
+      polygon(context, [[0, 0], [width / 2, 0], [width / 2, height], [0, height]]);
+      context.clip();
+      each.paint(context, width / 2, height, palette, number ? { ...state, shown: null } : state);
+      context.restore();
+    });
   }
+
+  // Of both maps, where two stand side by side.
+  const size = () => (beside && state.compare === "side" ? [2 * view.size()[0], view.size()[1]] : view.size());
 
   const button = (id, act) => {
     const found = document.getElementById(id);
@@ -54,7 +64,7 @@ function scene(model, state, change, other) {
     controls();
   }
 
-  return { draw, paint, update, view, beside };
+  return { draw, paint, size, update, view };
 }
 
 function canvasesNamed(state, other) {

@@ -5,12 +5,12 @@ function suggestionCards(whole, rank, address) {
   if (!advice) return;
   panel.hidden = false;
   const add = (to, tag, text, className = "") => {
-    const made = Object.assign(document.createElement(tag), { textContent: text, className });
+    const made = Object.assign(document.createElement(tag), { textContent: tag === "pre" || tag === "del" || tag === "ins" ? text : text.replaceAll("`", ""), className });
     to.append(made);
     return made;
   };
   add(panel, "h2", "Why there is no plan");
-  const conflict = advice.conflict.map((name) => `${name}`).join(" and ");
+  const conflict = advice.conflict.join(" and ");
   if (conflict) add(panel, "p", `${advice.conflict.length > 1 ? "In conflict" : "Not to be had"}: ${conflict}.`);
   if (advice.trials.length) {
     const list = add(panel, "ul", "");
@@ -39,7 +39,7 @@ function suggestionCards(whole, rank, address) {
       for (const line of edit.before.split("\n")) if (line.trim()) add(diff, "del", `- ${line}\n`);
       for (const line of edit.after.split("\n")) if (line.trim()) add(diff, "ins", `+ ${line}\n`);
     }
-    const notes = [each.guards ? "this weakens what keeps people safe" : "", each.proven ? `${each.proven} is proven not to do` : "", each.smallest ? "" : "less may do"].filter(Boolean);
+    const notes = [each.guards ? "this weakens what keeps others safe" : "", each.proven ? `${each.proven} is proven not to do` : "", each.smallest ? "" : "less may do"].filter(Boolean);
     if (notes.length) add(card, "p", `${notes.join("; ")}.`, each.guards ? "guards" : "");
     if (each.plan) play(card, each.plan, "play this plan");
   }

@@ -52,6 +52,10 @@ function svgCanvas(width, height, measuring) {
       own.group++;
       add(`<clipPath id="clip${clips}"><path d="${path}"${rule ? ` clip-rule="${rule}"` : ""}/></clipPath><g clip-path="${"url"}(#clip${clips})">`);
     },
+    translate(right, down) {
+      own.group++;
+      add(`<g transform="translate(${number(right)} ${number(down)})">`);
+    },
     save() {
       stack.push({ ...own });
       own.group = 0;
