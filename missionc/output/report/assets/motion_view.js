@@ -90,11 +90,12 @@ function paintLinks(context, points, happening, palette) {
   for (const link of happening.links) if (link.oneWay && link.kind !== "gone") arrowhead(context, points[link.first], points[link.second], palette.link);
   context.globalAlpha = 1;
   for (const edge of happening.edges) {
-    Object.assign(context, { strokeStyle: edge.kept ? palette.helps : edge.shown ? palette.harms : palette.faint, lineWidth: edge.shown ? 3 : 1.4 });
+    Object.assign(context, { strokeStyle: edge.kept ? palette.helps : edge.shown ? palette.harms : palette.faint, lineWidth: edge.shown ? 3 : 1.4, globalAlpha: edge.shown ? 1 : 0.6 });
     context.setLineDash(edge.kept ? [] : [6, 4]);
     line(context, ...points[edge.first], ...points[edge.second]);
   }
   context.setLineDash([]);
+  context.globalAlpha = 1;
   for (const [colour, wide] of [[palette.floor, 7], [palette.helps, 4]]) {
     Object.assign(context, { strokeStyle: colour, lineWidth: wide });
     context.beginPath();
