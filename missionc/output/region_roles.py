@@ -9,13 +9,18 @@ from __future__ import annotations
 from missionc.ir import Anywhere, Mission
 from missionc.kernel.nodes import Atom, Kernel, Not
 from missionc.kernel.walk import children, postorder
+from missionc.lower.expand import expand
 
 
-def region_roles(mission: Mission, kernel: Kernel) -> dict[str, str]:
+def region_roles(mission: Mission, kernel: Kernel | None = None) -> dict[str, str]:
     """By name: ``goal`` where some goal wants agents in it, ``avoid`` where goals only want them out of it.
 
     Of a region that no goal speaks of, ``start`` where agents start in it; ``plain`` of any other.
+
+    Args:
+        kernel: of the mission; left out, its goals are expanded here.
     """
+    kernel = kernel or expand(mission)[0] or Kernel((), ())
     order = postorder(goal.formula for goal in kernel.requirements + kernel.preferences)
     denied = {name for node in order if isinstance(node, Not) for name in _named(node.body)}
     positive = (child for node in order if not isinstance(node, Not) for child in children(node))

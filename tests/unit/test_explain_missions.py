@@ -286,7 +286,18 @@ def test_the_command_writes_the_nearest_miss_and_says_what_would_do(
         *(f"near_miss.{form}" for form in ("json", "html", "svg")),
     }
     first = document["relaxations"][0]
-    assert set(first) == {"change", "file", "line", "before", "after", "also", "smallest", "proven", "guards", "verified"}
+    assert set(first) == {
+        "change",
+        "file",
+        "line",
+        "before",
+        "after",
+        "also",
+        "smallest",
+        "proven",
+        "guards",
+        "verified",
+    }
     assert first["before"] == CONFLICT.splitlines()[first["line"] - 1]
     assert document["near_miss"]["violates"][0]["name"] in document["conflict"]
     assert refuse(Path("build/small"), force=False) is None, "a nearest miss gives way"
