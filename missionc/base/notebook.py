@@ -11,13 +11,15 @@ import html
 from collections.abc import Sequence
 from typing import Protocol
 
+from missionc.base.palette import LIGHT
+
 HEIGHT = 760
 """Pixels of a report in a cell: the map, and lanes enough below it."""
 
 WIDTH, EDGE = 320.0, 12.0
 """Pixels of a picture of paths, and of the room around them."""
 
-COLOURS = ("#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#b07aa1", "#9c755f", "#76b7b2", "#edc948", "#ff9da7", "#7f7f7f")
+COLOURS = LIGHT["agents"]
 
 
 class Printer(Protocol):

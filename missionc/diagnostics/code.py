@@ -156,6 +156,7 @@ NOT_EXPORTED = Code("MC712", "the flight does not fit the form of an export")
 NOT_JUDGED = Code("MC713", "the simulation cannot be judged here")
 PROVES_NOTHING = Code("MC714", "the proof in the folder proves nothing")
 NO_SUCH_MOMENT = Code("MC715", "the mission has no such moment to draw")
+NOT_ONE_MISSION = Code("MC716", "the folders are of different missions")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

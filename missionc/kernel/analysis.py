@@ -172,12 +172,20 @@ def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tupl
     return relevance_below(dict.fromkeys(formulas, at_start))
 
 
-def relevance_below(begin: Mapping[Node, Flags]) -> Iterator[tuple[Node, Flags]]:
-    """``relevance`` of formulas that are asked at these agents and steps, (agents, steps + 1)."""
+def relevance_below(
+    begin: Mapping[Node, Flags], within: Mapping[Node, Flags] | None = None
+) -> Iterator[tuple[Node, Flags]]:
+    """``relevance`` of formulas that are asked at these agents and steps, (agents, steps + 1).
+
+    Args:
+        within: where each node counts at all; elsewhere it asks nothing. Everywhere if left out.
+    """
     asked = dict(begin)
     nowhere = np.zeros_like(next(iter(begin.values()), np.zeros(0, dtype=np.bool_)))
     for node in reversed(postorder(begin)):
         where = asked.pop(node, nowhere)
+        if within is not None:
+            where = where & within[node]
         yield node, where
         for ask in asks(node):
             there = _asked_there(ask, where)

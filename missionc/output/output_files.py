@@ -79,8 +79,9 @@ def emit(
         files.update({f"export/{name}/{file}": content for file, content in made.files.items()})
     for name, content in provenance.inputs:
         files[f"{MISSION}/{name}"] = content
-    files["certificate.json"] = certificate_json(whole, sha256(files["plan.json"])).encode()
+    digest = sha256(files["plan.json"])
+    files["certificate.json"] = certificate_json(whole, digest).encode()
     texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs if name not in provenance.data)
-    files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts))
+    files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts, digest=digest))
     files[MANIFEST] = manifest(plan, provenance, files).encode()
     return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))

@@ -72,7 +72,10 @@ def _roadmap(mission: Mission) -> str:
 
 
 def _smallest(explained: Explained) -> str:
-    return f"the smallest change that was tried and has a plan: {explained.relaxations[0].says}"
+    first, *others = explained.relaxations
+    safe = not first.guards and any(each.guards and each.size < first.size for each in others)
+    which = ", has a plan and keeps others safe" if safe else " and has a plan"
+    return f"the smallest change that was tried{which}: {first.says}"
 
 
 def _blamed(explained: Explained) -> tuple[str, ...]:

@@ -101,6 +101,9 @@ class Relaxation:
     smallest: bool
     proven: str = ""
     """A smaller change of its kind that is proven not to do, the largest that a cover refused; empty where none is."""
+    guards: bool = False
+    """With it the motion breaks, of the mission as written, what keeps others safe: what always is to be or not to be,
+    or the room between bodies."""
 
 
 class Blame(Enum):

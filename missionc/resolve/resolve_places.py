@@ -18,19 +18,25 @@ from missionc.base.units import Dimension, Metres
 from missionc.resolve.context import Context
 from missionc.resolve.names import collect
 from missionc.resolve.resolve_agents import resolve_teams
+from missionc.resolve.resolve_files import with_places
 from missionc.resolve.resolve_parameters import resolve_parameters
 from missionc.resolve.resolve_points import known, resolve_point, resolve_world
 from missionc.resolve.resolve_quantities import number
 from missionc.resolve.resolve_shapes import resolve_regions
 from missionc.resolve.resolve_time import resolve_time
+from missionc.resolve.spell_out import spell_out
 from missionc.syntax import ast
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """The world and what stands in it, by name where it has one; ``context`` knows the parameters."""
+    """The world and what stands in it, by name where it has one; ``context`` knows the parameters.
+
+    ``declarations`` are those of the text, each member of a family, and each place of a file, for itself.
+    """
 
     context: Context
+    declarations: tuple[ast.Declaration, ...]
     world: ir.World
     regions: dict[str, ir.Region]
     obstacles: dict[str, ir.Obstacle]
@@ -44,11 +50,13 @@ class Places:
 
 def resolve_places(source: Source, declarations: Sequence[ast.Declaration], limits: Limits) -> Places | None:
     """Where everything stands; nothing where the world is not known, or has no room in it."""
-    program = ast.Program(tuple(declarations), Span(source, 0, len(source.text)))
+    written = ast.Program(tuple(declarations), Span(source, 0, len(source.text)))
+    placed, _ = with_places(written, {}, limits)
+    program = spell_out(placed, collect(placed, []), {}, limits, []) or placed
     context = Context(collect(program, []), limits, [])
     resolve_parameters(context, {})
-    times = [item for item in declarations if isinstance(item, ast.Time)]
-    worlds = [item for item in declarations if isinstance(item, ast.World)]
+    times = [item for item in program.declarations if isinstance(item, ast.Time)]
+    worlds = [item for item in program.declarations if isinstance(item, ast.World)]
     if times:
         resolve_time(context, times[0])
     if not worlds:
@@ -62,4 +70,5 @@ def resolve_places(source: Source, declarations: Sequence[ast.Declaration], limi
         place = resolve_point(context, beacon.position)
         context.beacons[beacon.name.text] = ir.Beacon(beacon.name.text, place, beacon.name.span)
     resolve_teams(context)
-    return Places(context, world, context.regions, context.obstacles, context.beacons, tuple(context.agents))
+    agents = tuple(context.agents)
+    return Places(context, program.declarations, world, context.regions, context.obstacles, context.beacons, agents)

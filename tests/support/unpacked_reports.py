@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
@@ -91,25 +91,27 @@ def simulation(motion: Array, off: float) -> str:
 
 
 def unpacked(text: str) -> NDArray[np.int64]:
-    """What ``pack`` was given, read as its description says, byte by byte."""
+    """What ``pack`` was given, read as its description says, digit by digit."""
+    way, *rest = base64.b64decode(text)
+    bits = 7 if way & 4 else 3
+    digits = rest if way & 4 else [half for byte in rest for half in (byte & 15, byte >> 4)]
+    if not way & 4 and digits[-1:] == [15]:
+        digits.pop()
     numbers: list[int] = []
-    stream = iter(base64.b64decode(text))
+    stream = iter(digits)
 
-    def number(first: int) -> int:
-        value, shift, byte = 0, 0, first
-        while byte & 0x80:
-            value, shift = value | (byte & 0x7F) << shift, shift + 7
-            byte = next(stream)
-        return value | byte << shift
+    def number(digit: int) -> int:
+        value, shift = 0, 0
+        while digit >> bits:
+            value, shift = value | (digit & ((1 << bits) - 1)) << shift, shift + bits
+            digit = next(stream)
+        return value | digit << shift
 
-    last = 0
-    for byte in stream:
-        code = number(byte)
-        if code == 0:
-            numbers += [last] * number(next(stream))
-        else:
-            last += -(code + 1) // 2 if code % 2 else code // 2
-            numbers.append(last)
+    for digit in stream:
+        code = number(digit)
+        numbers += [0] * number(next(stream)) if code == 0 else [-(code + 1) // 2 if code % 2 else code // 2]
+    for _ in range(way & 3):
+        numbers = list(accumulate(numbers))
     return np.array(numbers, dtype=np.int64)
 
 

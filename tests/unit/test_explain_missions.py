@@ -86,11 +86,11 @@ def relaxed(relaxation: Relaxation) -> str:
     return text
 
 
-def test_changes_that_do_come_with_the_smallest_first(conflict: Compiled) -> None:
+def test_changes_that_do_come_with_the_smallest_first_and_last_what_gives_up_safety(conflict: Compiled) -> None:
     found = why(conflict)
     assert len(found.relaxations) >= 4
-    sizes = [relaxation.size for relaxation in found.relaxations]
-    assert sizes == sorted(sizes)
+    order = [(relaxation.guards, relaxation.size) for relaxation in found.relaxations]
+    assert order == sorted(order)
     said = " ".join(relaxation.says for relaxation in found.relaxations)
     for part in ("the radius of `radio`", "without `visit`", "without `guard`", "without `link`"):
         assert part in said
@@ -133,6 +133,27 @@ def test_the_nearest_miss_breaks_one_requirement_and_says_where(conflict: Compil
     (tmp_path / "near_miss.json").write_bytes(files["near_miss.json"])
     monitored = driver.monitor(tmp_path / "a.mission", tmp_path / "near_miss.json")
     assert [each for each in monitored.requirements if not each.satisfied] == [broken]
+
+
+def test_the_page_of_the_nearest_miss_has_the_conflict_and_each_change_with_its_plan(conflict: Compiled) -> None:
+    missed = why(conflict).near_miss
+    assert missed is not None
+    page = dict(missed.files)["near_miss.html"].decode()
+    shown = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
+    advice = shown["advice"]
+    assert advice["conflict"] == ["visit", "guard", "link"]
+    assert [each["change"] for each in advice["changes"]] == [each.says for each in why(conflict).relaxations]
+    assert [each["plan"] for each in advice["changes"]] == list(range(2, 2 + len(advice["changes"])))
+    assert all(plan["passed"] for plan in shown["others"])
+    assert len(shown["others"]) == len(advice["changes"])
+    (edit,) = advice["changes"][0]["edits"]
+    assert edit["after"] in shown["others"][0]["texts"][0]["text"]
+
+
+def test_who_leaves_out_a_guard_gives_up_safety(conflict: Compiled) -> None:
+    by_words = {each.says: each.guards for each in why(conflict).relaxations}
+    assert not by_words["without `visit`"]
+    assert by_words["without `guard`"]
 
 
 def test_the_nearest_miss_is_the_one_that_fails_by_least(conflict: Compiled) -> None:
@@ -265,7 +286,18 @@ def test_the_command_writes_the_nearest_miss_and_says_what_would_do(
         *(f"near_miss.{form}" for form in ("json", "html", "svg")),
     }
     first = document["relaxations"][0]
-    assert set(first) == {"change", "file", "line", "before", "after", "also", "smallest", "proven", "verified"}
+    assert set(first) == {
+        "change",
+        "file",
+        "line",
+        "before",
+        "after",
+        "also",
+        "smallest",
+        "proven",
+        "guards",
+        "verified",
+    }
     assert first["before"] == CONFLICT.splitlines()[first["line"] - 1]
     assert document["near_miss"]["violates"][0]["name"] in document["conflict"]
     assert refuse(Path("build/small"), force=False) is None, "a nearest miss gives way"

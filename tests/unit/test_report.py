@@ -361,3 +361,28 @@ def test_a_folder_that_cannot_be_read_gives_no_page(tmp_path: Path) -> None:
     assert run.return_value == 1
     assert "MC708" in run.output
     assert not (tmp_path / "empty.html").exists()
+
+
+def test_two_folders_of_a_mission_are_one_page_whatever_its_file_is_called(folder: Path, tmp_path: Path) -> None:
+    compiled = driver.compile(Source("renamed.mission", SMALL), seed=3)
+    assert isinstance(compiled.outcome, Verified)
+    assert write_folder(tmp_path / "second", compiled.outcome.files, force=False) is None
+    run = CliRunner().invoke(commands, ["report", str(folder), str(tmp_path / "second")], standalone_mode=False)
+    assert run.return_value == 0, run.output
+    shown = embedded((tmp_path / "out-second.html").read_text())
+    assert shown["compare"]["names"] == ["out", "second"]
+    assert (shown["seed"], shown["compare"]["other"]["seed"]) == (0, 3)
+    plan = (tmp_path / "second" / "plan.json").read_bytes()
+    assert shown["compare"]["other"]["digest"] == hashlib.sha256(plan).hexdigest()
+
+
+def test_folders_of_different_missions_are_refused_with_where_they_differ(folder: Path, tmp_path: Path) -> None:
+    compiled = driver.compile(Source("a.mission", SMALL.replace("horizon 6 s", "horizon 7 s")))
+    assert SMALL.replace("horizon 6 s", "horizon 7 s") != SMALL
+    assert isinstance(compiled.outcome, Verified)
+    assert write_folder(tmp_path / "second", compiled.outcome.files, force=False) is None
+    run = CliRunner().invoke(commands, ["report", str(folder), str(tmp_path / "second")], standalone_mode=False)
+    assert run.return_value == 1
+    assert "MC716" in run.output
+    assert "horizon 7 s` in the second" in run.output
+    assert not (tmp_path / "out-second.html").exists()

@@ -1,4 +1,4 @@
-"""``missionc report FOLDER``: the page of a compiled folder, drawn anew from its files."""
+"""``missionc report FOLDER [OTHER]``: the page of a compiled folder, or of two plans of a mission, from their files."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ HEAD = 4096
 
 @click.command("report")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@click.argument("other", type=folder, shell_complete=folders, metavar="[OTHER]", required=False)
 @click.option(
     "-o",
     "--output",
@@ -25,27 +26,40 @@ HEAD = 4096
     help="The page to write; FOLDER.html beside the folder if left out.",
 )
 @limits_and_form
-def command(path: Path, output: Path | None, limits: tuple[tuple[str, str], ...], form: str) -> Status:
-    """Draw the page of a compiled folder anew, from its files; one that fails is drawn too."""
+def command(
+    path: Path, other: Path | None, output: Path | None, limits: tuple[tuple[str, str], ...], form: str
+) -> Status:
+    """Draw the page of a compiled folder anew, from its files; one that fails is drawn too.
+
+    With OTHER, a second folder of the same mission, the page shows both plans: side by side, or one over the other.
+    """
     from missionc.output.folder.overlap import Output, overlapping
     from missionc.output.folder.write_file import beside, refuse_file, write_file
+    from missionc.replay.compare_reports import compare_reports
     from missionc.replay.render_report import render_report
     from missionc.replay.reverify import reverify
 
-    target = output or beside(named(path), ".html")
-    reverified = reverify(path, read_limits(limits))
-    page = render_report(reverified)
-    findings = reverified.findings
+    folders_read = [path] if other is None else [path, other]
+    target = output or beside(named(path), ".html" if other is None else f"-{named(other).name}.html")
+    reverified = [reverify(each, read_limits(limits)) for each in folders_read]
+    findings = tuple(finding for each in reverified for finding in each.findings)
+    page: bytes | Diagnostic = b""
+    if other is None:
+        page = render_report(reverified[0])
+    elif all(each.opened and each.certificate for each in reverified):
+        page = compare_reports(*reverified)
+    if isinstance(page, Diagnostic):
+        findings, page = (*findings, page), b""
     written = False
     if page:
-        wrong = overlapping([Output("-o", target)], [path]) or (None if output else _not_ours(target))
+        wrong = overlapping([Output("-o", target)], folders_read) or (None if output else _not_ours(target))
         wrong = wrong or refuse_file(target) or write_file(target, page)
         findings, written = (*findings, wrong) if wrong else findings, not wrong
     lines = [f"written to {target}"] if written else []
     say(findings, lines, form, {"output": str(target) if written else None})
     if not written:
         return Status.MISSION_ERRORS
-    return status_of(reverified.passed, reverified.undecided)
+    return status_of(all(each.passed for each in reverified), any(each.undecided for each in reverified))
 
 
 def _not_ours(target: Path) -> Diagnostic | None:

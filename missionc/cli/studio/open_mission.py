@@ -93,21 +93,21 @@ class OpenMission:
         self.file = saved
         missing = {name: content for name, content in beside.items() if not os.path.lexists(self.home / name)}
         for name, content in missing.items():
-            wrong = write_file(self.home / name, content.encode("utf-8"))
+            wrong = write_file(self.home / name, content)
             if wrong:
                 return wrong
         return {"problem": "", "beside": list(missing), **self.described()}
 
-    def _included(self, text: str) -> dict[str, str]:
-        """What a text from elsewhere includes, by its name relative to the text: it goes along where that is saved."""
+    def _included(self, text: str) -> dict[str, bytes]:
+        """The files that a text from elsewhere names, relative to the text: they go along where that is saved."""
         path = self.file.path
         find = loader(path, str(path), self.limits)
-        found: dict[str, str] = {}
+        found: dict[str, bytes] = {}
 
-        def load(written: str, span: Span) -> Source | Diagnostic:
-            included = find(written, span)
+        def load(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
+            included = find(written, span, data=data)
             if isinstance(included, Source):
-                found[os.path.relpath(included.name, path.parent)] = included.text
+                found[os.path.relpath(included.name, path.parent)] = included.content
             return included
 
         read(Source(str(path), text), self.limits, load)

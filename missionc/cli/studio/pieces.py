@@ -61,9 +61,9 @@ class Pieces:
         yield from self._piece("box", world.span, (world.low, world.high))
 
     def team(self, places: ast.Places) -> Iterator[Json]:
-        """The points that say where agents are; a region has pieces of its own."""
+        """The points that say where agents are; a region has pieces of its own, and a file is edited elsewhere."""
         match places:
-            case ast.InRegion():
+            case ast.InRegion() | ast.AtListed():
                 return
             case ast.AtPoints(points=points):
                 for point in points:

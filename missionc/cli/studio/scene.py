@@ -30,7 +30,7 @@ def scene(source: Source, declarations: Sequence[ast.Declaration], limits: Limit
         "dimension": places.world.dimension,
         "low": list(places.world.low[:2]),
         "high": list(places.world.high[:2]),
-        "things": [thing for item in declarations for thing in _things(pieces, places, item)],
+        "things": [thing for item in places.declarations for thing in _things(pieces, places, item)],
     }
 
 

@@ -18,6 +18,7 @@ from multiprocessing.context import SpawnProcess
 from typing import TYPE_CHECKING, Self
 
 from missionc.base.signals import HANDLED, Stopped, end_with_parent, stoppable
+from missionc.base.units import Seconds
 from missionc.cli.compile_request import CompileRequest
 from missionc.cli.exit_status import Status, defect, say
 from missionc.cli.progress import EVERY, words
@@ -187,6 +188,7 @@ def _run_request(request: CompileRequest, listen: Callable[[Progress], None] | N
     from missionc.cli.compile_request import carry_out, run_request
     from missionc.cli.summary import compiled_lines
 
+    began = time.monotonic()
     try:
         answer = run_request(request) if listen is None else carry_out(request, request.deadline, listen)
     except Exception as error:
@@ -195,5 +197,5 @@ def _run_request(request: CompileRequest, listen: Callable[[Progress], None] | N
             say([finding], [], request.form, {})
         return Ended(Status.DEFECT, render_text([finding], False), (finding,))
     findings = answer.compiled.findings
-    lines = tuple(compiled_lines(answer.compiled, ""))
+    lines = tuple(compiled_lines(answer.compiled, "", Seconds(time.monotonic() - began), verbose=False))
     return Ended(answer.status, render_text(list(findings), False), findings, answer.output, lines)

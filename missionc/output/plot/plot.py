@@ -19,6 +19,7 @@ import numpy as np
 from missionc.backends.api import Attempt, Fault
 from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.judgement import Judgement
+from missionc.base.palette import LIGHT, MARKS
 from missionc.base.trace import Array, Trace
 from missionc.curves.piecewise_polynomials import motion, values
 from missionc.diagnostics.code import EXTRA_MISSING
@@ -28,6 +29,7 @@ from missionc.output.plot.label_places import name_place
 from missionc.output.plot.parallel_lanes import lanes
 from missionc.output.plot.plot_roadmap import draw_roadmap, roadmap_entry
 from missionc.output.plot.silhouette import View, draw_shape, inner_point
+from missionc.output.region_roles import region_roles
 from missionc.world.displacement import displaced
 
 if TYPE_CHECKING:
@@ -36,17 +38,20 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#6A3D9A", "#444444")
-"""Told apart with every common colour blindness.
-
-Source:
-    Okabe and Ito, "Color Universal Design" (2008); its yellow and orange, faint on white, made darker.
-"""
-MARKS = ("o", "s", "^", "D", "v", "P", "X", "h")
+COLOURS = LIGHT["agents"]
+MARKERS = {
+    "disc": "o",
+    "square": "s",
+    "triangle": "^",
+    "diamond": "D",
+    "plus": "P",
+    "cross": "X",
+    "hexagon": "h",
+    "wedge": "v",
+}
+"""The marks of the palette, as matplotlib calls them."""
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.4)), (0, (1.2, 1.0)), (0, (6, 1.4, 1.2, 1.4)))
-PALE = ("#CFE3F1", "#F8DDCB", "#D5EBDD", "#EAD9E7", "#F7EBC3", "#E3E1F2", "#DDE9C6", "#E8E3D3")
-OUTLINE = ("#7FAFCF", "#DDA17E", "#84BF9C", "#BE93B5", "#D3BC62", "#A5A0CF", "#A5BF74", "#B3A988")
-OBSTACLE, INK, GREY, BROKEN = "#5B6066", "#222222", "#8A8A8A", "#B00020"
+OBSTACLE, INK, GREY, BROKEN = LIGHT["obstacle"], LIGHT["ink"], "#8A8A8A", "#B00020"
 METADATA: dict[str, dict[str, str | None]] = {
     "svg": {"Date": None, "Creator": "missionc"},
     "png": {"Software": "missionc"},
@@ -228,9 +233,12 @@ def draw_view(axes: Axes, mission: Mission, trace: Trace, view: View, moment: fl
     axes.add_patch(floor)
     axes.grid(color="#ECECEC", linewidth=0.6, zorder=0.1)
     axes.set_axisbelow(True)
-    for number, region in enumerate(mission.regions):
-        fill, edge = PALE[number % len(PALE)], OUTLINE[number % len(OUTLINE)]
-        draw_shape(axes, mission.world, view, region.shape, fc=fill, ec=edge, lw=0.9, zorder=1, **_see_through(view))
+    roles = region_roles(mission)
+    for region in mission.regions:
+        fill, edge = LIGHT["region"][roles[region.name]], LIGHT["outline"][roles[region.name]]
+        avoided: dict[str, Any] = {"hatch": "///", "ls": (0, (4, 2))} if roles[region.name] == "avoid" else {}
+        look = {"fc": fill, "ec": edge, "lw": 0.9, "zorder": 1, **avoided, **_see_through(view)}
+        draw_shape(axes, mission.world, view, region.shape, **look)
         if view.up == 1:
             size = NAME * _metres_per_point(axes)
             place = name_place(mission.world, view, region.shape, region.name, size, trace.position[..., :2])
@@ -348,7 +356,7 @@ def style(index: int) -> tuple[str, str, Any]:
     colour = COLOURS[index % len(COLOURS)]
     # A second round of colours comes with other marks and dashes.
     turn = index // len(COLOURS)
-    return colour, MARKS[(index + 3 * turn) % len(MARKS)], DASHES[turn % len(DASHES)]
+    return colour, MARKERS[MARKS[(index + 3 * turn) % len(MARKS)]], DASHES[turn % len(DASHES)]
 
 
 def _name(axes: Axes, place: tuple[float, float], name: str, colour: str, size: float) -> None:

@@ -1,8 +1,10 @@
 """Delta and variable-length encoding of whole numbers as text: what the page's ``unpack`` reads.
 
-Differences of neighbours, zigzag so that small ones of either sign are small
-numbers, seven bits to a byte, least significant first; a run of zeros is a
-zero and its length. The bytes are written in base 64.
+Differences of neighbours, or the differences of those; zigzag, so that small ones of either sign are small numbers; in
+digits of three or of seven bits, least significant first, each with a bit that says whether more follow; a run of zeros
+is a zero and its length. Of these four ways the shortest is taken, which the first byte says: how often differences are
+taken, and four more where digits have seven bits. Of two digits in a byte the first is the lower one, and half a byte
+that is left over has all bits set. The bytes are written in base 64.
 """
 
 from __future__ import annotations
@@ -17,21 +19,34 @@ from missionc.base.trace import Array
 
 FAR = 1 << 27
 """Stands for infinity, and minus it for minus infinity."""
-PER_METRE = 1000
-"""Numbers are kept to a millimetre, or a thousandth of their unit."""
+WIDE = 4
+"""In a text's first byte: its digits have seven bits."""
+PER_METRE, COARSE = 1000, 100
+"""Numbers are kept to a millimetre, or a thousandth of their unit; where they are many, to a hundredth."""
 
 
 def thousandths(values: Array) -> NDArray[np.int64]:
     """Rounded to thousandths, (...) -> (...); infinities become ``FAR``."""
-    return np.rint(np.clip(np.nan_to_num(values, nan=-np.inf), -FAR / PER_METRE, FAR / PER_METRE) * PER_METRE).astype(
-        np.int64
-    )
+    return rounded(values, PER_METRE)
+
+
+def rounded(values: Array, per_unit: int) -> NDArray[np.int64]:
+    """Rounded to so many parts of a unit, (...) -> (...); infinities become ``FAR``."""
+    finite = np.clip(np.nan_to_num(values, nan=-np.inf), -FAR / per_unit, FAR / per_unit)
+    return np.rint(finite * per_unit).astype(np.int64)
 
 
 def pack(numbers: NDArray[Any]) -> str:
     """Numbers of any shape, in the order of their axes."""
     flat = np.asarray(numbers, dtype=np.int64).ravel()
-    change = np.diff(flat, prepend=0)
+    once = np.diff(flat, prepend=0)
+    codes = [(1, _zigzag(once)), (2, _zigzag(np.diff(once, prepend=0)))]
+    written = [bytes([times | wide]) + _bytes(code, wide) for times, code in codes for wide in (0, WIDE)]
+    return base64.b64encode(min(written, key=len)).decode("ascii")
+
+
+def _zigzag(change: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Whole numbers as such of no sign, each run of zeros as its first and its length."""
     code = np.where(change >= 0, 2 * change, -2 * change - 1)
     zero = code == 0
     starts = np.flatnonzero(zero & ~np.concatenate([[False], zero[:-1]]))
@@ -40,18 +55,22 @@ def pack(numbers: NDArray[Any]) -> str:
     place = np.concatenate([np.flatnonzero(~zero), starts, starts])
     value = np.concatenate([code[~zero], np.zeros(len(starts), dtype=np.int64), ends - starts + 1])
     second = np.concatenate([np.zeros(np.count_nonzero(~zero) + len(starts)), np.ones(len(starts))])
-    return base64.b64encode(_bytes(value[np.lexsort((second, place))])).decode("ascii")
+    return np.asarray(value[np.lexsort((second, place))])
 
 
-def _bytes(values: NDArray[np.int64]) -> bytes:
-    """Each number in as many bytes of seven bits as it needs, all but the last with the eighth bit set."""
+def _bytes(values: NDArray[np.int64], wide: int) -> bytes:
+    """Each number in as many digits as it needs, all but the last with their highest bit set."""
+    bits = 7 if wide else 3
     lengths = np.ones(len(values), dtype=np.int64)
-    for more in range(1, 9):
-        lengths += values >= 1 << 7 * more
+    for more in range(1, 63 // bits):
+        lengths += values >= 1 << bits * more
     start = np.concatenate([[0], np.cumsum(lengths)[:-1]]) if len(values) else np.zeros(0, dtype=np.int64)
-    whole = np.zeros(int(lengths.sum()), dtype=np.uint8)
-    for byte in range(int(lengths.max(initial=0))):
-        has = lengths > byte
-        more_follow = np.where(lengths[has] > byte + 1, 0x80, 0)
-        whole[start[has] + byte] = ((values[has] >> 7 * byte) & 0x7F) | more_follow
-    return whole.tobytes()
+    digits = np.zeros(int(lengths.sum()), dtype=np.uint8)
+    for digit in range(int(lengths.max(initial=0))):
+        has = lengths > digit
+        more_follow = np.where(lengths[has] > digit + 1, 1 << bits, 0)
+        digits[start[has] + digit] = ((values[has] >> bits * digit) & ((1 << bits) - 1)) | more_follow
+    if wide:
+        return digits.tobytes()
+    pairs = np.append(digits, np.full(len(digits) % 2, 15, dtype=np.uint8)).reshape(-1, 2)
+    return np.asarray(pairs[:, 0] | pairs[:, 1] << 4, dtype=np.uint8).tobytes()

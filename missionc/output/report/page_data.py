@@ -13,6 +13,7 @@ from pathlib import PurePath
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from missionc.base.source import Span
 from missionc.base.trace import Array, Plan
@@ -22,13 +23,16 @@ from missionc.kernel.nodes import Kernel
 from missionc.language.margins.links import all_links, pieces
 from missionc.language.margins.predicate_margins import formation_margin
 from missionc.output.folder.file_names import input_name
+from missionc.output.region_roles import region_roles
 from missionc.output.report.charts import charts
 from missionc.output.report.flight_tracks import Flights, flights
 from missionc.output.report.outlines import inner_point, solids
 from missionc.output.report.pack import PER_METRE, pack, thousandths
 from missionc.output.report.requirement_lanes import Places, lanes
+from missionc.output.report.sample_tracks import Placed
 from missionc.output.report.tightest_margins import checks
-from missionc.verify.certificate import Certificate
+from missionc.verify.certificate import Between, Certificate, Verdict
+from missionc.version import __version__
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +44,7 @@ class Plotted:
         texts: the mission's files, the mission first: names relative to its folder, and contents.
         miss: what is wrong with a motion that is no plan, in words; empty of a plan.
         simulation: the text of ``simulation.json``; what cannot be read is not drawn.
+        digest: the SHA-256 of the file that holds the motion; empty where there is none.
     """
 
     mission: Mission
@@ -50,6 +55,7 @@ class Plotted:
     texts: tuple[tuple[str, str], ...]
     miss: str = ""
     simulation: str = ""
+    digest: str = ""
 
 
 def data(plotted: Plotted) -> dict[str, Any]:
@@ -57,18 +63,23 @@ def data(plotted: Plotted) -> dict[str, Any]:
     moving = flights(mission, plan.trace, plotted.flights, plotted.simulation)
     flown = moving.simulated.checks if moving.simulated else ()
     judged = plotted.certificate.joined(Certificate(mission.name, flown))
+    roles = region_roles(mission, plotted.kernel)
     rows, tree = lanes(mission, plotted.kernel, plan.trace, places(plotted))
     return {
         "schema": "missionc.report/1",
         "mission": mission.name,
         "backend": plan.backend,
         "seed": plan.seed,
+        "version": __version__,
+        "digest": plotted.digest,
         "proven": str(plan.proven) if plan.proven else "",
         "step": mission.step,
         "steps": mission.steps,
         "per_metre": PER_METRE,
         "world": {"low": list(mission.world.low), "high": list(mission.world.high)},
-        "regions": [_shape(mission, region.name, region.shape) for region in mission.regions],
+        "regions": [
+            {**_shape(mission, region.name, region.shape), "role": roles[region.name]} for region in mission.regions
+        ],
         "obstacles": [_obstacle(mission, obstacle) for obstacle in mission.obstacles],
         "beacons": [{"name": beacon.name, "position": list(beacon.position)} for beacon in mission.beacons],
         "agents": [_agent(agent) for agent in mission.agents],
@@ -98,10 +109,37 @@ def data(plotted: Plotted) -> dict[str, Any]:
             }
             for each in plotted.certificate.delays
         ],
+        "badge": _badge(plotted),
         "passed": plotted.certificate.passed,
         "miss": plotted.miss,
         "warnings": list(plotted.certificate.warnings),
     }
+
+
+def _badge(plotted: Plotted) -> dict[str, str]:
+    """The verdict in words: ``holds``, ``steps`` where some requirement holds at the steps alone, or ``fails``."""
+    certificate = plotted.certificate
+    if plotted.miss:
+        return {"state": "fails", "says": f"no plan: {plotted.miss}"}
+    if not certificate.passed:
+        return {"state": "fails", "says": "not verified"}
+    broken = [_between(each) for each in certificate.between if each.verdict is Verdict.FAILS]
+    open_ = [f"`{each.requirement}`" for each in certificate.between if each.verdict is Verdict.UNDECIDED]
+    if open_:
+        broken.append(f"between them {', '.join(open_)} {'is' if len(open_) == 1 else 'are'} not decided")
+    if broken:
+        return {"state": "steps", "says": f"holds at its steps; {'; '.join(broken)}"}
+    return {"state": "holds", "says": "verified"}
+
+
+def _between(each: Between) -> str:
+    if each.at is None:
+        when = ""
+    elif each.until is None or each.until - each.at < 0.005:
+        when = f", {each.at:.2f} s"
+    else:
+        when = f", {each.at:.2f}\u2013{each.until:.2f} s"
+    return f"`{each.requirement}` fails between{when}"
 
 
 def places(plotted: Plotted) -> Places:
@@ -171,11 +209,19 @@ def _formation(formation: Formation, position: Array) -> dict[str, Any]:
 
 
 def _motion(moving: Flights) -> dict[str, Any]:
-    """Positions, axis by axis, agent by agent, ``rate`` to a step."""
-    return {
-        name: {"rate": sampled.rate, "position": pack(thousandths(np.moveaxis(sampled.position, 2, 0)))}
-        for name, sampled in moving.places()
-    }
+    """Positions, axis by axis, agent by agent, ``rate`` to a step; on the planned one's grid, what is added to that."""
+    planned = _axes(moving.planned)
+    entries = {"planned": {"rate": moving.planned.rate, "added": False, "position": pack(planned)}}
+    for name, sampled in moving.places():
+        if name != "planned":
+            added = sampled.rate == moving.planned.rate
+            position = _axes(sampled) - planned if added else _axes(sampled)
+            entries[name] = {"rate": sampled.rate, "added": added, "position": pack(position)}
+    return entries
+
+
+def _axes(sampled: Placed) -> NDArray[np.int64]:
+    return thousandths(np.moveaxis(sampled.position, 2, 0))
 
 
 def _number(value: float) -> float | None:

@@ -11,8 +11,11 @@ import base64
 import hashlib
 import html
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+from missionc.base.palette import DARK, LIGHT, MARKS
 
 POLICY = "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 """What a browser may do with the page: run the one script, and load nothing."""
@@ -23,14 +26,25 @@ SCRIPTS = (
     "colours.js",
     "model.js",
     "shapes.js",
-    "plan_view.js",
-    "volume_view.js",
+    "camera.js",
+    "labels.js",
+    "world_view.js",
+    "motion_view.js",
+    "map_view.js",
+    "svg_canvas.js",
+    "gestures.js",
     "scene.js",
     "tracks.js",
+    "charts.js",
     "timeline.js",
     "words.js",
+    "margins.js",
+    "address.js",
     "plans.js",
+    "suggestions.js",
     "player.js",
+    "export.js",
+    "layout.js",
     "main.js",
 )
 """In the order in which they are put together: each uses the names of those before it."""
@@ -40,7 +54,7 @@ ESCAPED = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&'\u2028\u2029"
 
 def page(title: str, data: dict[str, Any]) -> str:
     """The page's text."""
-    script = "\n".join(_asset(name) for name in SCRIPTS)
+    script = scripts(SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     parts = {
         "POLICY": POLICY.format(digest),
@@ -51,6 +65,12 @@ def page(title: str, data: dict[str, Any]) -> str:
     }
     pieces = _asset("page.html").split("%%")
     return "".join(parts[piece] if number % 2 else piece for number, piece in enumerate(pieces))
+
+
+def scripts(names: Sequence[str]) -> str:
+    """Scripts put together, with the palette that they draw in before them."""
+    palette = embedded({"light": LIGHT, "dark": DARK, "marks": MARKS})
+    return "\n".join([f"const PALETTE = {palette};", *map(_asset, names)])
 
 
 def embedded(data: object) -> str:

@@ -6,7 +6,7 @@ out  the bytes of ``report.html``, the same each time
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from missionc.output.report.page_data import Plotted, data
 from missionc.output.report.render_page import page
@@ -14,14 +14,28 @@ from missionc.output.report.render_page import page
 __all__ = ["Plotted", "data", "report"]
 
 
-def report(plotted: Plotted, plans: Sequence[tuple[dict[str, object], Plotted]] = ()) -> bytes:
+def report(
+    plotted: Plotted,
+    plans: Sequence[tuple[dict[str, object], Plotted]] = (),
+    compared: tuple[tuple[str, str], Plotted] | None = None,
+    advice: tuple[Mapping[str, object], Sequence[Plotted]] | None = None,
+) -> bytes:
     """The page: whole, in UTF-8, without a reference to anything outside it.
 
     Args:
         plans: of a folder with several, each with its row of the table; the first is the one that is plotted.
+        compared: another plan of the same mission, shown beside this one, and the names of both.
+        advice: of a motion that is no plan, what would make the mission possible, and the plans of the first changes.
     """
     shown = data(plotted)
     if plans:
         shown["plans"] = [row for row, _ in plans]
         shown["others"] = [data(other) for _, other in plans[1:]]
+    if compared:
+        names, other = compared
+        shown["compare"] = {"names": list(names), "other": data(other)}
+    if advice:
+        told, remedies = advice
+        shown["advice"] = dict(told)
+        shown["others"] = [data(remedy) for remedy in remedies]
     return page(plotted.mission.name, shown).encode("utf-8")

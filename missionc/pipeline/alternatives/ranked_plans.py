@@ -14,6 +14,7 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.alternatives_json import rows
 from missionc.output.folder.file_names import file_names, polynomials_file
+from missionc.output.folder.manifest import sha256
 from missionc.output.report.report_html import Plotted
 from missionc.output.with_alternatives import with_alternatives as joined_files
 from missionc.pipeline.alternatives.search_alternatives import search_alternatives
@@ -57,4 +58,5 @@ def _plotted(
 ) -> Plotted:
     files, names = dict(verified.files), file_names(mission.agents)
     flights = {agent.name: files[polynomials_file(names[agent.name])].decode() for agent in mission.agents}
-    return Plotted(mission, kernel, verified.plan, verified.certificate, flights, mission_texts)
+    digest = sha256(files["plan.json"])
+    return Plotted(mission, kernel, verified.plan, verified.certificate, flights, mission_texts, digest=digest)

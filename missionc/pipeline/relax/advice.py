@@ -20,7 +20,8 @@ def explained_lines(compiled: Compiled) -> list[str]:
     for relaxation in explained.relaxations:
         proven = f"; {relaxation.proven} is proven not to" if relaxation.proven else ""
         less = "" if relaxation.smallest else "; less may do"
-        lines.append(f"  {relaxation.says}{proven}{less}")
+        guards = "; it weakens what keeps others safe" if relaxation.guards else ""
+        lines.append(f"  {relaxation.says}{proven}{less}{guards}")
         for change in relaxation.changes:
             place = f"{change.line:>6} " if change.line else " " * 7
             lines += [f"{place}- {line}" for line in change.before.splitlines()]
@@ -65,5 +66,6 @@ def _relaxation(relaxation: Relaxation) -> dict[str, object]:
         "also": others,
         "smallest": relaxation.smallest,
         "proven": relaxation.proven or None,
+        "guards": relaxation.guards,
         "verified": True,
     }

@@ -7,7 +7,9 @@ out  NearMiss, where one of them breaks nothing but one requirement, or there is
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import PurePath
 
 from missionc.backends.api import Attempt, Scope
 from missionc.base.trace import Plan, Trace
@@ -15,21 +17,42 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.near_miss_json import near_miss_json
+from missionc.output.folder.manifest import sha256
 from missionc.output.plot.plot import plot
 from missionc.output.report.report_html import Plotted, report
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.provenance import texts
-from missionc.pipeline.results import NearMiss, Relaxation
+from missionc.pipeline.results import NearMiss, Relaxation, Trial
 from missionc.verify.verify_plan import verify
+
+MOST_PLAYED = 12
+"""Changes whose plans the page can play; of more it shows the words alone."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Remedy:
+    """A relaxed mission, and a plan of it that passed ``verify``."""
+
+    checked: Checked
+    trace: Trace
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Advice:
+    """What the page says of the refusal: the requirements in conflict, and what was tried to know who is to blame."""
+
+    conflict: tuple[str, ...] = ()
+    trials: tuple[Trial, ...] = ()
 
 
 def near_miss(
     checked: Checked,
     backend: str,
     seed: int,
-    relaxations: Iterable[tuple[Relaxation, Trace]],
+    relaxations: Sequence[tuple[Relaxation, Remedy]],
     best: Attempt | None = None,
     scope: Scope | None = None,
+    advice: Advice | None = None,
 ) -> NearMiss | None:
     """With its files: ``near_miss.json``, ``near_miss.html``, and ``near_miss.svg`` where maps can be drawn.
 
@@ -41,7 +64,7 @@ def near_miss(
     mission, kernel = checked.mission, checked.kernel
     assert mission is not None
     assert kernel is not None
-    motions = [(each.says, trace) for each, trace in relaxations] + ([("", best.trace)] if best else [])
+    motions = [(each.says, remedy.trace) for each, remedy in relaxations] + ([("", best.trace)] if best else [])
     misses = [(_miss(mission, kernel, trace), says) for says, trace in motions]
     near = [(miss, says) for miss, says in misses if miss is not None]
     if near:
@@ -50,13 +73,14 @@ def near_miss(
         miss, says = best, ""
     else:
         return None
-    files = [
-        ("near_miss.json", near_miss_json(mission, miss, says, scope).encode()),
-        (
-            "near_miss.html",
-            _page(checked, mission, kernel, Plan(mission.name, backend, seed, miss.trace, miss.requirements), miss),
-        ),
-    ]
+    document = near_miss_json(mission, miss, says, scope).encode()
+    plan = Plan(mission.name, backend, seed, miss.trace, miss.requirements)
+    certificate = verify(mission, kernel, miss.trace)
+    violation = miss.violation(mission.step)
+    shown = Plotted(mission, kernel, plan, certificate, {}, texts(checked), violation, digest=sha256(document))
+    told = _told(advice or Advice(), violation, [relaxation for relaxation, _ in relaxations])
+    page = report(shown, advice=(told, [_played(each, backend, seed) for _, each in relaxations[:MOST_PLAYED]]))
+    files = [("near_miss.json", document), ("near_miss.html", page)]
     picture = plot(mission, miss.trace, backend, "svg", miss)
     if not isinstance(picture, Diagnostic):
         files.append(("near_miss.svg", picture))
@@ -79,7 +103,39 @@ def _by(miss: Attempt) -> float:
     return robustness if math.isfinite(robustness) else -math.inf
 
 
-def _page(checked: Checked, mission: Mission, kernel: Kernel, motion: Plan, miss: Attempt) -> bytes:
-    """The report of a motion that is no plan: it has no polynomials, and says what is wrong with it."""
-    certificate = verify(mission, kernel, motion.trace)
-    return report(Plotted(mission, kernel, motion, certificate, {}, texts(checked), miss.violation(mission.step)))
+def _played(remedy: Remedy, backend: str, seed: int) -> Plotted:
+    """The plan of a relaxed mission, which has no polynomials yet."""
+    mission, kernel = remedy.checked.mission, remedy.checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    certificate = verify(mission, kernel, remedy.trace)
+    plan = Plan(mission.name, backend, seed, remedy.trace, certificate.judgements)
+    return Plotted(mission, kernel, plan, certificate, {}, texts(remedy.checked))
+
+
+def _told(advice: Advice, violation: str, relaxations: Sequence[Relaxation]) -> dict[str, object]:
+    """The advice as the page reads it; the plan of a change has its rank after the nearest miss."""
+    return {
+        "conflict": list(advice.conflict),
+        "trials": [{"change": trial.says, "outcome": trial.outcome} for trial in advice.trials],
+        "miss": violation,
+        "changes": [
+            {
+                "change": each.says,
+                "edits": [
+                    {
+                        "file": PurePath(edit.file).name,
+                        "line": edit.line,
+                        "before": edit.before,
+                        "after": edit.after,
+                    }
+                    for edit in each.changes
+                ],
+                "smallest": each.smallest,
+                "proven": each.proven,
+                "guards": each.guards,
+                "plan": rank if rank <= MOST_PLAYED + 1 else None,
+            }
+            for rank, each in enumerate(relaxations, 2)
+        ],
+    }

@@ -12,6 +12,7 @@ nothing: its candidate's requirements stand for those in conflict, and nobody is
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -31,7 +32,6 @@ from missionc.backends.api import (
 )
 from missionc.backends.options import Options
 from missionc.base.signals import asked
-from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -45,15 +45,21 @@ from missionc.pipeline.relax import relax_formulas, relax_time, relax_world
 from missionc.pipeline.relax.bisection import Trying
 from missionc.pipeline.relax.conflict_targets import conflict_targets
 from missionc.pipeline.relax.edits import Edit, changes, edited
+from missionc.pipeline.relax.guards import gives_up_safety
 from missionc.pipeline.relax.knobs import Knob
-from missionc.pipeline.relax.nearest_miss import near_miss
+from missionc.pipeline.relax.nearest_miss import Advice, Remedy, near_miss
 from missionc.pipeline.results import Blame, Explained, Relaxation, Trial
 from missionc.verify.verify_plan import verify
 
 FIRST, FINER, SHARE, SEARCHED = 0.05, 0.1, 0.25, 0.1
-"""Shares of all the time: for the first try of a knob at most; for a finer roadmap, which is the hardest; for
+"""Shares of all the work: for the first try of a knob at most; for a finer roadmap, which is the hardest; for
 any other try. A knob's later tries get twice as much each. Where none is ever refused and each would take what it gets,
 all get the last."""
+
+UNITS, CHECKED, LONGEST = 0.5, 0.02, 4.0
+"""Units of ``work`` for each second of the limit: it is work that ends a try and the search, so that one seed gives the
+same advice, and the time that is left over is for machines that do less in a second. What a variant takes at least; and
+how many times its share of the time a try takes at most."""
 
 COVERS, PROOFS = 4, 0.1
 """Covers asked about smaller changes of a knob at most, and the share of all the time that is left for them."""
@@ -64,7 +70,7 @@ class Tried:
     """How a variant came out: ``planned`` with a verified motion, ``impossible``, ``undecided``, or ``wrong``."""
 
     outcome: str
-    trace: Trace | None = None
+    remedy: Remedy | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -81,13 +87,20 @@ class Explaining:
     share: float
     begin: float = field(default_factory=time.monotonic)
     count: int = 0
+    units: float = math.inf
+    """Units of work that all tries may take, and ``spent``, those that they took."""
+    spent: float = 0.0
     found: dict[int, Tried] = field(default_factory=dict)
     """The motion of each knob's smallest change that does."""
     tried: list[Trying] = field(default_factory=list)
 
     @property
-    def over(self) -> bool:
+    def late(self) -> bool:
         return asked() or time.monotonic() >= self.budget.deadline
+
+    @property
+    def over(self) -> bool:
+        return self.late or self.spent >= self.units
 
     def step(self, trying: Trying, first: float) -> Trial | None:
         """Tries the knob's next change that is a mission at all; None where there is none."""
@@ -111,11 +124,11 @@ class Explaining:
         if variant is None:
             return Tried("wrong")
         try:
-            return self.planned(*variant, part)
+            return self.planned(variant, part)
         except MemoryError:
             return Tried("undecided")
 
-    def variant(self, edit: Edit) -> tuple[Mission, Kernel] | None:
+    def variant(self, edit: Edit) -> Checked | None:
         """The mission with an edit, checked from its text on; None where it is none."""
         source, overrides = edited(self.checked, edit)
         checked = check(
@@ -125,18 +138,28 @@ class Explaining:
             limits=self.budget.limits,
             vehicle=self.checked.vehicle,
         )
-        mission, kernel = checked.mission, checked.kernel
-        return (mission, kernel) if checked.ok and mission is not None and kernel is not None else None
+        return checked if checked.ok and checked.mission is not None and checked.kernel is not None else None
 
-    def planned(self, mission: Mission, kernel: Kernel, part: float) -> Tried:
+    def planned(self, variant: Checked, part: float) -> Tried:
+        mission, kernel = variant.mission, variant.kernel
+        assert mission is not None
+        assert kernel is not None
         now = time.monotonic()
-        until = min(self.budget.deadline, now + part * (self.budget.deadline - self.begin))
-        budget = replace(self.budget, deadline=until, listen=ignore, keep=forget, resume=None, enough=open_ended)
+        budget = replace(
+            self.budget,
+            deadline=min(self.budget.deadline, now + LONGEST * part * (self.budget.deadline - self.begin)),
+            work=part * self.units,
+            listen=ignore,
+            keep=forget,
+            resume=None,
+            enough=open_ended,
+        )
         came = plan_with_margin(self.backend, mission, kernel, self.options, budget)
+        self.spent += max(CHECKED, came.report.work)
         if isinstance(came, Impossible):
             return Tried("impossible")
         if isinstance(came, Planned) and verify(mission, kernel, came.trace).passed:
-            return Tried("planned", came.trace)
+            return Tried("planned", Remedy(variant, came.trace))
         return Tried("undecided")
 
     def trial(self, knobs: Iterable[Knob], part: float = SHARE) -> list[Trial]:
@@ -167,7 +190,7 @@ class Explaining:
         """
         proven, low, high = "", 0, trying.refused + 1
         for _ in range(COVERS):
-            if trying.best is None or high - low <= 1 or self.over:
+            if trying.best is None or high - low <= 1 or self.late:
                 break
             notches = trying.refused if high > trying.refused else (low + high) // 2
             edit = trying.knob.edit(notches)
@@ -182,7 +205,9 @@ class Explaining:
         variant = self.variant(edit)
         if variant is None:
             return False
-        mission, kernel = variant
+        mission, kernel = variant.mission, variant.kernel
+        assert mission is not None
+        assert kernel is not None
         ahead = looking_ahead(kernel, mission.steps, self.budget.limits.formula_nodes)
         if not isinstance(ahead, Kernel):
             return False
@@ -192,8 +217,10 @@ class Explaining:
         except MemoryError:
             return False
 
-    def relaxations(self, *, proofs: bool) -> list[tuple[Relaxation, Trace]]:
+    def relaxations(self, *, proofs: bool) -> list[tuple[Relaxation, Remedy]]:
         """What does, the smallest change first; what is as large in the order in which it was tried.
+
+        Last comes what gives up some of what keeps others safe.
 
         Args:
             proofs: whether covers are asked about smaller changes.
@@ -202,13 +229,14 @@ class Explaining:
         for trying in self.tried:
             edit = None if trying.best is None else trying.knob.edit(trying.best)
             came = self.found.get(id(trying))
-            if edit is None or came is None or came.trace is None or trying.best is None:
+            if edit is None or came is None or came.remedy is None or trying.best is None:
                 continue
             size = trying.best * trying.knob.size
             lines = changes(edit, self.checked.overrides)
             proven = self.proven_not(trying) if proofs else ""
-            relaxations.append((Relaxation(edit.says, lines, size, trying.smallest, proven), came.trace))
-        return sorted(relaxations, key=lambda each: each[0].size)
+            guards = gives_up_safety(self.mission, self.kernel, came.remedy.trace)
+            relaxations.append((Relaxation(edit.says, lines, size, trying.smallest, proven, guards), came.remedy))
+        return sorted(relaxations, key=lambda each: (each[0].guards, each[0].size))
 
 
 def explain(
@@ -229,6 +257,7 @@ def explain(
     if proofs:
         short = replace(short, deadline=now + (1 - PROOFS) * max(0.0, until - now))
     run = Explaining(checked, mission, kernel, backend, quick, short, first, share, now)
+    run.units = UNITS * max(0.0, short.deadline - now)
     conflict = refusal.conflict if isinstance(refusal, Impossible) else _violated(best)
     without = run.trial(relax_formulas.without(checked, mission, conflict))
     if len(conflict) > 1 and not any(trial.outcome == "planned" for trial in without):
@@ -241,13 +270,10 @@ def explain(
     cut_short = run.over
     run.budget = replace(run.budget, deadline=until)
     relaxations = run.relaxations(proofs=proofs)
-    return Explained(
-        _blame(without, longer, finer) if isinstance(refusal, Impossible) else Blame.UNKNOWN,
-        (*without, *longer, *finer),
-        tuple(relaxation for relaxation, _ in relaxations),
-        near_miss(checked, backend.name, budget.seed, relaxations, best, scope),
-        cut_short,
-    )
+    blame = _blame(without, longer, finer) if isinstance(refusal, Impossible) else Blame.UNKNOWN
+    trials = (*without, *longer, *finer)
+    missed = near_miss(checked, backend.name, budget.seed, relaxations, best, scope, Advice(conflict, trials))
+    return Explained(blame, trials, tuple(relaxation for relaxation, _ in relaxations), missed, cut_short)
 
 
 def _violated(best: Attempt | None) -> tuple[str, ...]:

@@ -9,10 +9,11 @@ from missionc.base.strict_json import parse_json
 from missionc.base.trace import Plan
 from missionc.output.documents.alternatives_json import AlternativeRow
 from missionc.output.folder.file_names import REPORT, SIMULATION
+from missionc.output.folder.manifest import sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.output.with_alternatives import others
 from missionc.pipeline.provenance import texts
-from missionc.replay.read_folder import OutputFolder
+from missionc.replay.read_folder import PLAN, OutputFolder
 from missionc.replay.rebuild.alternatives import Judged
 from missionc.replay.rebuild.plan_document import plan_of
 from missionc.replay.rebuild.verdict import verdict
@@ -38,11 +39,12 @@ def page(
         judged: the further plans in it, with what was verified of each.
         table: of all of them; nothing of a folder with one plan.
     """
-    plots = [_plotted(opened, certificate, plan), *(_plotted(each, own) for each, own in judged)]
+    plots = [plotted(opened, certificate, plan), *(plotted(each, own) for each, own in judged)]
     return report(plots[0], others(plots, table) if table else ())
 
 
-def _plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None = None) -> Plotted:
+def plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None = None) -> Plotted:
+    """What the page shows of a folder's plan, with what a certificate says of it."""
     return Plotted(
         opened.mission,
         opened.kernel,
@@ -51,6 +53,7 @@ def _plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None =
         opened.flights,
         texts(opened.checked),
         simulation=opened.text(SIMULATION),
+        digest=sha256(opened.files[PLAN]) if PLAN in opened.files else "",
     )
 
 

@@ -2,28 +2,20 @@
 const whole = JSON.parse(document.getElementById("data").textContent);
 const { data, rank } = chosenPlan(whole);
 const model = readModel(data);
-const state = {
-  time: 0,
-  playing: false,
-  speed: SPEEDS.find((speed) => model.horizon / speed <= 20) || SPEEDS[SPEEDS.length - 1],
-  focus: -1,
-  hovered: null,
-  selected: null,
-  shown: null,
-  follow: "planned",
-  graph: model.graphs.length ? model.graphs[0].name : "",
-  layers: { paths: true, trails: true, names: true, turning: false },
-  crowd: model.agents > 16,
-  theme: matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light",
-};
-const view = new URLSearchParams(location.hash.slice(1));
+const other = whole.compare ? readModel(whole.compare.other) : null;
+const state = shownFirst(model, other);
+const view = fragment();
 let asked = false;
-let stale = true;
+let [stale, layout, telling] = [true, true, true];
 
+// Of these, everything else on the page may depend; the others move the map and the clock alone.
 function change(changes = {}) {
-  if ("focus" in changes && changes.focus !== state.focus) stale = true;
-  if ("theme" in changes) stale = true;
+  const names = Object.keys(changes);
+  if (names.some((name) => ["focus", "theme"].includes(name) && changes[name] !== state[name])) stale = true;
+  if (changes.layout) layout = true;
+  if (names.some((name) => name !== "time") || !state.playing) telling = true;
   Object.assign(state, changes);
+  delete state.layout;
   state.shown = state.hovered ?? state.selected;
   if (asked) return;
   asked = true;
@@ -34,91 +26,107 @@ const palette = () => (state.theme === "dark" ? DARK : LIGHT);
 
 function frame() {
   asked = false;
-  if (state.layers.turning) map.turn(0.004, 0);
   if (stale) {
     document.documentElement.dataset.theme = state.theme;
     paintAgents();
-    tracks.draw(palette());
-    stale = false;
   }
+  if (layout) tracks.measured();
+  if (stale || layout) tracks.draw(palette(), stale);
+  [stale, layout] = [false, false];
   map.draw(palette());
   tracks.update();
   clockwork.update();
+  if (telling) {
+    map.update();
+    bar.later();
+  }
+  telling = false;
   tell();
-  if (state.layers.turning) change();
 }
 
 function paintAgents() {
   for (const button of document.querySelectorAll("#agents button")) {
     button.setAttribute("aria-pressed", String(Number(button.dataset.agent) === state.focus));
-    button.firstChild.style.background = colourOf(palette(), Number(button.dataset.agent));
+    button.firstChild.style.color = colourOf(palette(), model.style[Number(button.dataset.agent)]);
   }
 }
 
-// A link may say what to show first, as in `report.html#t=8&play`. A page that shows one report after the other asks
-// (`follow`) to be told what is shown, to say so of the next.
-function open() {
-  const time = Number(view.get("t"));
-  if (Number.isFinite(time)) state.time = model.within(time);
-  if (SPEEDS.includes(Number(view.get("speed")))) state.speed = Number(view.get("speed"));
-  if (["dark", "light"].includes(view.get("theme"))) state.theme = view.get("theme");
-  state.playing = view.has("play") && state.time < model.horizon;
-}
-
+// A page that shows one report after the other asks (`follow`) to be told what is shown, to say so of the next.
+let told = "";
 function tell() {
   if (!view.has("follow") || parent === window) return;
-  const shown = new URLSearchParams({ t: state.time.toFixed(3), speed: state.speed, theme: state.theme });
-  if (state.playing) shown.set("play", "");
-  parent.postMessage({ shown: String(shown) }, "*");
+  const shown = writeAddress(model, state, map.view.camera, []);
+  if (shown !== told) parent.postMessage({ shown }, "*");
+  told = shown;
 }
 
 function describe() {
-  document.getElementById("title").textContent = data.mission;
+  const put = (id, text) => (document.getElementById(id).textContent = text);
   const many = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
-  const about = [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, data.backend && (data.miss ? `a motion of ${data.backend}` : `planned by ${data.backend}`), `seed ${data.seed}`, data.proven];
-  document.getElementById("about").textContent = about.filter(Boolean).join(" · ");
-  const verdict = document.getElementById("verdict");
-  verdict.textContent = data.miss ? `✗ no plan: ${data.miss}` : data.passed ? "✓ verified" : "✗ not verified";
-  verdict.className = data.passed ? "holds" : "fails";
+  put("title", data.mission);
+  const planned = data.backend && (data.miss ? `a motion of ${data.backend}` : `planned by ${data.backend}`);
+  put("about", [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, planned, `seed ${data.seed}`, data.proven].filter(Boolean).join(" · "));
+  const marks = { holds: "✓", steps: "◐", fails: "✗" };
+  const badge = document.getElementById("verdict");
+  badge.className = data.badge.state;
+  const verdict = ({ state: mark, says }) => `${marks[mark]} ${says.replaceAll("`", "")}`;
+  put("verdict", other ? `A ${verdict(data.badge)} · B ${verdict(other.data.badge)}` : verdict(data.badge));
+  // The day is the file's own: what the page says is the same whenever it is made.
+  const day = new Date(document.lastModified);
+  const made = Number.isNaN(day.getTime()) ? "" : `file of ${day.toISOString().slice(0, 10)}`;
+  put("origin", [`missionc ${data.version}`, made, data.digest && `plan ${data.digest.slice(0, 12)}`].filter(Boolean).join(" · "));
+  document.getElementById("origin").title = data.digest ? `SHA-256 of plan.json: ${data.digest}` : "";
   document.getElementById("map").setAttribute("aria-label", `The world of ${data.mission} with ${many(model.agents, "agent")} in motion`);
-  const legend = document.getElementById("legend");
-  legend.textContent = "";
-  for (const [name, text] of [
-    ["holds", "true"],
-    ["fails", "false"],
-    ["open", "open, time can still change it"],
-  ]) {
-    const swatch = document.createElement("span");
-    swatch.className = `swatch ${name}`;
-    legend.append(swatch, text);
-  }
-  legend.append(" · height is robustness, pale is asked by no requirement, values to 1 mm · keys: space plays, ← → step, ↑ ↓ lanes, Enter source, < > speed, T theme");
-  if (model.dimension === 3) legend.append(" · on the map: drag, or A D W S, turns, + − zooms");
+  if (other) put("about", ["A", "B"].map((name, at) => `${name} ${whole.compare.names[at]}, ${(at ? other.data : data).backend}, seed ${(at ? other.data : data).seed}`).join(" · "));
 }
 
-open();
+readAddress(model, state, view, { set: (camera) => (state.looked = camera) });
 const words = missionWords(model, (file, start, end) => {
   const inside = ([number, from, to]) => number === file && from >= start && from < end && to > start;
   const lane = data.lanes.findIndex((each) => each.place && inside(each.place));
   if (lane >= 0 && lane !== state.selected) tracks.select(lane);
 });
-const map = scene(model, state, change);
-const tracks = timeline(model, state, change, words);
+const map = scene(model, state, change, other);
+if (state.looked) map.view.camera.set(state.looked);
+const bar = addressBar(model, state, map.view.camera);
+const tracks = timeline(model, state, change, words, other);
 const clockwork = player(model, state, change);
 margins(model, change);
-plansTable(whole, rank, state);
+plansTable(whole, rank, bar.whole);
+suggestionCards(whole, rank, bar.whole);
+exportMenu(model, state, change, { paint: (context, width, height) => map.paint(context, width, height, palette()), size: map.size });
+splitters(change);
+fullScreen(state, change);
 describe();
+if (state.selected !== null) {
+  words.show(data.lanes[state.selected].place);
+  tracks.reveal(state.selected);
+}
 
 document.getElementById("theme").addEventListener("click", () => change({ theme: state.theme === "dark" ? "light" : "dark" }));
-window.addEventListener("resize", () => {
-  stale = true;
-  change();
+document.getElementById("copy").addEventListener("click", async () => {
+  const said = document.getElementById("said");
+  try {
+    await navigator.clipboard.writeText(bar.whole());
+    said.textContent = "the link is copied";
+  } catch {
+    said.textContent = bar.whole();
+  }
 });
+window.addEventListener("keydown", (event) => event.key === "Escape" && change({ measuring: false, ruler: null, followed: -1 }));
+window.addEventListener("hashchange", () => {
+  readAddress(model, state, fragment(), map.view.camera);
+  change({});
+});
+new ResizeObserver(() => {
+  stale = true;
+  change({ layout: true });
+}).observe(document.querySelector("main"));
 let before = null;
 window.addEventListener("beforeprint", () => {
   before = state.theme;
   Object.assign(state, { theme: "light", playing: false });
-  stale = true;
+  [stale, layout] = [true, true];
   frame();
 });
 window.addEventListener("afterprint", () => change({ theme: before }));

@@ -1,13 +1,21 @@
 // Several plans of one mission: which of them the page shows, and a table to choose by.
 function chosenPlan(whole) {
-  const count = whole.plans ? whole.plans.length : 1;
+  const count = 1 + (whole.others || []).length;
   const rank = Number(new URLSearchParams(location.hash.slice(1)).get("plan"));
   const known = Number.isInteger(rank) && rank >= 2 && rank <= count;
   return known ? { data: whole.others[rank - 2], rank } : { data: whole, rank: 1 };
 }
 
 // The page begins anew with the plan that is chosen, at the time that is shown.
-function plansTable(whole, rank, state) {
+function showPlan(chosen, address) {
+  const shown = new URLSearchParams(address.split("#")[1]);
+  shown.set("plan", chosen);
+  for (const name of ["lane", "agent", "chase"]) shown.delete(name);
+  location.hash = String(shown);
+  location.reload();
+}
+
+function plansTable(whole, rank, address) {
   const panel = document.getElementById("plans");
   if (!whole.plans) return;
   panel.hidden = false;
@@ -34,13 +42,7 @@ function plansTable(whole, rank, state) {
     row.insertCell().textContent = plan.margin === null ? "any" : `${short(plan.margin)} m`;
     row.addEventListener("click", () => {
       if (plan.rank === rank) return;
-      const shown = new URLSearchParams(location.hash.slice(1));
-      const now = { plan: plan.rank, t: state.time.toFixed(3), speed: state.speed, theme: state.theme };
-      for (const [name, value] of Object.entries(now)) shown.set(name, value);
-      if (state.playing) shown.set("play", "");
-      else shown.delete("play");
-      location.hash = String(shown);
-      location.reload();
+      showPlan(plan.rank, address());
     });
   }
   panel.append(table);

@@ -1,6 +1,4 @@
 // Time: what moves it on, and the keys.
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 25, 100];
-
 function player(model, state, change) {
   const range = document.getElementById("now");
   const play = document.getElementById("play");
@@ -23,14 +21,19 @@ function player(model, state, change) {
   window.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const tag = event.target.tagName;
+    if (tag === "INPUT" && event.target.type === "text") return;
     const many = event.shiftKey ? 10 : 1;
     const act = {
-      " ": tag === "BUTTON" || tag === "SELECT" || event.target.type === "checkbox" ? null : toggle,
+      " ": tag === "BUTTON" || tag === "SELECT" || tag === "SUMMARY" || event.target.type === "checkbox" ? null : toggle,
       ArrowLeft: tag === "SELECT" ? null : () => stepBy(-many),
       ArrowRight: tag === "SELECT" ? null : () => stepBy(many),
       Home: tag === "SELECT" ? null : () => change({ time: 0, playing: false }),
       End: tag === "SELECT" ? null : () => change({ time: model.horizon, playing: false }),
       t: () => document.getElementById("theme").click(),
+      f: () => document.getElementById("follow").click(),
+      r: () => document.getElementById("measure").click(),
+      v: () => document.getElementById("slant").click(),
+      m: () => document.getElementById("wide").click(),
       "<": () => faster(-1),
       ">": () => faster(1),
     }[event.key];
@@ -59,12 +62,17 @@ function player(model, state, change) {
   }
 
   let running = false;
+  let told = "";
   function update() {
     range.value = state.time;
-    range.setAttribute("aria-valuetext", `${state.time.toFixed(2)} of ${model.horizon} seconds`);
-    clock.textContent = `${state.time.toFixed(step < 0.1 ? 2 : 1)} s · step ${model.stepAt(state.time)} of ${model.data.steps}`;
-    play.textContent = state.playing ? "❚❚" : "▶";
-    play.setAttribute("aria-label", state.playing ? "Pause" : "Play");
+    const text = `${state.time.toFixed(step < 0.1 ? 2 : 1)} s · step ${model.stepAt(state.time)} of ${model.data.steps}`;
+    if (text !== told) clock.textContent = told = text;
+    if (state.playing !== running || !state.playing) {
+      range.setAttribute("aria-valuetext", `${state.time.toFixed(2)} of ${model.horizon} seconds`);
+      play.textContent = state.playing ? "❚❚" : "▶";
+      play.setAttribute("aria-label", state.playing ? "Pause" : "Play");
+      if (Number(speed.value) !== state.speed) speed.value = state.speed;
+    }
     if (state.playing && !running) requestAnimationFrame(tick);
     running = state.playing;
   }

@@ -1,48 +1,20 @@
-// Outlines on a canvas, seen from above.
-function outline(context, part, shift, across, up, scale) {
+// What is drawn on a canvas, or on anything that has its methods.
+function line(context, x0, y0, x1, y1) {
   context.beginPath();
-  if (part.rings) {
-    for (const ring of part.rings) {
-      ring.forEach(([x, y], corner) => {
-        const method = corner ? "lineTo" : "moveTo";
-        context[method](across(x + shift[0]), up(y + shift[1]));
-      });
-      context.closePath();
-    }
-    return;
-  }
-  const round = part.disc || part.ball;
-  context.arc(across(round[0] + shift[0]), up(round[1] + shift[1]), round[round.length - 1] * scale, 0, 2 * Math.PI);
+  context.moveTo(x0, y0);
+  context.lineTo(x1, y1);
+  context.stroke();
 }
 
-function paintShape(context, shape, shift, frame, fill, stroke, alpha) {
-  context.save();
-  context.fillStyle = fill;
-  context.strokeStyle = stroke;
-  context.lineWidth = 1;
-  for (const part of shape.parts) {
-    outline(context, part, shift, frame.across, frame.up, frame.scale);
-    context.globalAlpha = alpha;
-    context.fill("evenodd");
-    context.globalAlpha = 1;
-    context.stroke();
-  }
-  context.restore();
+function circle(context, x, y, radius) {
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
 }
 
-// All places within some metres of a shape, around it.
-function paintGrown(context, shape, shift, frame, colour, metres) {
-  if (!metres) return;
-  context.save();
-  context.strokeStyle = colour;
-  context.lineWidth = 2 * metres * frame.scale;
-  context.lineJoin = "round";
-  context.globalAlpha = 0.3;
-  for (const part of shape.parts) {
-    outline(context, part, shift, frame.across, frame.up, frame.scale);
-    context.stroke();
-  }
-  context.restore();
+function polygon(context, points) {
+  context.beginPath();
+  points.forEach(([x, y], corner) => context[corner ? "lineTo" : "moveTo"](x, y));
+  context.closePath();
 }
 
 // Text with a halo, so that it can be read on whatever it lies.
@@ -55,35 +27,78 @@ function label(context, text, x, y, colour, halo) {
   context.fillText(text, x, y);
 }
 
+// Corners of the marks by which agents are told apart, around 0 at size 1; a disc has none.
+const CORNERS = {
+  disc: null,
+  square: [[-0.85, -0.85], [0.85, -0.85], [0.85, 0.85], [-0.85, 0.85]],
+  triangle: [[0, -1.15], [1.05, 0.75], [-1.05, 0.75]],
+  diamond: [[0, -1.2], [1.2, 0], [0, 1.2], [-1.2, 0]],
+  plus: [[-0.4, -1.1], [0.4, -1.1], [0.4, -0.4], [1.1, -0.4], [1.1, 0.4], [0.4, 0.4], [0.4, 1.1], [-0.4, 1.1], [-0.4, 0.4], [-1.1, 0.4], [-1.1, -0.4], [-0.4, -0.4]],
+  cross: [[-1.1, -0.6], [-0.6, -1.1], [0, -0.5], [0.6, -1.1], [1.1, -0.6], [0.5, 0], [1.1, 0.6], [0.6, 1.1], [0, 0.5], [-0.6, 1.1], [-1.1, 0.6], [-0.5, 0]],
+  hexagon: [[-1.1, 0], [-0.55, -0.95], [0.55, -0.95], [1.1, 0], [0.55, 0.95], [-0.55, 0.95]],
+  wedge: [[0, 1.15], [-1.05, -0.75], [1.05, -0.75]],
+};
+
+function mark(context, name, x, y, size) {
+  const corners = CORNERS[name];
+  if (corners) polygon(context, corners.map(([right, down]) => [x + right * size, y + down * size]));
+  else circle(context, x, y, size);
+}
+
+// The same on a page, for the buttons of agents.
+function markIcon(name, colour) {
+  const icon = document.createElementNS(document.querySelector("svg").namespaceURI, "svg");
+  icon.setAttribute("viewBox", "-1.4 -1.4 2.8 2.8");
+  icon.setAttribute("aria-hidden", "true");
+  icon.classList.add("mark");
+  const shape = document.createElementNS(icon.namespaceURI, CORNERS[name] ? "polygon" : "circle");
+  if (CORNERS[name]) shape.setAttribute("points", CORNERS[name].map((corner) => corner.join(",")).join(" "));
+  else shape.setAttribute("r", "1");
+  shape.setAttribute("fill", colour);
+  icon.append(shape);
+  return icon;
+}
+
+function star(context, x, y, size, palette) {
+  polygon(
+    context,
+    Array.from({ length: 10 }, (_, corner) => {
+      const far = corner % 2 ? size * 0.45 : size;
+      return [x + far * Math.sin((corner * Math.PI) / 5), y - far * Math.cos((corner * Math.PI) / 5)];
+    }),
+  );
+  context.fillStyle = palette.floor;
+  context.strokeStyle = palette.ink;
+  context.lineWidth = 1.2;
+  context.fill();
+  context.stroke();
+}
+
+// Beyond the middle of a link that leads one way, towards its end.
+function arrowhead(context, [x0, y0], [x1, y1], colour) {
+  const long = Math.hypot(x1 - x0, y1 - y0);
+  if (long < 16) return;
+  const [along, across] = [(x1 - x0) / long, (y1 - y0) / long];
+  const [x, y] = [x0 + 0.6 * (x1 - x0), y0 + 0.6 * (y1 - y0)];
+  polygon(context, [[x + 6 * along, y + 6 * across], [x - 6 * along - 5 * across, y - 6 * across + 5 * along], [x - 6 * along + 5 * across, y - 6 * across - 5 * along]]);
+  context.fillStyle = colour;
+  context.fill();
+}
+
 // A step between lines of a grid or axis that people like: 1, 2 or 5 times a power of ten.
 function pleasant(range, lines) {
   const rough = range / lines;
   const power = 10 ** Math.floor(Math.log10(rough));
-  return [1, 2, 5, 10].map((times) => times * power).find((step) => step >= rough);
+  return [1, 2, 5, 10].map((times) => times * power).find((step) => step >= rough * 0.999);
 }
 
-// What the views have in common: which links, routes and formations are there at a step, and who is lit.
-function happenings(model, state) {
-  const step = model.stepAt(state.time);
-  const row = state.shown === null ? null : model.rows[model.data.lanes[state.shown].row];
-  const graph = model.graphs.find((each) => each.name === state.graph);
-  const links = [];
-  for (const [first, second, begin, end] of graph ? graph.runs : []) {
-    if (begin <= step && step < end) links.push({ first, second, kind: begin === step && step > 0 ? "new" : "there" });
-    else if (end === step) links.push({ first, second, kind: "gone" });
-  }
-  if (graph && graph.directed) {
-    const there = new Set(links.filter((link) => link.kind !== "gone").map((link) => `${link.first} ${link.second}`));
-    for (const link of links) link.oneWay = !there.has(`${link.second} ${link.first}`);
-  }
-  const route = row ? row.links.filter(([, , begin, end]) => begin <= step && step < end) : [];
-  const lit = (agent) => (row && row.lit ? row.lit[agent * model.states + step] : 0);
-  const edges = [];
-  for (const formation of model.formations) {
-    if (!row || !row.formations.includes(formation.name)) continue;
-    formation.edges.forEach(([first, second], edge) => {
-      edges.push({ first, second, kept: formation.margins[edge * model.states + step] >= 0 });
-    });
-  }
-  return { step, links, route, lit, edges, any: Boolean(row) };
+// Three digits, never more than a millimetre.
+function short(value) {
+  if (value === 0) return "0";
+  if (value === Infinity) return "∞";
+  if (value === -Infinity) return "−∞";
+  const digits = Math.abs(value) >= 100 ? 0 : Math.abs(value) >= 10 ? 1 : Math.abs(value) >= 1 ? 2 : 3;
+  return value.toFixed(digits).replace("-", "−");
 }
+
+const tidy = (value) => String(Number(value.toFixed(6))).replace("-", "−");

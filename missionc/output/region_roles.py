@@ -1,0 +1,39 @@
+"""The role of each region in its mission, by which pictures colour it.
+
+in   Mission, its Kernel
+out  a role of the palette for each region
+"""
+
+from __future__ import annotations
+
+from missionc.ir import Anywhere, Mission
+from missionc.kernel.nodes import Atom, Kernel, Not
+from missionc.kernel.walk import children, postorder
+from missionc.lower.expand import expand
+
+
+def region_roles(mission: Mission, kernel: Kernel | None = None) -> dict[str, str]:
+    """By name: ``goal`` where some goal wants agents in it, ``avoid`` where goals only want them out of it.
+
+    Of a region that no goal speaks of, ``start`` where agents start in it; ``plain`` of any other.
+
+    Args:
+        kernel: of the mission; left out, its goals are expanded here.
+    """
+    kernel = kernel or expand(mission)[0] or Kernel((), ())
+    order = postorder(goal.formula for goal in kernel.requirements + kernel.preferences)
+    denied = {name for node in order if isinstance(node, Not) for name in _named(node.body)}
+    positive = (child for node in order if not isinstance(node, Not) for child in children(node))
+    wanted = {name for node in (*positive, *(goal.formula for goal in kernel.requirements)) for name in _named(node)}
+    starts = {agent.start.region.name for agent in mission.agents if isinstance(agent.start, Anywhere)}
+
+    def role(name: str) -> str:
+        if name in wanted:
+            return "goal"
+        return "avoid" if name in denied else "start" if name in starts else "plain"
+
+    return {region.name: role(region.name) for region in mission.regions}
+
+
+def _named(node: object) -> tuple[str, ...]:
+    return tuple(region.name for region in node.predicate.regions) if isinstance(node, Atom) else ()

@@ -1,0 +1,141 @@
+// What moves: obstacles, trails, links, formations, agents.
+
+// Which links, routes and formations are there at a step, and who is lit; kept for as long as the step is the same.
+function happenings(model) {
+  let known = { key: "" };
+  return (state) => {
+    const step = model.stepAt(state.time);
+    const key = [step, state.shown, state.graph].join();
+    if (key === known.key) return known;
+    const row = state.shown === null ? null : model.lanes[state.shown].values;
+    const graph = model.graphs.find((each) => each.name === state.graph);
+    const links = [];
+    if (graph) graph.links.at(step, (first, second, kind) => links.push({ first, second, kind }));
+    if (graph && graph.directed) {
+      const there = new Set(links.filter((link) => link.kind !== "gone").map((link) => `${link.first} ${link.second}`));
+      for (const link of links) link.oneWay = !there.has(`${link.second} ${link.first}`);
+    }
+    const route = [];
+    if (row && row.links) row.links.at(step, (first, second, kind) => kind !== "gone" && route.push([first, second]));
+    const lit = (agent) => (row && row.lit ? row.lit[agent * model.states + step] : 0);
+    const edges = [];
+    for (const formation of model.formations) {
+      const shown = Boolean(row && row.formations.includes(formation.name));
+      formation.edges.forEach(([first, second], edge) => {
+        edges.push({ first, second, shown, name: edge ? "" : formation.name, kept: formation.margins[edge * model.states + step] >= 0 });
+      });
+    }
+    known = { key, step, links, route, lit, edges };
+    return known;
+  };
+}
+
+// Where an obstacle goes.
+function paintTrack(context, frame, model, palette, obstacle) {
+  context.setLineDash([4, 3]);
+  context.strokeStyle = palette.obstacle;
+  context.lineWidth = 1;
+  context.beginPath();
+  [0, ...obstacle.path.times.filter((each) => each > 0 && each < model.horizon), model.horizon].forEach((time, at) => {
+    const shift = model.shiftAt(obstacle, time);
+    context[at ? "lineTo" : "moveTo"](...frame.point([obstacle.inner[0] + shift[0], obstacle.inner[1] + shift[1], shift[2]]));
+  });
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function paintObstacles(context, frame, model, palette, time) {
+  for (const obstacle of model.data.obstacles) {
+    if (isStill(obstacle)) continue;
+    if (obstacle.path) paintTrack(context, frame, model, palette, obstacle);
+    paintShape(context, obstacle, model.shiftAt(obstacle, time), frame, lookOf(palette, obstacle), model.grownAt(obstacle, time));
+  }
+}
+
+function paintTrails(context, frame, model, palette, state, places, ghost) {
+  const motion = model.motions[state.motion] || model.motions.planned;
+  const now = Math.min((state.time / model.data.step) * motion.rate, motion.samples - 1);
+  const first = Math.max(0, Math.ceil(((state.time - state.trail) / model.data.step) * motion.rate));
+  context.lineCap = "round";
+  context.setLineDash(ghost ? [3, 4] : []);
+  for (let agent = 0; agent < model.agents; agent++) {
+    context.strokeStyle = colourOf(palette, model.style[agent]);
+    context.globalAlpha = state.focus >= 0 && state.focus !== agent ? 0.2 : ghost ? 0.6 : model.crowd ? 0.6 : 0.9;
+    context.lineWidth = model.crowd ? 1.4 : 2.4;
+    context.beginPath();
+    trace(context, frame, model, motion, agent, first, Math.floor(now));
+    if (Math.floor(now) < first) context.moveTo(...places[agent]);
+    context.lineTo(...places[agent]);
+    context.stroke();
+  }
+  context.setLineDash([]);
+  context.globalAlpha = 1;
+}
+
+// Links as they are, thicker at the step they appear, dashed at the step they break, with an arrowhead where they lead
+// one way; the formations, and the lit route above all. What is drawn alike is one path.
+function paintLinks(context, points, happening, palette) {
+  for (const [kind, wide, dash, alpha] of [["there", 1.2, [], 0.75], ["new", 2.6, [], 0.75], ["gone", 1.2, [2, 5], 0.5]]) {
+    context.beginPath();
+    for (const link of happening.links) {
+      if (link.kind !== kind) continue;
+      context.moveTo(...points[link.first]);
+      context.lineTo(...points[link.second]);
+    }
+    Object.assign(context, { strokeStyle: palette.link, lineWidth: wide, globalAlpha: alpha });
+    context.setLineDash(dash);
+    context.stroke();
+  }
+  context.setLineDash([]);
+  for (const link of happening.links) if (link.oneWay && link.kind !== "gone") arrowhead(context, points[link.first], points[link.second], palette.link);
+  context.globalAlpha = 1;
+  for (const edge of happening.edges) {
+    Object.assign(context, { strokeStyle: edge.kept ? palette.helps : edge.shown ? palette.harms : palette.faint, lineWidth: edge.shown ? 3 : 1.4, globalAlpha: edge.shown ? 1 : 0.6 });
+    context.setLineDash(edge.kept ? [] : [6, 4]);
+    line(context, ...points[edge.first], ...points[edge.second]);
+  }
+  context.setLineDash([]);
+  context.globalAlpha = 1;
+  for (const [colour, wide] of [[palette.floor, 7], [palette.helps, 4]]) {
+    Object.assign(context, { strokeStyle: colour, lineWidth: wide });
+    context.beginPath();
+    for (const [first, second] of happening.route) {
+      context.moveTo(...points[first]);
+      context.lineTo(...points[second]);
+    }
+    context.stroke();
+  }
+}
+
+// The body at its size, and the mark, which is never too small to be seen.
+function paintAgent(context, [x, y], agent, frame, model, palette, state, lit, ghost) {
+  const colour = colourOf(palette, model.style[agent]);
+  const dim = state.focus >= 0 && state.focus !== agent;
+  const body = model.data.agents[agent].radius * frame.scale;
+  const size = Math.max(Math.min(body, 9), model.crowd ? 3.2 : 5);
+  if (body > size + 1) {
+    context.globalAlpha = dim ? 0.15 : 0.3;
+    context.fillStyle = colour;
+    circle(context, x, y, body);
+    context.fill();
+  }
+  if (lit) {
+    context.globalAlpha = dim ? 0.45 : 1;
+    context.strokeStyle = lit === 1 ? palette.helps : palette.harms;
+    context.lineWidth = 3;
+    context.setLineDash(lit === 1 ? [] : [4, 3]);
+    circle(context, x, y, Math.max(size, body) + 5);
+    context.stroke();
+    context.setLineDash([]);
+  }
+  context.globalAlpha = dim ? 0.35 : ghost ? 0.55 : 0.95;
+  mark(context, markOf(model.style[agent]), x, y, size);
+  context.fillStyle = ghost ? palette.floor : colour;
+  context.fill();
+  context.globalAlpha = dim ? 0.5 : 1;
+  const chosen = state.focus === agent || state.pointed === agent;
+  context.lineWidth = chosen ? 2.5 : 1.2;
+  context.strokeStyle = ghost ? colour : chosen ? palette.ink : palette.floor;
+  context.stroke();
+  context.globalAlpha = 1;
+}
