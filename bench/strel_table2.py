@@ -120,7 +120,9 @@ def main() -> None:
         options = Options(solver=arguments.solver)
         runs = []
         for _ in range(arguments.best_of):
-            compiled = missionc.compile(file, overrides=overrides, options=options)
+            compiled = missionc.compile(
+                file, overrides=overrides, options=options, throughout=missionc.Throughout.AT_STEPS
+            )
             outcome = compiled.outcome
             if isinstance(outcome, Verified):
                 runs.append((spent(compiled, outcome.report), outcome.report))

@@ -49,7 +49,7 @@ function margins(model, change) {
     row.className = "figure";
     row.insertCell().textContent = figure.name;
     row.insertCell().textContent = figure.subject;
-    row.insertCell().textContent = figure.value === null ? "any" : `${short(figure.value)} ${figure.unit}`;
+    row.insertCell().textContent = figure.value === null ? "any" : amount(figure);
     row.insertCell();
   }
   panel.append(table);
@@ -75,3 +75,6 @@ function moment(time, change) {
   button.addEventListener("click", () => change({ time, playing: false }));
   return button;
 }
+
+/** A figure with its unit; the second eigenvalue of a graph has none, and goes by its sign. */
+const amount = ({ value, unit }) => (unit === "lambda_2" ? `λ₂ = ${short(value)}` : `${short(value)} ${unit}`);
