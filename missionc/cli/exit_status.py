@@ -51,7 +51,7 @@ def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, documen
     if form == "json":
         click.echo(as_json({**document, "diagnostics": render_json(list(findings))}))
         return
-    text = render_text(list(findings), _colours(sys.stderr.isatty()), _columns(sys.stderr.isatty()))
+    text = render_text(list(findings), in_colour(sys.stderr.isatty()), columns(sys.stderr.isatty()))
     if text:
         click.echo(text, err=True, color=True)
     for line in lines:
@@ -61,10 +61,10 @@ def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, documen
 def say_line(line: str) -> None:
     """A line on standard output, harmless to a terminal whatever it names, and wrapped to it."""
     text = plain(line)
-    columns = 0 if "\n" in text else _columns(sys.stdout.isatty())
+    width = 0 if "\n" in text else columns(sys.stdout.isatty())
     words = text.lstrip(" ")
     begin = len(text) - len(words)
-    click.echo(" " * begin + wrapped(words, columns, begin + 2, begin))
+    click.echo(" " * begin + wrapped(words, width, begin + 2, begin))
 
 
 def defect(error: Exception) -> Diagnostic:
@@ -88,10 +88,11 @@ def out_of_memory() -> Diagnostic:
     return Diagnostic(OUT_OF_MEMORY, "there is not enough memory for what this mission holds", None, help=help_)
 
 
-def _columns(terminal: bool) -> int:
+def columns(terminal: bool) -> int:
     """How wide a terminal is; 0 for anything else, where lines stay as long as they are."""
     return get_terminal_size().columns if terminal else 0
 
 
-def _colours(terminal: bool) -> bool:
+def in_colour(terminal: bool) -> bool:
+    """Whether a terminal is to be written to in colours."""
     return terminal and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"

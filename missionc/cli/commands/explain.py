@@ -10,6 +10,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from missionc.cli.exit_status import Status, say
+from missionc.cli.markdown_page import shown
 from missionc.cli.options import Pairs, existing, files, of_mission, one_of, read_limits
 from missionc.diagnostics.code import CODES
 from missionc.diagnostics.code_page import explain as page_of
@@ -51,7 +52,10 @@ def command(what: str | None, requirement: str | None, overrides: Pairs, limits:
         hint = f"did you mean {near}?" if isinstance(near, str) else "`missionc explain` lists them"
         raise click.UsageError(f"there is no code `{what}`; {hint}")
     page = page_of(CODES[name])
-    say([], [page.removesuffix("\n")], form, {"code": name, "title": CODES[name].title, "page": page})
+    if form == "text":
+        click.echo(shown(page))
+        return Status.DONE
+    say([], [], form, {"code": name, "title": CODES[name].title, "page": page})
     return Status.DONE
 
 
