@@ -31,6 +31,8 @@ PICTURES = ROOT / "docs" / "images" / "gallery"
 WIDTH, COLOURS = 800, 256
 """Of a picture: pixels, and how many colours it is reduced to."""
 SECONDS = 300
+COLUMNS = 4
+"""Thumbnails beside each other."""
 
 PLANNED = {
     "smt": "Planned on roadmaps",
@@ -43,7 +45,8 @@ ABOUT = """# Gallery
 
 Missions of real situations, each in one file of [`missions/gallery`](../missions/gallery). The pictures are the plans
 that the compiler finds, drawn by `missionc compile FILE --plot`: a ring where an agent starts, a filled mark where it
-ends, grey what nobody may touch. Take one that is near to what you need, and change it.
+ends, grey what nobody may touch. Take one that is near to what you need, and change it. A picture here leads to what it
+shows, the larger one there to the mission, or on the site to its report, where that is played.
 """
 
 NOTE = "<!-- Made by `make gallery` from the missions. Change those, not this. -->"
@@ -57,7 +60,7 @@ def files() -> list[Path]:
 def page(missions: list[Path]) -> str:
     """The page on them, as text."""
     checked = {path: driver.check(path) for path in missions}
-    parts = [ABOUT + "\n" + NOTE]
+    parts = [ABOUT + "\n" + NOTE, thumbnails(missions)]
     for backend, heading in PLANNED.items():
         chosen = [path for path, each in checked.items() if each.choice and each.choice.backend == backend]
         if chosen:
@@ -65,11 +68,28 @@ def page(missions: list[Path]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def thumbnails(missions: list[Path]) -> str:
+    """A table of all pictures, each of which leads to its section."""
+    cells = [f"[![{title(path)}](images/gallery/{path.stem}.png)](#{anchor(path)})" for path in missions]
+    cells += [""] * (-len(cells) % COLUMNS)
+    rows = [f"| {' | '.join(cells[at : at + COLUMNS])} |" for at in range(0, len(cells), COLUMNS)]
+    return "\n".join([rows[0], "|---" * COLUMNS + "|", *rows[1:]])
+
+
+def title(path: Path) -> str:
+    """What a mission's section is called."""
+    return path.stem.replace("_", " ").capitalize()
+
+
+def anchor(path: Path) -> str:
+    """The name under which a mission's section is linked to."""
+    return path.stem.replace("_", "-")
+
+
 def section(path: Path, mission: ir.Mission | None) -> str:
     """One mission: its name, what its opening comment says, what is in it, and its picture."""
     assert mission is not None, path
     name = path.stem
-    title = name.replace("_", " ").capitalize()
     agents = len(mission.agents)
     facts = [
         f"{agents} agent{'s' if agents > 1 else ''}",
@@ -78,10 +98,10 @@ def section(path: Path, mission: ir.Mission | None) -> str:
     ]
     return "\n\n".join(
         [
-            f"### {title}",
+            f"### {title(path)}",
             opening(path.read_text(encoding="utf-8")),
             f"[`{path.name}`](../missions/gallery/{path.name}): {', '.join(facts)}.",
-            f"![{title}: the plan](images/gallery/{name}.png)",
+            f"[![{title(path)}: the plan](images/gallery/{name}.png)](../missions/gallery/{path.name})",
         ]
     )
 

@@ -51,6 +51,15 @@ def test_every_code_and_every_public_name_has_its_place(site: Path) -> None:
     assert [name for name in public if f'id="{name}"' not in api] == []
 
 
+def test_the_picture_of_the_home_page_leads_to_a_report_that_can_be_played(site: Path) -> None:
+    home = (site / "index.html").read_text(encoding="utf-8")
+    leads = re.search(r'<a href="([^"]+)"><img', home)
+    assert leads
+    report = (site / leads[1]).read_text(encoding="utf-8")
+    assert '<canvas id="map"' in report
+    assert "mission wildfire" in report
+
+
 def test_missions_are_coloured_by_the_words_of_the_language(site: Path) -> None:
     tutorial = (site / "tutorial.html").read_text(encoding="utf-8")
     assert re.search(r'class="language-mission highlight"><span class="filename">first.mission', tutorial)

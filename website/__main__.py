@@ -1,5 +1,6 @@
-"""``python -m website [FOLDER]``: the documentation as a site, ``build/site`` where no folder is named.
+"""``python -m website [--play] [FOLDER]``: the documentation as a site, ``build/site`` where no folder is named.
 
+With ``--play`` the gallery's missions are planned, which takes minutes, and its pictures lead to their reports.
 Nothing is fetched, now or when the site is read. The exit status is 1 where the generator warns, or a link leads
 nowhere.
 """
@@ -14,7 +15,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 from website.links import check
-from website.pages import ROOT
+from website.live import HOME
+from website.pages import ROOT, missions
 from website.stage import stage
 
 
@@ -22,11 +24,13 @@ def main(words: list[str]) -> int:
     if "mission" not in entry_points(group="pygments.lexers").names:
         print("missions would have no colour; install this checkout: pip install -e '.[docs]'", file=sys.stderr)
         return 1
-    site = Path(words[0]) if words else ROOT / "build" / "site"
+    folders = [word for word in words if word != "--play"]
+    site = Path(folders[0]) if folders else ROOT / "build" / "site"
+    gallery = tuple(name for name in missions() if name.startswith("gallery/")) if "--play" in words else ()
     site.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="site-", dir=site.parent) as folder:
         try:
-            settings = stage(Path(folder))
+            settings = stage(Path(folder), HOME + gallery)
         except ValueError as nowhere:
             print(nowhere, file=sys.stderr)
             return 1

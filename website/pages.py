@@ -47,13 +47,25 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("A mission, step by step", "docs/tutorial.md"),
                     Page("A team in formation", "docs/tutorial_formations.md"),
                     Page("From a plan to a flight", "docs/tutorial_flying.md"),
-                    Page("A map from ROS", "docs/howto_ros_map.md"),
+                    Section(
+                        "How to",
+                        (
+                            Page("A relay", "docs/howto_relay.md"),
+                            Page("A light show", "docs/howto_light_show.md"),
+                            Page("A patrol", "docs/howto_patrol.md"),
+                            Page("A map from ROS", "docs/howto_ros_map.md"),
+                            Page("From plan to flight", "docs/howto_flight.md"),
+                            Page("Read a refusal", "docs/howto_refusal.md"),
+                        ),
+                    ),
                     Page("Gallery", "docs/gallery.md"),
                     Page("The studio", "docs/studio.md"),
                     Page("Editors", "docs/editors.md"),
                     Page("VS Code", "editors/vscode/README.md", "vscode.md"),
                     Section("Missions", (Page("All missions", "made/missions/index.md"), *_missions())),
                     Page("Programs in Python", "made/examples.md"),
+                    Page("Questions that are asked", "docs/faq.md"),
+                    Page("Beside other tools", "docs/comparison.md"),
                 ),
             ),
             Section(
@@ -61,6 +73,7 @@ def navigation() -> tuple[Page | Section, ...]:
                 (
                     Page("The mission language", "docs/language.md"),
                     Page("What a formula means", "docs/semantics.md"),
+                    Page("Glossary", "docs/glossary.md"),
                     Page("Command line", "docs/commands.md"),
                     Page("Exit status, JSON and SARIF", "docs/json.md"),
                     Page("Presets, limits and checkpoints", "docs/planning.md"),
@@ -86,6 +99,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("The roadmap backend", "docs/roadmaps.md"),
                     Page("The transport backend", "docs/transport.md"),
                     Page("The task layer", "docs/tasks.md"),
+                    Page("The theory", "docs/theory.md"),
                     Page("Both papers, row by row", "docs/papers.md"),
                     Page("Performance", "docs/performance.md"),
                     Section(

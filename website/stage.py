@@ -3,7 +3,8 @@
 Fences: what follows the language in ```` ```mission watch.mission wrong ```` is for our tests. A file's name becomes
 the title of the block, the rest is dropped.
 
-Links: what leads out of ``docs/`` leads to the page that stands for it on the site.
+Links: what leads out of ``docs/`` leads to the page that stands for it on the site. A picture that leads to a mission
+leads to its report, where the site plays one.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import shutil
 from pathlib import Path, PurePosixPath
 
 from website.generated import made
+from website.live import HOME, place, write_reports
 from website.pages import MADE, ROOT, Page, Section, flat, navigation, places
 
 _FENCE = re.compile(r"^```(?P<language>\w+)(?P<words>[^\n`]*)$", re.MULTILINE)
@@ -22,25 +24,30 @@ _BLOCK = re.compile(r"^```.*?^```[ \t]*$", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"(?<=\]\()(?!https?:|#)(?P<target>[^)#\s]+)(?=[)#])")
 
 
-def stage(folder: Path) -> Path:
-    """Writes pages, pictures and the generator's settings into an empty folder.
+def stage(folder: Path, played: tuple[str, ...] = HOME) -> Path:
+    """Writes pages, pictures, reports and the generator's settings into an empty folder.
+
+    Args:
+        folder: what is in it is lost.
+        played: the missions whose reports the site plays.
 
     Returns:
         the settings.
 
     Raises:
-        ValueError: a link leads to a file that is not on the site.
+        ValueError: a link leads to a file that is not on the site, or a mission to be played has no plan.
     """
     shutil.rmtree(folder, ignore_errors=True)
     docs = folder / "docs"
     shutil.copytree(ROOT / "docs" / "images", docs / "images")
     shutil.copytree(ROOT / "website" / "assets", docs / "assets")
+    write_reports(played, docs)
     parts = navigation()
     for page in flat(parts):
         if page.source.startswith(MADE):
             text = made(page.path)
         else:
-            text = _linked(page, (ROOT / page.source).read_text(encoding="utf-8"))
+            text = _linked(page, (ROOT / page.source).read_text(encoding="utf-8"), played)
         path = docs / page.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(_FENCE.sub(_titled, text), encoding="utf-8")
@@ -63,19 +70,23 @@ def _titled(fence: re.Match[str]) -> str:
     return f'```{fence["language"]} title="{more}{name[0]}"'
 
 
-def _linked(page: Page, text: str) -> str:
+def _linked(page: Page, text: str, played: tuple[str, ...]) -> str:
     known = places()
+    reports = {f"missions/{name}.mission": place(name) for name in played}
     home = (ROOT / page.source).parent
 
     def relinked(link: re.Match[str]) -> str:
         target = Path(os.path.normpath(home / link["target"])).relative_to(ROOT).as_posix()
-        if target.startswith("docs/images/"):
-            place = target.removeprefix("docs/")
+        of_picture = link.string[: link.start()].endswith(")](")
+        if of_picture and target in reports:
+            leads_to = reports[target]
+        elif target.startswith("docs/images/"):
+            leads_to = target.removeprefix("docs/")
         elif target in known:
-            place = known[target]
+            leads_to = known[target]
         else:
             raise ValueError(f"{page.source}: `{link['target']}` is not on the site")
-        return os.path.relpath(place, PurePosixPath(page.path).parent)
+        return os.path.relpath(leads_to, PurePosixPath(page.path).parent)
 
     # Only prose: a fence may show Markdown.
     said, at = [], 0
