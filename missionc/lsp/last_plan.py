@@ -1,4 +1,4 @@
-"""The last plan beside a mission: how robust each requirement is in it, and whether the text is still the planned one."""
+"""The last plan beside a mission: how robust each requirement is in it, and whether its text is still this one."""
 
 from __future__ import annotations
 

@@ -26,10 +26,12 @@ from missionc.lsp.formatting import formatting
 from missionc.lsp.goto import definition, highlights, references
 from missionc.lsp.hover import hover
 from missionc.lsp.inlay_hints import hints
-from missionc.lsp.open_text import OpenText, name_of
+from missionc.lsp.open_text import LIMITS, OpenText, name_of
 from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.quick_fixes import fixes
 from missionc.lsp.rename import renamable, rename
+from missionc.lsp.scene.pieces import Json
+from missionc.lsp.scene.scene import scene
 from missionc.lsp.semantic_tokens import LEGEND, semantic_tokens
 from missionc.lsp.wire import Incoming, Protocol
 from missionc.lsp.workspace_symbols import WorkspaceSymbols
@@ -192,6 +194,15 @@ def _views(server: Server) -> None:
         path = Path(text.source.name)
         around = [folder for folder in server.folders() if path.is_relative_to(folder)]
         return lenses(text, server.commands, dict.fromkeys([*around, path.parent]))
+
+    @server.feature("missionc/scene")
+    async def answer_scene(params: Any) -> Json | None:
+        """What the map of a text shows, with the version that it is of; in a thread, for areas take their time."""
+        text = server.open.get(params.textDocument.uri)
+        if text is None:
+            return None
+        drawn = await asyncio.to_thread(scene, text.source, text.outline.declarations, LIMITS)
+        return {"version": text.version, "whole": text.outline.whole, "scene": drawn}
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def did_change_files(params: types.DidChangeWatchedFilesParams) -> None:

@@ -145,6 +145,21 @@ async def test_every_request_of_an_editor_is_answered(editor: LanguageClient) ->
 
 
 @pytest.mark.asyncio
+async def test_the_map_is_of_the_text_as_it_is_typed(editor: LanguageClient) -> None:
+    opens(editor, WILDFIRE)
+    asked = {"textDocument": {"uri": URI}}
+    drawn = await editor.protocol.send_request_async("missionc/scene", asked)
+    assert (drawn.version, drawn.whole, drawn.scene.dimension) == (1, True, 2)
+    regions = {thing.name for thing in drawn.scene.things if thing.kind == "region"}
+    assert {"base", "fire"} <= regions
+    changes(editor, WILDFIRE + "region typed = box (1, 1) to (2, 2)\nregion half = box", 2)
+    drawn = await editor.protocol.send_request_async("missionc/scene", asked)
+    assert (drawn.version, drawn.whole) == (2, False)
+    assert {thing.name for thing in drawn.scene.things if thing.kind == "region"} == regions | {"typed"}
+    assert await editor.protocol.send_request_async("missionc/scene", {"textDocument": {"uri": "file:///no"}}) is None
+
+
+@pytest.mark.asyncio
 async def test_a_rename_is_prepared_made_and_refused_in_plain_words(editor: LanguageClient) -> None:
     opens(editor, WILDFIRE)
     await checked(editor)
