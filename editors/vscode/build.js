@@ -1,4 +1,4 @@
-// Puts the extension and all it needs into dist/: one file of code, and the licences of what others wrote of it.
+// Puts the extension and all it needs into dist/: its code, the page of the map, and the licences of what others wrote of it.
 "use strict";
 
 const fs = require("node:fs");
@@ -21,6 +21,19 @@ async function build() {
     metafile: true,
     logLevel: "warning",
   });
+  await esbuild.build({
+    absWorkingDir: __dirname,
+    entryPoints: { map: "map/page.js" },
+    outdir: "dist",
+    bundle: true,
+    format: "iife",
+    target: "chrome120",
+    minify: true,
+    legalComments: "none",
+    logLevel: "warning",
+  });
+  const styles = [path.join(__dirname, "..", "..", "missionc", "cli", "studio", "assets", "studio.css"), path.join(__dirname, "map", "map.css")];
+  fs.writeFileSync(path.join(OUT, "map.css"), styles.map((file) => fs.readFileSync(file, "utf8")).join("\n"));
   const packages = new Set(Object.keys(metafile.inputs).flatMap((file) => /^.*node_modules\/(?:@[^/]+\/)?[^/]+/.exec(file) ?? []));
   fs.writeFileSync(path.join(OUT, "LICENSES.txt"), [...packages].sort().map(licence).join("\n\n"));
 }

@@ -16,6 +16,8 @@ from missionc.ir import Mission
 from missionc.lsp.outline import Outline
 from missionc.lsp.positions import Places
 from missionc.pipeline.checked import Checked
+from missionc.syntax.passages import passages
+from missionc.syntax.tokens import Token, tokenise
 
 LIMITS = Limits()
 
@@ -41,6 +43,13 @@ class OpenText:
     @cached_property
     def outline(self) -> Outline:
         return Outline.of(self.source, LIMITS)
+
+    @cached_property
+    def tokens(self) -> tuple[Token, ...]:
+        """All of them in order, those of a text that cannot be read too; none of a text that is too large."""
+        if len(self.source.text) > LIMITS.file_bytes:
+            return ()
+        return tuple(token for passage in passages(self.source) for token in tokenise(passage, LIMITS)[0][:-1])
 
     @property
     def mission(self) -> Mission | None:

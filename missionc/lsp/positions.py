@@ -29,9 +29,13 @@ class Places:
 
     def position(self, offset: int) -> types.Position:
         """The position of the character at an offset; what is amid a line end counts as before it."""
-        line = bisect_right(self.starts, offset) - 1
+        line = self.line(offset)
         before = self.text[self.starts[line] : min(offset, self.ends[line])]
         return types.Position(line, self._units(before))
+
+    def line(self, offset: int) -> int:
+        """The number of the line that an offset is in, from 0."""
+        return bisect_right(self.starts, offset) - 1
 
     def offset(self, position: types.Position) -> int:
         """Where a position is; past the end of a line or of the text means there, amid a character means before it."""

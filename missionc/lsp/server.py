@@ -5,26 +5,36 @@ A text comes whole with every change: it is small, and nothing can go wrong betw
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import sys
+from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 from lsprotocol import types
 from pygls.lsp.server import LanguageServer
+from pygls.uris import to_fs_path
 
 from missionc.base.source import Source
 from missionc.lsp.background_checks import Checks
+from missionc.lsp.code_lenses import lenses
 from missionc.lsp.completion import completion
+from missionc.lsp.document_links import links
 from missionc.lsp.document_symbols import symbols
+from missionc.lsp.folding import folds
 from missionc.lsp.formatting import formatting
 from missionc.lsp.goto import definition, highlights, references
 from missionc.lsp.hover import hover
 from missionc.lsp.inlay_hints import hints
-from missionc.lsp.open_text import OpenText, name_of
+from missionc.lsp.open_text import LIMITS, OpenText, name_of
 from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.quick_fixes import fixes
 from missionc.lsp.rename import renamable, rename
+from missionc.lsp.scene.pieces import Json
+from missionc.lsp.scene.scene import scene
+from missionc.lsp.semantic_tokens import LEGEND, semantic_tokens
 from missionc.lsp.wire import Incoming, Protocol
+from missionc.lsp.workspace_symbols import WorkspaceSymbols
 from missionc.version import __version__
 
 
@@ -36,20 +46,31 @@ class Server(LanguageServer):
         super().__init__("missionc", __version__, text_document_sync_kind=full, protocol_cls=Protocol)
         self.open: dict[str, OpenText] = {}
         self.checks = Checks(self.publish)
+        self.symbols = WorkspaceSymbols()
+        self.commands: frozenset[str] = frozenset()
 
     def put(self, uri: str, version: int) -> None:
         """Take a text as the client has it now, and have it checked."""
         known = self.open.get(uri)
         written = self.workspace.get_text_document(uri).source
-        encoding = types.PositionEncodingKind(self.workspace.position_encoding or "utf-16")
         before = known.mission if known else None
-        self.open[uri] = OpenText(uri, version, Source(name_of(uri), written), encoding, before)
+        self.open[uri] = OpenText(uri, version, Source(name_of(uri), written), self.encoding, before)
         self.checks.ask(self.open[uri])
 
     async def settled(self, uri: str) -> OpenText | None:
         """A text once its check is done, which goes before what only shows how it stands."""
         await self.checks.settled(uri)
         return self.open.get(uri)
+
+    @property
+    def encoding(self) -> str:
+        """The units in which the client counts columns."""
+        return types.PositionEncodingKind(self.workspace.position_encoding or "utf-16")
+
+    def folders(self) -> list[Path]:
+        """Those that the client has open, on this machine."""
+        uris = [*self.workspace.folders] or [self.workspace.root_uri or ""]
+        return [Path(path) for uri in uris if uri.startswith("file:") and (path := to_fs_path(uri))]
 
     def publish(self, text: OpenText) -> None:
         findings = text.found.findings if text.found else ()
@@ -72,11 +93,19 @@ def made(server: Server | None = None) -> Server:
     server = server or Server()
     _texts(server)
     _answers(server)
+    _views(server)
     _edits(server)
     return server
 
 
 def _texts(server: Server) -> None:
+    @server.feature(types.INITIALIZE)
+    def initialize(params: types.InitializeParams) -> None:
+        """The client says which commands it has, in its options: ``{"commands": ["missionc.compile"]}``."""
+        options = params.initialization_options
+        named = options.get("commands") if isinstance(options, dict) else getattr(options, "commands", None)
+        server.commands = frozenset(each for each in named or () if isinstance(each, str))
+
     @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
     def did_open(params: types.DidOpenTextDocumentParams) -> None:
         server.put(params.text_document.uri, params.text_document.version)
@@ -133,6 +162,54 @@ def _answers(server: Server) -> None:
     async def answer_hints(params: types.InlayHintParams) -> list[types.InlayHint]:
         text = await server.settled(params.text_document.uri)
         return hints(text, params.range) if text else []
+
+
+def _views(server: Server) -> None:
+    @server.feature(types.TEXT_DOCUMENT_FOLDING_RANGE)
+    def answer_folds(params: types.FoldingRangeParams) -> list[types.FoldingRange]:
+        text = server.open.get(params.text_document.uri)
+        return folds(text) if text else []
+
+    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_LINK)
+    def answer_links(params: types.DocumentLinkParams) -> list[types.DocumentLink]:
+        text = server.open.get(params.text_document.uri)
+        return links(text) if text else []
+
+    @server.feature(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, LEGEND)
+    def answer_tokens(params: types.SemanticTokensParams) -> types.SemanticTokens | None:
+        text = server.open.get(params.text_document.uri)
+        return semantic_tokens(text) if text else None
+
+    @server.feature(types.WORKSPACE_SYMBOL)
+    async def answer_workspace(params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
+        """In a thread of its own, for it reads files."""
+        search, texts = server.symbols.search, dict(server.open)
+        return await asyncio.to_thread(search, params.query, server.folders(), texts, server.encoding)
+
+    @server.feature(types.TEXT_DOCUMENT_CODE_LENS)
+    async def answer_lenses(params: types.CodeLensParams) -> list[types.CodeLens]:
+        text = await server.settled(params.text_document.uri)
+        if text is None:
+            return []
+        path = Path(text.source.name)
+        around = [folder for folder in server.folders() if path.is_relative_to(folder)]
+        return lenses(text, server.commands, dict.fromkeys([*around, path.parent]))
+
+    @server.feature("missionc/scene")
+    async def answer_scene(params: Any) -> Json | None:
+        """What the map of a text shows, with the version that it is of; in a thread, for areas take their time."""
+        text = server.open.get(params.textDocument.uri)
+        if text is None:
+            return None
+        drawn = await asyncio.to_thread(scene, text.source, text.outline.declarations, LIMITS)
+        return {"version": text.version, "whole": text.outline.whole, "scene": drawn}
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+    def did_change_files(params: types.DidChangeWatchedFilesParams) -> None:
+        """A client that watches plans is told to ask again for what is said of them."""
+        wanted = server.client_capabilities.workspace
+        if wanted and wanted.code_lens and wanted.code_lens.refresh_support:
+            server.workspace_code_lens_refresh(None)
 
 
 def _edits(server: Server) -> None:

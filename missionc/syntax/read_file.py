@@ -155,7 +155,7 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
     names = {main.resolve(): name}
 
     def load(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
-        if _strange(written):
+        if strange(written):
             return _not_allowed(written, "the path is not relative", span)
         try:
             path = leads.get(span.source.name) or (paths[span.source.name].parent / written).resolve()
@@ -184,7 +184,7 @@ def _link(written: Path, path: Path, root: Path) -> str:
     named, own = normpath(written.as_posix()), path.relative_to(root).as_posix()
     if named == own or named.startswith("../") or (root / named).resolve() != path:
         return ""
-    return "" if _strange(own) or '"' in own or not own.isprintable() or not named.isprintable() else named
+    return "" if strange(own) or '"' in own or not own.isprintable() or not named.isprintable() else named
 
 
 def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> tuple[Source | Diagnostic, Loader]:
@@ -209,7 +209,7 @@ def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> 
         return text if isinstance(text, Diagnostic) else Source(shown, text)
 
     def load(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
-        if _strange(written):
+        if strange(written):
             return _not_allowed(written, "the path is not relative", span)
         beside = PurePosixPath(span.source.name).relative_to(folder).parent
         name = normpath(str(beside / written))
@@ -229,7 +229,8 @@ def _leads(content: bytes) -> bool:
     return content.startswith(b"include ") and LINK.fullmatch(content.decode("utf-8", "replace")) is not None
 
 
-def _strange(written: str) -> bool:
+def strange(written: str) -> bool:
+    """Whether no file can be named so: by an absolute path, none, or with characters of another system's."""
     return PurePosixPath(written).is_absolute() or not written or "\0" in written or "\\" in written
 
 

@@ -12,8 +12,11 @@ from typing import Any
 
 import pytest
 
+from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.diagnostics.code import Severity
+from missionc.lsp.outline import Outline
+from missionc.lsp.scene.scene import scene
 from missionc.pipeline import front_end
 from missionc.version import __version__
 from tests.support.npm import ROOT, fetch, npm
@@ -132,8 +135,11 @@ def test_the_lock_file_holds_a_hash_for_every_package_and_names_no_registry() ->
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the extension with all it needs, so that nothing is left behind in the tree."""
-    copy = tmp_path_factory.mktemp("vscode") / "vscode"
+    root = tmp_path_factory.mktemp("vscode")
+    copy = root / "editors" / "vscode"
     shutil.copytree(FOLDER, copy, ignore=shutil.ignore_patterns("node_modules", "dist"))
+    for shared in ("editors/studio/src", "missionc/cli/studio/assets"):  # the map is the studio's
+        shutil.copytree(ROOT / shared, root / shared)
     fetch(copy, "ci", "--prefer-offline", "--no-audit", "--no-fund")
     return copy
 
@@ -144,6 +150,37 @@ def test_the_extensions_own_tests_pass(installed: Path) -> None:
     failed = re.findall(r"^ *not ok(?:.*\n){1,25}", tested.stdout, re.MULTILINE)
     assert tested.returncode == 0, "\n".join(failed) + tested.stdout[-2_000:] + tested.stderr
     assert re.search(r"^# pass [1-9]", tested.stdout, re.MULTILINE), tested.stdout
+
+
+@pytest.mark.node
+@pytest.mark.browser
+def test_the_page_of_the_map_draws_a_scene_and_tells_what_is_dragged(installed: Path, browser: Any) -> None:
+    source = Source("ground.mission", GROUND)
+    drawn = scene(source, Outline.of(source, Limits()).declarations, Limits())
+    assert npm(installed, "run", "build").returncode == 0
+    page = browser.new_page()
+    page.set_content(
+        '<main><button id="fit"></button><button id="zoom-in"></button><button id="zoom-out"></button>'
+        '<p id="empty"></p><svg id="map" style="height: 400px" hidden></svg></main>'
+    )
+    page.evaluate(
+        "window.told = []; window.acquireVsCodeApi = () => ({ postMessage: (message) => told.push(message) })"
+    )
+    page.add_style_tag(path=installed / "dist" / "map.css")
+    page.add_script_tag(path=installed / "dist" / "map.js")
+    message = {"version": 7, "whole": True, "scene": drawn, "name": "ground"}
+    page.evaluate("(message) => window.postMessage(message)", message)
+    goal = page.locator('[data-at="region goal/0"][data-handle="0"]')
+    goal.focus()
+    page.keyboard.press("ArrowRight")
+    ready, moved = page.evaluate("told")
+    assert ready == {"ready": True}
+    assert moved["version"] == 7
+    assert [GROUND[edit["from"] : edit["to"]] for edit in moved["edits"]] == ["6", "8"]
+    assert all(float(edit["insert"]) > float(GROUND[edit["from"] : edit["to"]]) for edit in moved["edits"])
+    page.evaluate("(message) => window.postMessage(message)", {**message, "scene": None})
+    page.wait_for_selector("#empty", state="visible")
+    page.close()
 
 
 @pytest.mark.node
@@ -163,6 +200,8 @@ def test_the_package_holds_what_the_extension_needs_and_nothing_else(installed: 
         "readme.md",
         "dist/LICENSES.txt",
         "dist/extension.js",
+        "dist/map.css",
+        "dist/map.js",
         "images/icon.png",
         "language-configuration.json",
         "package.json",

@@ -27,7 +27,11 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 )
 async def editor(lsp_client: LanguageClient) -> AsyncIterator[None]:
     await lsp_client.initialize_session(
-        types.InitializeParams(capabilities=client_capabilities("visual-studio-code"), root_uri="file:///somewhere")
+        types.InitializeParams(
+            capabilities=client_capabilities("visual-studio-code"),
+            root_uri="file:///somewhere",
+            initialization_options={"commands": ["missionc.compile", 3]},
+        )
     )
     yield
     await lsp_client.shutdown_session()
@@ -127,8 +131,32 @@ async def test_every_request_of_an_editor_is_answered(editor: LanguageClient) ->
     everywhere = types.Range(types.Position(0, 0), types.Position(99, 0))
     ahead = await editor.text_document_inlay_hint_async(types.InlayHintParams(document(), everywhere))
     assert [hint.label for hint in ahead][:2] == ["looks 20 s ahead", "looks 12 s ahead"]
+    folds = await editor.text_document_folding_range_async(types.FoldingRangeParams(document()))
+    assert folds[0].start_line < folds[0].end_line
+    assert list(await editor.text_document_document_link_async(types.DocumentLinkParams(document()))) == []
+    colours = await editor.text_document_semantic_tokens_full_async(types.SemanticTokensParams(document()))
+    assert len(colours.data) > 5 * WILDFIRE.count("safe")
+    lenses = await editor.text_document_code_lens_async(types.CodeLensParams(document()))
+    assert [(lens.command.title, list(lens.command.arguments)) for lens in lenses] == [("compile", [URI])]
+    found = await editor.workspace_symbol_async(types.WorkspaceSymbolParams("safe"))
+    assert [(symbol.name, symbol.location.uri) for symbol in found] == [("safe", URI)]
     layout = types.DocumentFormattingParams(document(), types.FormattingOptions(2, True))
     assert list(await editor.text_document_formatting_async(layout)) == []
+
+
+@pytest.mark.asyncio
+async def test_the_map_is_of_the_text_as_it_is_typed(editor: LanguageClient) -> None:
+    opens(editor, WILDFIRE)
+    asked = {"textDocument": {"uri": URI}}
+    drawn = await editor.protocol.send_request_async("missionc/scene", asked)
+    assert (drawn.version, drawn.whole, drawn.scene.dimension) == (1, True, 2)
+    regions = {thing.name for thing in drawn.scene.things if thing.kind == "region"}
+    assert {"base", "fire"} <= regions
+    changes(editor, WILDFIRE + "region typed = box (1, 1) to (2, 2)\nregion half = box", 2)
+    drawn = await editor.protocol.send_request_async("missionc/scene", asked)
+    assert (drawn.version, drawn.whole) == (2, False)
+    assert {thing.name for thing in drawn.scene.things if thing.kind == "region"} == regions | {"typed"}
+    assert await editor.protocol.send_request_async("missionc/scene", {"textDocument": {"uri": "file:///no"}}) is None
 
 
 @pytest.mark.asyncio

@@ -21,9 +21,9 @@ from websockets.sync.client import connect
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.cli.studio.scene import scene
 from missionc.cli.studio.words import COLOURS, words
 from missionc.lsp.outline import Outline
+from missionc.lsp.scene.scene import scene
 from missionc.syntax.tokens import WORDS
 from tests.support.small_missions import SMALL, WRONG
 from tests.support.studio_server import Page, Serving, studio

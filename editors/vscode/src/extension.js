@@ -1,4 +1,4 @@
-// The extension: the language server's client, and three commands.
+// The extension: the language server's client, and its commands.
 "use strict";
 
 const fs = require("node:fs");
@@ -6,7 +6,8 @@ const os = require("node:os");
 const path = require("node:path");
 const vscode = require("vscode");
 const { CloseAction, LanguageClient } = require("vscode-languageclient/node");
-const { INSTALL, compileArguments, missionName, programPath, serverArguments, whyNot } = require("./missionc");
+const { MapPreview } = require("./map_preview");
+const { INSTALL, compileArguments, lensCommands, missionName, programPath, serverArguments, whyNot } = require("./missionc");
 
 /** @type {LanguageClient | undefined} */
 let client;
@@ -14,15 +15,23 @@ let client;
 let output;
 /** What shows a report, by the report's path. @type {Map<string, vscode.WebviewPanel>} */
 const panels = new Map();
+/** @type {InstanceType<typeof MapPreview>} */
+let map;
+/** Tells the server of each new plan, for what it says of them above the text. @type {vscode.FileSystemWatcher | undefined} */
+let plans;
 
 /** @param {vscode.ExtensionContext} context */
 async function activate(context) {
   output = vscode.window.createOutputChannel("missionc", { log: true });
+  map = new MapPreview(async (document) => (await client?.sendRequest("missionc/scene", { textDocument: { uri: document.uri.toString() } })) ?? null);
   context.subscriptions.push(
     output,
+    map,
     vscode.commands.registerCommand("missionc.restart", restart),
     vscode.commands.registerCommand("missionc.compile", compile),
     vscode.commands.registerCommand("missionc.showReport", showReport),
+    vscode.commands.registerCommand("missionc.showMap", showMap),
+    vscode.workspace.onDidGrantWorkspaceTrust(restart),
     vscode.workspace.onDidChangeConfiguration((change) => {
       if (change.affectsConfiguration("missionc.path")) return restart();
     }),
@@ -51,6 +60,8 @@ class Client extends LanguageClient {
 
 async function start() {
   const program = programOf();
+  plans?.dispose();
+  plans = vscode.workspace.createFileSystemWatcher("**/build/*/plan.json");
   /** @type {Client} */
   const starting = new Client(
     "missionc",
@@ -59,6 +70,8 @@ async function start() {
     {
       documentSelector: [{ language: "mission" }],
       outputChannel: output,
+      initializationOptions: { commands: lensCommands(vscode.workspace.isTrusted) },
+      synchronize: { fileEvents: plans },
       initializationFailedHandler: () => false,
       errorHandler: {
         error: (error, message, count) => usually.error(error, message, count),
@@ -72,6 +85,7 @@ async function start() {
     await starting.start();
     starting.answered = true;
     client = starting;
+    await map.refresh();
   } catch (error) {
     await tellWhyNot(program, error);
   }
@@ -92,9 +106,9 @@ async function tellWhyNot(program, error) {
   if (chosen === log) output.show();
 }
 
-/** Runs in a terminal, without a shell between: no character of a file's name means anything there. */
-async function compile() {
-  const document = await savedMission();
+/** Runs in a terminal, without a shell between: no character of a file's name means anything there. @param {unknown} [uri] */
+async function compile(uri) {
+  const document = await savedMission(uri);
   if (!document) return;
   const cwd = folderOf(document.uri);
   const execution = new vscode.ProcessExecution(programOf(document.uri), compileArguments(document.uri.fsPath), { cwd });
@@ -108,9 +122,9 @@ async function compile() {
   await vscode.tasks.executeTask(task);
 }
 
-/** Beside the text: so it can be seen too where the files lie on another machine. */
-async function showReport() {
-  const document = await savedMission();
+/** Beside the text: so it can be seen too where the files lie on another machine. @param {unknown} [uri] */
+async function showReport(uri) {
+  const document = await savedMission(uri);
   if (!document) return;
   const name = missionName(document.getText());
   if (!name) {
@@ -126,7 +140,15 @@ async function showReport() {
   }
   const compileNow = "Compile this mission";
   const chosen = await vscode.window.showWarningMessage(`There is no ${report} yet.`, compileNow);
-  if (chosen === compileNow) await compile();
+  if (chosen === compileNow) await compile(uri);
+}
+
+/** @param {unknown} [uri] */
+async function showMap(uri) {
+  const document = await mission(uri);
+  if (!document) return;
+  await map.show(document);
+  map.reveal();
 }
 
 /** @param {string} report @param {string} name */
@@ -146,14 +168,23 @@ function show(report, panel) {
   if (fs.existsSync(report)) panel.webview.html = fs.readFileSync(report, "utf8");
 }
 
-/** The mission in the active editor, as it is on disk; asks for one where there is none. */
-async function savedMission() {
-  const document = vscode.window.activeTextEditor?.document;
-  if (document?.languageId !== "mission" || document.uri.scheme !== "file") {
-    await vscode.window.showWarningMessage("Open a mission first: a file that ends in .mission.");
+/** The mission that a code lens names, or that in the active editor; asks for one where there is none. @param {unknown} [uri] */
+async function mission(uri) {
+  const document =
+    typeof uri === "string" ? await vscode.workspace.openTextDocument(vscode.Uri.parse(uri)) : vscode.window.activeTextEditor?.document;
+  if (document?.languageId === "mission") return document;
+  await vscode.window.showWarningMessage("Open a mission first: a file that ends in .mission.");
+  return undefined;
+}
+
+/** The same, as it is on disk. @param {unknown} [uri] */
+async function savedMission(uri) {
+  const document = await mission(uri);
+  if (document && document.uri.scheme !== "file") {
+    await vscode.window.showWarningMessage("Save this mission to a file first.");
     return undefined;
   }
-  return (await document.save()) ? document : undefined;
+  return (await document?.save()) ? document : undefined;
 }
 
 /** Where commands run, and build/ is: the workspace folder, or the file's own. @param {vscode.Uri} uri */

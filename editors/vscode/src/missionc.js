@@ -28,6 +28,11 @@ function compileArguments(file) {
   return ["compile", file, "--force"];
 }
 
+/** The commands that the server may offer above the text. @param {boolean} trusted whether the folder is, so that it may be compiled */
+function lensCommands(trusted) {
+  return [...(trusted ? ["missionc.compile"] : []), "missionc.showReport", "missionc.showMap"];
+}
+
 /** What a mission is called, and with it its folder in build/; empty where the text does not say. @param {string} text */
 function missionName(text) {
   const words = text.replace(/"[^"\n]*"|#[^\n]*/g, " ");
@@ -40,4 +45,4 @@ function whyNot(program) {
   return `\`${command}\` did not start. Install it with ${INSTALL}, or say in the setting missionc.path where it is.`;
 }
 
-module.exports = { INSTALL, compileArguments, missionName, programPath, serverArguments, whyNot };
+module.exports = { INSTALL, compileArguments, lensCommands, missionName, programPath, serverArguments, whyNot };

@@ -52,9 +52,10 @@ describe("the extension", () => {
   function open(found, name, text, { saved = true } = {}) {
     const file = path.join(folder, name);
     fs.writeFileSync(file, text);
-    found.fake.window.activeTextEditor = {
-      document: { languageId: "mission", uri: found.uri(file), getText: () => text, save: async () => saved },
-    };
+    const document = { languageId: "mission", uri: found.uri(file), getText: () => text, save: async () => saved };
+    Object.assign(document, { version: 1, positionAt: (offset) => offset, offsetAt: (position) => position });
+    found.fake.window.activeTextEditor = { document };
+    found.fake.workspace.textDocuments.push(document);
     return file;
   }
 
@@ -146,6 +147,42 @@ describe("the extension", () => {
     panel.dispose();
     await showReport();
     assert.equal(found.done.panels.length, 2);
+  });
+
+  it("compiles the mission that a lens above the text names", async () => {
+    const found = await activated({ path: STUB });
+    const file = open(found, "one.mission", "mission one");
+    open(found, "two.mission", "mission two");
+    await found.done.commands.get("missionc.compile")(`file://${file}`);
+    assert.equal(found.done.tasks[0].name, "compile one.mission");
+    assert.ok(noted().includes('{"commands":["missionc.compile","missionc.showReport","missionc.showMap"]}'));
+  });
+
+  it("draws the map of the mission as it is typed, and writes a drag into it", async () => {
+    const found = await activated({ path: STUB });
+    const file = open(found, "relay.mission", "mission relay");
+    const { document } = found.fake.window.activeTextEditor;
+    await found.done.commands.get("missionc.showMap")();
+    const [{ webview, options }] = found.done.panels;
+    const named = `file://${file}`;
+    assert.deepEqual(webview.posted, [{ version: 1, whole: true, scene: { things: [] }, name: named }]);
+    assert.ok(noted().includes(`scene ${named}`));
+    assert.deepEqual(options.localResourceRoots.map(({ fsPath }) => fsPath), [path.dirname(BUNDLE)]);
+    const files = [...webview.html.matchAll(/(?:src|href)="vscode-resource:([^"]+)"/g)].map((match) => match[1]);
+    assert.deepEqual(files.map((each) => path.basename(each)), ["map.css", "map.js"]);
+    assert.ok(files.every((each) => fs.existsSync(each)));
+    assert.match(webview.html, /default-src 'none'; script-src vscode-resource:; style-src vscode-resource:"/);
+
+    const [typed] = found.done.typed;
+    await typed({ document });
+    await typed({ document: {} });
+    assert.equal(webview.posted.length, 2);
+
+    await webview.told({ edits: [{ from: 3, to: 5, insert: "2.5" }], version: 1 });
+    assert.deepEqual(found.done.edited, [[[3, 5, "2.5"]]]);
+    document.version = 2;
+    await webview.told({ edits: [{ from: 3, to: 5, insert: "2.5" }], version: 1 });
+    assert.deepEqual([found.done.edited.length, webview.posted.length], [1, 2]);
   });
 
   it("offers to compile a mission that has no report yet", async () => {

@@ -22,9 +22,17 @@ function anything() {
   return thing;
 }
 
+/** What a panel shows; `posted` was sent to its page, and `told` is what the page sends. */
+function webview() {
+  const made = { html: "", posted: [], cspSource: "vscode-resource:", asWebviewUri: ({ fsPath }) => `vscode-resource:${fsPath}` };
+  made.postMessage = async (message) => made.posted.push(message);
+  made.onDidReceiveMessage = (listener) => (made.told = listener);
+  return made;
+}
+
 /** A fake, and what was done to it. */
 function fakeVscode({ path, answer }) {
-  const done = { commands: new Map(), errors: [], warnings: [], log: [], copied: [], opened: [], tasks: [], changed: [], ended: [], panels: [] };
+  const done = { commands: new Map(), errors: [], warnings: [], log: [], copied: [], opened: [], tasks: [], changed: [], ended: [], panels: [], typed: [], edited: [] };
   const fake = anything();
   const log = (...words) => done.log.push(words.join(" "));
   const uri = (file) => ({ fsPath: file, scheme: "file", toString: () => `file://${file}` });
@@ -49,6 +57,18 @@ function fakeVscode({ path, answer }) {
   fake.workspace.workspaceFolders = undefined;
   fake.workspace.textDocuments = [];
   fake.workspace.notebookDocuments = [];
+  fake.workspace.onDidChangeTextDocument = (listener) => (done.typed.push(listener), anything());
+  fake.workspace.openTextDocument = async (named) => fake.workspace.textDocuments.find(({ uri }) => `${uri}` === `${named}`);
+  fake.workspace.applyEdit = async (edit) => (done.edited.push(edit.replaced), true);
+  fake.WorkspaceEdit = class {
+    replaced = [];
+    replace = (_, range, text) => this.replaced.push([range.start, range.end, text]);
+  };
+  fake.Range = class {
+    constructor(start, end) {
+      Object.assign(this, { start, end });
+    }
+  };
   fake.ProcessExecution = function (program, words, options) {
     Object.assign(this, { program, words, options });
   };
@@ -60,7 +80,8 @@ function fakeVscode({ path, answer }) {
     onDidEndTaskProcess: (listener) => (done.ended.push(listener), anything()),
   };
   fake.window.createWebviewPanel = (kind, title, where, options) => {
-    const panel = { kind, title, options, webview: { html: "" }, revealed: 0, reveal: () => panel.revealed++ };
+    const panel = { kind, title, options, webview: webview(), revealed: 0, reveal: () => panel.revealed++ };
+    panel.dispose = () => {};
     panel.onDidDispose = (listener) => (panel.dispose = listener);
     done.panels.push(panel);
     return panel;

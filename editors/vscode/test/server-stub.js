@@ -13,7 +13,8 @@ if (process.env.STUB_FAILS) {
 }
 
 const connection = rpc.createMessageConnection(process.stdin, process.stdout);
-connection.onRequest("initialize", () => ({ capabilities: {} }));
+connection.onRequest("initialize", ({ initializationOptions }) => (note(JSON.stringify(initializationOptions)), { capabilities: {} }));
+connection.onRequest("missionc/scene", ({ textDocument }) => (note(`scene ${textDocument.uri}`), { version: 1, whole: true, scene: { things: [] } }));
 connection.onRequest("shutdown", () => null);
 connection.onNotification((method) => note(method));
 connection.onNotification("exit", () => {

@@ -19,7 +19,6 @@ from missionc.cli.exit_status import defect
 from missionc.cli.studio.compilation import Compilation
 from missionc.cli.studio.mission_lists import SHELVES, listed
 from missionc.cli.studio.open_mission import OpenMission
-from missionc.cli.studio.pieces import Json
 from missionc.cli.studio.studio_lsp import StudioLsp
 from missionc.cli.studio.words import words
 from missionc.cli.studio.workplace import Workplace
@@ -29,6 +28,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import counts
 from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.lsp.publish_diagnostics import diagnostics
+from missionc.lsp.scene.pieces import Json
 from missionc.syntax import ast
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
-from missionc.cli.studio.pieces import Json
-from missionc.cli.studio.scene import scene
 from missionc.lsp.open_text import LIMITS, OpenText
+from missionc.lsp.scene.pieces import Json
+from missionc.lsp.scene.scene import scene
 from missionc.lsp.server import Server, made
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.cli.studio.pieces import Json, Pieces
+from missionc.lsp.scene.pieces import Json, Pieces
 from missionc.resolve.polygon_faults import Simple, fault
 from missionc.resolve.resolve_places import Places, resolve_places
 from missionc.resolve.resolve_points import known
