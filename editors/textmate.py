@@ -21,7 +21,7 @@ from missionc.base.units import UNITS
 from missionc.language.operator import Bounds
 from missionc.language.operators import by_name
 from missionc.language.predicates import CALLED
-from missionc.syntax.tokens import BEFORE_FILE, DECLARATIONS, PLURALS, STATES, WORDS, Word
+from missionc.syntax.tokens import BEFORE_FILE, DECLARATIONS, EXTREMES, PLURALS, STATES, WORDS, Word
 
 FILE = Path(__file__).parent / "vscode" / "syntaxes" / "mission.tmLanguage.json"
 
@@ -70,7 +70,8 @@ def _any(words: Iterable[str]) -> str:
 
 
 _RESERVED = [word.text for word in WORDS if word.reserved]
-_FREE = rf"(?!{_any(_RESERVED)}){_NAME}"
+_EXTREME = _any(sorted(EXTREMES)) + r"(?=\s*\()"
+_FREE = rf"(?!{_any(_RESERVED)})(?!{_EXTREME}){_NAME}"
 """What may be a name."""
 
 _DECLARING = [word.text for word in WORDS if word.text in DECLARATIONS | PLURALS]
@@ -194,6 +195,7 @@ def _common() -> list[Rule]:
         *_operator_rules(),
         *_reserved(),
         *(_match("|".join(map(re.escape, signs)), scope) for scope, signs in SIGNS.items()),
+        _match(_EXTREME, "keyword.other.function"),
         _match(_NAME, "variable.other"),
     ]
 
@@ -287,7 +289,8 @@ class Declared:
 _OF_FILE = (
     _match(_any(("origin",)) + r"(?=\s*\()", "keyword.other.part"),
     _match(_any(("layer",)) + r'(?=\s*")', "keyword.other.part"),
-    _after(_any(("unknown", "named")), "keyword.other.part", _FREE, "variable.other"),
+    _match(_any(("unknown",)) + r"(?=\s+free\b)", "keyword.other.part"),
+    _after(_any(("named",)), "keyword.other.part", _FREE, "variable.other"),
     _match(_any(("height",)) + _AMOUNT_FOLLOWS, "keyword.other.measure"),
     _match(_any(("within",)) + _AMOUNT_FOLLOWS, "variable.other.property"),
     _include("settings"),

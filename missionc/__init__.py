@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from missionc.backends.options import Options
     from missionc.base.limits import Limits
     from missionc.base.source import Source
+    from missionc.base.throughout import Throughout
     from missionc.diagnostics.code import Severity
     from missionc.diagnostics.model import Diagnostic
     from missionc.pipeline.checked import Checked
     from missionc.pipeline.driver import check, compile, monitor
     from missionc.pipeline.graphs import link_graph, roadmap_graphs
-    from missionc.pipeline.plan_throughout import Throughout
     from missionc.pipeline.results import (
         Alternative,
         Blame,
@@ -107,7 +107,7 @@ HOMES = {
     ),
     "missionc.base.source": ("Source",),
     "missionc.pipeline.graphs": ("link_graph", "roadmap_graphs"),
-    "missionc.pipeline.plan_throughout": ("Throughout",),
+    "missionc.base.throughout": ("Throughout",),
     "missionc.syntax.lark_grammar": ("grammar",),
 }
 """Where each public name lives: loaded when it is first used, so that a child process loads only its own module."""

@@ -34,7 +34,7 @@ HEADINGS = {
     "missionc.pipeline.checked": "What a check gives back",
     "missionc.pipeline.results": "What comes back",
     "missionc.backends.options": "Planning: options",
-    "missionc.pipeline.plan_throughout": "Planning: between the steps",
+    "missionc.base.throughout": "Planning: between the steps",
     "missionc.backends.api": "Planning: progress, outcomes",
     "missionc.diagnostics.code": "Findings: how severe",
     "missionc.diagnostics.model": "Findings",

@@ -16,6 +16,7 @@ from missionc.backends.api import Budget, Impossible, NotFound, Progress, Scope
 from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.source import Source
+from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import emit_stages, stage_names, summary
 from missionc.cli.exit_status import Status, say
@@ -25,7 +26,6 @@ from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 from missionc.pipeline import driver
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import KeptRun
-from missionc.pipeline.plan_throughout import Throughout
 from missionc.pipeline.results import Compiled, Refused, Unverified, Verified
 
 if TYPE_CHECKING:

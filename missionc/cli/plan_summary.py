@@ -11,7 +11,6 @@ from missionc.base.units import Seconds
 from missionc.ir import PLAIN, Mission
 from missionc.ir.wording import listed
 from missionc.output.folder.file_names import REPORT
-from missionc.verify.certificate import Verdict
 
 if TYPE_CHECKING:
     from missionc.backends.api import Report
@@ -77,6 +76,8 @@ def at_steps(alone: Sequence[Between]) -> str:
 
 
 def _between(each: Between) -> str:
+    from missionc.verify.certificate import Verdict  # what judges plans loads arrays
+
     fails = "fails" if each.verdict is Verdict.FAILS else "may fail"
     if each.at is None:
         return f"`{each.requirement}` {fails} between"

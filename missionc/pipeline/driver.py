@@ -38,6 +38,7 @@ from missionc.base.limits import Limits
 from missionc.base.memory import limited
 from missionc.base.signals import asked, hold
 from missionc.base.source import Source
+from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.diagnostics.code import TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
@@ -50,7 +51,7 @@ from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_tim
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
-from missionc.pipeline.plan_throughout import Throughout, plan_throughout
+from missionc.pipeline.plan_throughout import plan_throughout
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
 from missionc.pipeline.run_limited import Ended, within

@@ -17,6 +17,7 @@ from missionc.backends.api import Budget, forget
 from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
 from missionc.base.signals import asked
+from missionc.base.throughout import Throughout
 from missionc.base.units import Metres, Seconds
 from missionc.diagnostics.code import NOT_TOLERATED
 from missionc.ir import Mission
@@ -32,17 +33,6 @@ LEAST_TIME, TIMES = Seconds(5.0), 3.0
 
 LEAST_WORK = 16.0
 """Units of ``work`` for each of them, or so many ``TIMES`` what the first one took."""
-
-
-class Throughout(Enum):
-    """What is asked of requirements between the steps, beside what they mean, which the steps say."""
-
-    AT_STEPS = "at-steps"
-    """Nothing."""
-    WANTED = "wanted"
-    """That they hold, where such a plan is found."""
-    REQUIRED = "required"
-    """That they hold; no other plan is one."""
 
 
 class PlanAgain(Protocol):

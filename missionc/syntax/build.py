@@ -14,6 +14,7 @@ from missionc.diagnostics.code import SYNTAX
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.syntax import ast
 from missionc.syntax.build_formula import FORMULAS, MisreadError, as_formula
+from missionc.syntax.build_quantity import QUANTITIES
 from missionc.syntax.tokens import Token, quoted
 
 FORMATIONS = ("line", "chain", "circle", "grid", "star", "offsets", "distances")
@@ -34,57 +35,9 @@ class _OfPairs:
     pairs: tuple[ast.OfPair, ...]
 
 
-# ---------------------------------------------------------------- quantities
-
-
-def number(span: Span, value: Token, unit: Token | None) -> ast.Number:
-    if unit is None:
-        return ast.Number(span, float(value.text))
-    return ast.Number(span, float(value.text), unit.text, unit.span)
-
-
 def same(span: Span, node: object) -> object:
     """A node in brackets, or one that the rule only lets stand here."""
     return node
-
-
-def negative(span: Span, sign: Token, body: ast.Quantity) -> ast.Negative:
-    return ast.Negative(span, body)
-
-
-def arithmetic(span: Span, left: ast.Quantity, sign: Token, right: ast.Quantity) -> ast.Arithmetic:
-    return ast.Arithmetic(span, sign.text, left, right)
-
-
-def extreme(span: Span, word: Token, *parts: ast.Quantity) -> ast.Extreme:
-    return ast.Extreme(span, word.text, parts)
-
-
-def member(span: Span, team: ast.Name, low: ast.Quantity, high: ast.Quantity | None) -> ast.Member:
-    return ast.Member(span, team, low, high)
-
-
-def family(span: Span, name: ast.Name, *indices: ast.Index) -> ast.FamilyName:
-    return ast.FamilyName(name.span, name.text, indices, span)
-
-
-def indexed(span: Span, name: ast.Name, *indices: ast.Quantity) -> ast.Indexed:
-    return ast.Indexed(name.span, name.text, indices, span)
-
-
-def of_team_or_family(span: Span, name: ast.Indexed) -> ast.Member | ast.Indexed:
-    """``drone[2]`` and ``rack[2, 3]``; only the second is of a family for sure."""
-    if len(name.indices) > 1:
-        return name
-    return ast.Member(span, ast.Name(name.span, name.text), name.indices[0])
-
-
-def distance(span: Span, *ends: ast.Name | ast.Member) -> ast.Distance:
-    return ast.Distance(span, ends)
-
-
-def point(span: Span, *coordinates: ast.Quantity) -> ast.Point:
-    return ast.Point(span, coordinates)
 
 
 # -------------------------------------------------------------------- shapes
@@ -323,87 +276,81 @@ def solve(span: Span, backend: ast.Name, *options: ast.Setting | ast.FileSetting
     return ast.Solve(span, backend, settings, tuple(each for each in options if isinstance(each, ast.FileSetting)))
 
 
-FUNCTIONS: dict[str, Callable[..., object]] = FORMULAS | {
-    "agent": agent,
-    "along": along,
-    "along_file": ast.AlongFile,
-    "arithmetic": arithmetic,
-    "at_listed": ast.AtListed,
-    "at_points": at_points,
-    "ball": ast.Ball,
-    "beacon": ast.Beacon,
-    "between": between,
-    "box": ast.Box,
-    "clearance": ast.Clearance,
-    "combined": combined,
-    "cylinder": ast.Cylinder,
-    "disc": ast.Disc,
-    "distance": distance,
-    "dynamics": dynamics,
-    "extreme": extreme,
-    "family": family,
-    "finish": ast.Finish,
-    "file": file,
-    "file_setting": file_setting,
-    "flag": flag,
-    "formation": formation,
-    "from_file": from_file,
-    "goal": goal,
-    "graph": graph,
-    "graph_kind": same,
-    "graph_of_pairs": graph_of_pairs,
-    "group": group,
-    "height": ast.Height,
-    "in_region": ast.InRegion,
-    "include": include,
-    "index": ast.Index,
-    "indexed": indexed,
-    "layers": words_of("layer"),
-    "let": let,
-    "link": link,
-    "links": lambda span, *links: links,
-    "listed_offsets": same,
-    "mark": ast.Mark,
-    "member": member,
-    "minimize": ast.Minimize,
-    "mission": ast.MissionName,
-    "moving": moving,
-    "name": same,
-    "named": words_of("named"),
-    "negative": negative,
-    "number": number,
-    "obstacle": ast.Obstacle,
-    "of_pair": ast.OfPair,
-    "of_pairs": of_pairs,
-    "of_team_or_family": of_team_or_family,
-    "offsets": lambda span, *points: points,
-    "origin": lambda span, point: ast.FileOption(span, "origin", point),
-    "param": ast.Param,
-    "parentheses": same,
-    "placed": lambda span, point: ast.FileOption(span, "at", point),
-    "point": point,
-    "polygon": polygon,
-    "prefer": prefer,
-    "rate": rate,
-    "region": ast.Region,
-    "require": require,
-    "resource": resource,
-    "separation": ast.Separation,
-    "setting": setting,
-    "setting_range": setting_range,
-    "solve": solve,
-    "start": ast.Start,
-    "team": team,
-    "time": ast.Time,
-    "tolerate": ast.Tolerate,
-    "total": total,
-    "unknown": words_of("unknown"),
-    "vehicle": vehicle,
-    "waypoint": waypoint,
-    "weight": weight,
-    "world": ast.World,
-    "yaw": yaw,
-}
+FUNCTIONS: dict[str, Callable[..., object]] = (
+    FORMULAS
+    | QUANTITIES
+    | {
+        "agent": agent,
+        "along": along,
+        "along_file": ast.AlongFile,
+        "at_listed": ast.AtListed,
+        "at_points": at_points,
+        "ball": ast.Ball,
+        "beacon": ast.Beacon,
+        "between": between,
+        "box": ast.Box,
+        "clearance": ast.Clearance,
+        "combined": combined,
+        "cylinder": ast.Cylinder,
+        "disc": ast.Disc,
+        "dynamics": dynamics,
+        "finish": ast.Finish,
+        "file": file,
+        "file_setting": file_setting,
+        "flag": flag,
+        "formation": formation,
+        "from_file": from_file,
+        "goal": goal,
+        "graph": graph,
+        "graph_kind": same,
+        "graph_of_pairs": graph_of_pairs,
+        "group": group,
+        "height": ast.Height,
+        "in_region": ast.InRegion,
+        "include": include,
+        "index": ast.Index,
+        "layers": words_of("layer"),
+        "let": let,
+        "link": link,
+        "links": lambda span, *links: links,
+        "listed_offsets": same,
+        "mark": ast.Mark,
+        "minimize": ast.Minimize,
+        "mission": ast.MissionName,
+        "moving": moving,
+        "name": same,
+        "named": words_of("named"),
+        "obstacle": ast.Obstacle,
+        "of_pair": ast.OfPair,
+        "of_pairs": of_pairs,
+        "offsets": lambda span, *points: points,
+        "origin": lambda span, point: ast.FileOption(span, "origin", point),
+        "param": ast.Param,
+        "parentheses": same,
+        "placed": lambda span, point: ast.FileOption(span, "at", point),
+        "polygon": polygon,
+        "prefer": prefer,
+        "rate": rate,
+        "region": ast.Region,
+        "require": require,
+        "resource": resource,
+        "separation": ast.Separation,
+        "setting": setting,
+        "setting_range": setting_range,
+        "solve": solve,
+        "start": ast.Start,
+        "team": team,
+        "time": ast.Time,
+        "tolerate": ast.Tolerate,
+        "total": total,
+        "unknown": words_of("unknown"),
+        "vehicle": vehicle,
+        "waypoint": waypoint,
+        "weight": weight,
+        "world": ast.World,
+        "yaw": yaw,
+    }
+)
 
 NESTS: frozenset[str] = frozenset(
     {

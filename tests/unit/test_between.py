@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from missionc.base.source import Source
+from missionc.base.throughout import Throughout
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.app import main
@@ -18,7 +19,6 @@ from missionc.diagnostics.code import NOT_BETWEEN
 from missionc.kernel.nodes import Atom
 from missionc.kernel.walk import postorder
 from missionc.pipeline.driver import check, compile
-from missionc.pipeline.plan_throughout import Throughout
 from missionc.pipeline.results import Refused, Verified
 from missionc.verify.between.between_steps import between_steps
 from missionc.verify.between.counterexample import Culprit

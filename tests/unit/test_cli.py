@@ -431,4 +431,4 @@ def test_colours_are_for_terminals_and_those_who_want_them(
     monkeypatch.setenv("TERM", "xterm")
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    assert exit_status._colours(terminal) is coloured
+    assert exit_status.in_colour(terminal) is coloured

@@ -247,7 +247,7 @@ def test_the_text_as_it_stands_is_compiled_and_kept_where_the_user_says(
         page.ask("studio/compile")
         ended = page.hear("studio/ended")
         assert (ended["status"], ended["findings"], ended["version"]) == (0, [], 1)
-        assert ended["lines"][0].startswith("typed: planned by smt")
+        assert ended["lines"][0].startswith("typed: verified in ")
         status, report, headers = serving.get(f"/{serving.server.guard.token}/{ended['report']}")
         assert (status, headers["content-security-policy"]) == (200, "sandbox allow-scripts; frame-ancestors 'self'")
         assert b"<title>typed" in report

@@ -9,6 +9,7 @@ import click
 
 from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import PRESETS, Options
+from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import options, stage_names
 from missionc.cli.compile_request import CompileRequest, run_request
@@ -32,7 +33,6 @@ from missionc.cli.options import (
 from missionc.output.folder.file_names import MOST_ALTERNATIVES
 from missionc.output.plot.figure_request import KINDS, MAP, MAPS, WIDTHS, FigureRequest
 from missionc.pipeline import driver
-from missionc.pipeline.plan_throughout import Throughout
 
 
 @click.command("compile")

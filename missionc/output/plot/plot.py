@@ -353,10 +353,9 @@ def _metres_per_point(axes: Axes) -> float:
 
 
 def style(index: int) -> tuple[str, str, Any]:
-    colour = COLOURS[index % len(COLOURS)]
     # A second round of colours comes with other marks and dashes.
-    turn = index // len(COLOURS)
-    return colour, MARKERS[MARKS[(index + 3 * turn) % len(MARKS)]], DASHES[turn % len(DASHES)]
+    turn, own = divmod(index, len(COLOURS))
+    return COLOURS[own], MARKERS[MARKS[(index + 3 * turn) % len(MARKS)]], DASHES[turn % len(DASHES)]
 
 
 def _name(axes: Axes, place: tuple[float, float], name: str, colour: str, size: float) -> None:

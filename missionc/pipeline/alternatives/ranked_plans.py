@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from missionc.backends.api import Budget
 from missionc.backends.options import Options
+from missionc.base.throughout import Throughout
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.alternatives_json import rows
@@ -19,7 +20,6 @@ from missionc.output.report.report_html import Plotted
 from missionc.output.with_alternatives import with_alternatives as joined_files
 from missionc.pipeline.alternatives.search_alternatives import search_alternatives
 from missionc.pipeline.front_end import Stopwatch
-from missionc.pipeline.plan_throughout import Throughout
 from missionc.pipeline.provenance import texts
 from missionc.pipeline.results import Alternative, Compiled, Verified
 

@@ -23,6 +23,7 @@ from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.figures import counted
 from missionc.base.signals import asked
+from missionc.base.throughout import Throughout
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -33,7 +34,6 @@ from missionc.pipeline.alternatives.restriction import Restriction, restrictions
 from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import Stopwatch
-from missionc.pipeline.plan_throughout import Throughout
 from missionc.pipeline.results import Verified
 from missionc.pipeline.run_limited import within
 
