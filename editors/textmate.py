@@ -289,7 +289,7 @@ class Declared:
 _OF_FILE = (
     _match(_any(("origin",)) + r"(?=\s*\()", "keyword.other.part"),
     _match(_any(("layer",)) + r'(?=\s*")', "keyword.other.part"),
-    _match(_any(("unknown",)) + r"(?=\s+free\b)", "keyword.other.part"),
+    _after(_any(("unknown",)) + r"(?=\s+free\b)", "keyword.other.part", _FREE, "variable.other"),
     _after(_any(("named",)), "keyword.other.part", _FREE, "variable.other"),
     _match(_any(("height",)) + _AMOUNT_FOLLOWS, "keyword.other.measure"),
     _match(_any(("within",)) + _AMOUNT_FOLLOWS, "variable.other.property"),
