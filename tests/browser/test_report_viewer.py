@@ -86,6 +86,7 @@ def test_two_fingers_zoom_about_their_middle(relay: Opened) -> None:
 def test_an_agent_that_is_followed_stays_where_it_is_in_the_picture(relay: Opened) -> None:
     relay.page.click("#agents button[data-agent='0']")
     relay.page.click("#follow")
+    relay.settle()
     assert relay.page.get_attribute("#follow", "aria-pressed") == "true"
     for _ in range(2):
         relay.page.keyboard.press("ArrowRight")
