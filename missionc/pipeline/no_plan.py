@@ -86,7 +86,12 @@ def _blamed(explained: Explained) -> tuple[str, ...]:
         "ROADMAP": "it is these roadmaps that are too coarse",
         "UNKNOWN": "",
     }[explained.blame.name]
-    says = {"planned": "gives a plan", "impossible": "does not", "undecided": "gave none in time"}
+    planned = any(trial.outcome == "planned" for trial in explained.trials)
+    says = {
+        "planned": "gives a plan",
+        "impossible": "does not" if planned else "leaves none on roadmaps",
+        "undecided": "gave none in time",
+    }
     trials = [
         f"{_variants([trial for trial in explained.trials if trial.outcome == outcome])} {words}"
         for outcome, words in says.items()
