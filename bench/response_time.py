@@ -67,9 +67,7 @@ def main(runs: int) -> None:
         folder = Path(name)
         wall, processor = zip(*list(demo(folder, runs))[1:], strict=True)
         checks = list(saved(folder, ["check", "wildfire.mission", "--watch"], "wildfire.mission:", runs))
-        plans = list(
-            saved(folder, ["compile", "wildfire.mission", "--watch", "--no-open"], "  build/", runs)
-        )
+        plans = list(saved(folder, ["compile", "wildfire.mission", "--watch", "--no-open"], "  build/", runs))
     rows = {"demo": wall, "demo, processor": processor, "check after a save": checks, "plan after a save": plans}
     for row, took in rows.items():
         print(f"{row:<20} {min(took):7.3f} {statistics.median(took):7.3f}")

@@ -11,6 +11,7 @@ import html
 from collections.abc import Sequence
 from typing import Protocol
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.palette import LIGHT
 
 HEIGHT = 760
@@ -60,24 +61,47 @@ def picture(svg: bytes) -> str:
     )
 
 
-def paths(motion: Sequence[Sequence[Sequence[float]]]) -> bytes:
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A region or an obstacle from above: ``rings`` of corners, or a ``disc`` (x, y, radius); metres.
+
+    ``place`` is where its name stands.
+    """
+
+    name: str
+    fill: str
+    outline: str
+    ink: str
+    place: Sequence[float]
+    rings: Sequence[Sequence[Sequence[float]]] = ()
+    disc: Sequence[float] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """What paths are drawn on: the world's corners, (x, y) each in metres, and what stands in it."""
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+    figures: tuple[Figure, ...]
+
+
+def paths(motion: Sequence[Sequence[Sequence[float]]], ground: Ground | None = None) -> bytes:
     """Everybody's path from above, as SVG: a ring where it begins, a disc where it ends.
 
     Args:
         motion: (agents, steps + 1, dim), metres; the first two coordinates are drawn.
+        ground: is drawn below them, with axes in metres; without one the picture is as large as the paths are.
     """
-    places = [place for path in motion for place in path]
-    left, right = (choose(place[0] for place in places) for choose in (min, max))
-    low, high = (choose(place[1] for place in places) for choose in (min, max))
-    scale = (WIDTH - 2 * EDGE) / max(right - left, high - low, 1e-9)
-    height = (high - low) * scale + 2 * EDGE
+    view = _View.of([place for path in motion for place in path] if ground is None else [ground.low, ground.high])
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH:.0f}" height="{height:.0f}" '
-        f'viewBox="0 0 {WIDTH:.0f} {height:.0f}" fill="none" stroke-width="2">'
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH:.0f}" height="{view.height:.0f}" '
+        f'viewBox="0 0 {WIDTH:.0f} {view.height:.0f}" fill="none" stroke-width="2" font-family="sans-serif">'
     ]
+    lines += [] if ground is None else _ground(view, ground)
     for number, path in enumerate(motion):
         colour = COLOURS[number % len(COLOURS)]
-        drawn = [(EDGE + (place[0] - left) * scale, EDGE + (high - place[1]) * scale) for place in path]
+        drawn = [view.at(place) for place in path]
         points = " ".join(f"{x:.1f},{y:.1f}" for x, y in drawn)
         (x, y), (to_x, to_y) = drawn[0], drawn[-1]
         lines += [
@@ -85,4 +109,53 @@ def paths(motion: Sequence[Sequence[Sequence[float]]]) -> bytes:
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="7" stroke="{colour}"/>',
             f'<circle cx="{to_x:.1f}" cy="{to_y:.1f}" r="4" fill="{colour}"/>',
         ]
-    return "\n".join([*lines, "</svg>\n"]).encode("ascii")
+    return "\n".join([*lines, "</svg>\n"]).encode("ascii", "xmlcharrefreplace")
+
+
+@dataclass(frozen=True, slots=True)
+class _View:
+    """From metres to pixels."""
+
+    left: float
+    top: float
+    scale: float
+    height: float
+
+    @classmethod
+    def of(cls, places: Sequence[Sequence[float]]) -> _View:
+        """All of these places, within the picture's edges."""
+        left, right = (choose(place[0] for place in places) for choose in (min, max))
+        low, high = (choose(place[1] for place in places) for choose in (min, max))
+        scale = (WIDTH - 2 * EDGE) / max(right - left, high - low, 1e-9)
+        return cls(left, high, scale, (high - low) * scale + 2 * EDGE)
+
+    def at(self, place: Sequence[float]) -> tuple[float, float]:
+        return EDGE + (place[0] - self.left) * self.scale, EDGE + (self.top - place[1]) * self.scale
+
+
+def _ground(view: _View, ground: Ground) -> list[str]:
+    """The floor, what stands on it with its name, and the numbers of the axes."""
+    (x, y), (to_x, to_y) = view.at((ground.low[0], ground.high[1])), view.at((ground.high[0], ground.low[1]))
+    floor = f'<rect x="{x:.1f}" y="{y:.1f}" width="{to_x - x:.1f}" height="{to_y - y:.1f}" stroke-width="1"'
+    lines = [f'{floor} fill="{LIGHT["floor"]}" stroke="{LIGHT["faint"]}"/>']
+    for figure in ground.figures:
+        style = f'fill="{figure.fill}" stroke="{figure.outline}" stroke-width="1"'
+        if figure.disc:
+            (cx, cy), radius = view.at(figure.disc), figure.disc[-1] * view.scale
+            lines.append(f'<circle cx="{cx:.1f}" cy="{cy:.1f}" r="{radius:.1f}" {style}/>')
+        else:
+            corners = [" L".join("{:.1f},{:.1f}".format(*view.at(each)) for each in ring) for ring in figure.rings]
+            lines.append(f'<path d="{" ".join(f"M{each}Z" for each in corners)}" fill-rule="evenodd" {style}/>')
+    named = [figure for figure in ground.figures if figure.name]
+    lines += [_text(view.at(each.place), each.name, each.ink, "middle") for each in named]
+    for number in (ground.low[0], ground.high[0]):
+        (at, _), anchor = view.at((number, 0.0)), "start" if number == ground.low[0] else "end"
+        lines.append(_text((at, to_y + EDGE - 2), f"{number:g}", LIGHT["faint"], anchor))
+    for number, drop in ((ground.low[1], -3.0), (ground.high[1], 10.0)):
+        lines.append(_text((x + 3, view.at((0.0, number))[1] + drop), f"{number:g}", LIGHT["faint"], "start"))
+    return lines
+
+
+def _text(place: tuple[float, float], words: str, colour: str, anchor: str) -> str:
+    where = f'x="{place[0]:.1f}" y="{place[1]:.1f}" text-anchor="{anchor}"'
+    return f'<text {where} font-size="10" fill="{colour}">{html.escape(words)}</text>'

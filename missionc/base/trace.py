@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
 from missionc.base.judgement import Judgement, judgement_lines
 from missionc.base.late_dataclass import dataclass
-from missionc.base.notebook import paths, picture, preformatted, printed
+from missionc.base.notebook import Ground, paths, picture, preformatted, printed
 from missionc.base.proven import Proven
 from missionc.base.units import Seconds
 
@@ -72,6 +73,8 @@ class Plan:
     judgements: tuple[Judgement, ...]
     proven: Proven | None = None
     """What is known of the best plan, where the mission minimizes what can be bounded."""
+    ground: Callable[[], Ground] | None = None
+    """What a notebook draws the paths on; made when it is shown."""
 
     def __str__(self) -> str:
         agents, states, _ = self.trace.position.shape
@@ -85,4 +88,6 @@ class Plan:
     _repr_pretty_ = printed
 
     def _repr_html_(self) -> str:
-        return picture(paths(self.trace.position.tolist())) + preformatted(str(self))
+        return picture(paths(self.trace.position.tolist(), self.ground() if self.ground else None)) + preformatted(
+            str(self)
+        )

@@ -8,6 +8,7 @@ says MC604 MC608, and what files and exports say
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason
 from missionc.backends.options import Options
@@ -68,6 +69,7 @@ def certify_plan(
         bound: what is proven of the best plan; where it is None, or the plan is made slower, tours alone tell.
     """
     # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
+    from missionc.output.notebook_ground import notebook_ground
     from missionc.output.output_files import Provenance, emit
     from missionc.verify.verify_plan import verify
 
@@ -101,7 +103,8 @@ def certify_plan(
     tours = BoundSide(mission, kernel, options, replace(budget, deadline=0.0))
     proven = (tours if bound is None or options.stretch != 1 else bound).proven(trace)
     planner = report.engine or choice.backend
-    verified = Plan(mission.name, planner, budget.seed, trace, certificate.judgements, proven)
+    ground = partial(notebook_ground, mission, kernel)
+    verified = Plan(mission.name, planner, budget.seed, trace, certificate.judgements, proven, ground)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""

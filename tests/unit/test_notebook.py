@@ -21,6 +21,7 @@ import missionc
 from missionc.backends.api import Attempt, NotFound, Reason, Report
 from missionc.base.judgement import Judgement
 from missionc.base.notebook import paths
+from missionc.base.palette import LIGHT
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
@@ -85,6 +86,23 @@ def test_a_path_goes_up_where_y_grows_and_stays_inside_the_picture() -> None:
     (x, y), (to_x, to_y) = (tuple(map(float, point.split(","))) for point in first.attrib["points"].split())
     assert 0 < x < to_x < float(drawn.attrib["width"])
     assert 0 < to_y < y < float(drawn.attrib["height"])
+
+
+def test_regions_obstacles_and_axes_lie_below_the_paths() -> None:
+    rock = "obstacle rock = disc at (3.4, 0.8) radius 0.4 m\n"
+    moat = "region moat = (box (0, 2.4) to (1, 4)) - (disc at (0.5, 3) radius 0.3)\n"
+    text = SMALL + rock + moat
+    outcome = missionc.compile(Source("a.mission", text)).outcome
+    assert isinstance(outcome, missionc.Verified)
+    assert outcome.plan.ground is not None
+    drawn = ET.fromstring(paths(outcome.plan.trace.position.tolist(), outcome.plan.ground()))
+    names = [each.text for each in drawn.findall("{http://www.w3.org/2000/svg}text")]
+    assert {"goal", "rock", "moat", "0", "4"} <= set(names)
+    kinds = [each.tag.removeprefix("{http://www.w3.org/2000/svg}") for each in drawn]
+    assert kinds[0] == "rect"
+    assert max(number for number, kind in enumerate(kinds) if kind == "path") < kinds.index("polyline")
+    assert {each.attrib["fill"] for each in drawn if each.tag.endswith("path")} >= {LIGHT["region"]["goal"]}
+    assert sum(each.tag.endswith("circle") and each.attrib.get("fill") == LIGHT["obstacle"] for each in drawn) == 1
 
 
 def test_nobody_who_moves_is_drawn_too() -> None:
