@@ -196,7 +196,7 @@ def test_a_folder_holds_the_roadmap_and_is_verified_with_it(tmp_path: Path, caps
     assert main(["compile", str(file), "-o", str(tmp_path / "out")]) == 0
     kept = tmp_path / "out" / "mission" / "lanes.graphml"
     assert kept.read_bytes() == (tmp_path / "lanes.graphml").read_bytes()
-    assert main(["verify", str(tmp_path / "out")]) == 0
+    assert main(["verify", str(tmp_path / "out"), "-v"]) == 0
     assert "lane" in capsys.readouterr().out
     kept.write_text(kept.read_text().replace("9.0", "8.9"))
     assert main(["verify", str(tmp_path / "out")]) != 0
