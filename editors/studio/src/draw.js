@@ -24,6 +24,19 @@ function round(frame, [x, y], radius) {
 export const partsPath = (frame, parts) =>
   parts.map(({ rings, disc, ball }) => (rings ? rings.map((points) => ring(frame, points)).join("") : round(frame, disc ?? ball, (disc ?? ball).at(-1)))).join("");
 
+// How wide filled parts are, metres.
+export function partsWidth(parts) {
+  const ends = parts.flatMap(({ rings, disc, ball }) => (rings ? rings.flat().map(([x]) => x) : [-1, 1].map((side) => (disc ?? ball)[0] + side * (disc ?? ball).at(-1))));
+  return Math.max(...ends) - Math.min(...ends);
+}
+
+// How wide a name is as the map writes it, pixels.
+const paper = document.createElement("canvas").getContext("2d");
+export function nameWidth(name) {
+  paper.font = "12px system-ui, sans-serif";
+  return paper.measureText(name).width;
+}
+
 // The outline of a piece, from its numbers as they are just now.
 export function piecePath(frame, { form, points, radius }) {
   const at = points.map(([x, y]) => [x.metres, y.metres]);

@@ -1,9 +1,10 @@
 // The map: what the scene holds, drawn; dragged by pointer or arrow keys; in step with the cursor in the text.
 import { edits, handles, moved, whyFixed } from "./drag_edits.js";
-import { element, gridLines, partsPath, piecePath, titled } from "./draw.js";
+import { element, gridLines, nameWidth, partsPath, partsWidth, piecePath, titled } from "./draw.js";
 import { Frame } from "./frame.js";
 import { carry, key, withGhosts } from "./scene.js";
 
+const CROWD = 16; // obstacles of which all are named; of more, those that are wide enough
 const CLICK = 3; // pixels that a pointer may move and still click
 const ORDER = ["world", "region", "obstacle", "finish", "start", "beacon"];
 const HUES = [205, 24, 145, 308, 48, 246, 82, 176]; // of regions, in the order of the report's
@@ -75,7 +76,7 @@ export class WorldView {
     const things = [...this.scene.things].sort((one, other) => ORDER.indexOf(one.kind) - ORDER.indexOf(other.kind));
     const [world, ...others] = things[0]?.kind === "world" ? things : [null, ...things];
     if (world) this.svg.append(this.thing(world));
-    this.svg.append(gridLines(this.frame, this.scene), ...others.map((thing) => this.thing(thing)), ...things.map((thing) => this.label(thing)));
+    this.svg.append(gridLines(this.frame, this.scene), ...others.map((thing) => this.thing(thing)), ...[...things].reverse().map((thing) => this.label(thing)));
     if (focused) this.svg.querySelector(`[data-at="${CSS.escape(focused)}"][tabindex]`)?.focus();
   }
 
@@ -111,11 +112,8 @@ export class WorldView {
 
   middle(thing) {
     const piece = thing.pieces[0];
-    if (piece) return handles(piece)[0].at;
-    const part = thing.parts?.[0];
-    if (!part) return thing.agents?.[0] ?? this.scene.low;
-    const points = part.rings?.[0] ?? [part.disc ?? part.ball];
-    return [0, 1].map((axis) => points.reduce((sum, point) => sum + point[axis], 0) / points.length);
+    if (piece && !(piece.form === "polygon" && thing.inner)) return handles(piece)[0].at;
+    return thing.inner ?? thing.agents?.[0] ?? this.scene.low;
   }
 
   piece(thing, piece, index, alone) {
@@ -146,12 +144,19 @@ export class WorldView {
   }
 
   label(thing) {
-    if (thing.kind === "world") return "";
+    if (thing.kind === "world" || this.nameless(thing)) return "";
     if (thing.region) return this.guests(thing);
     const [x, y] = thing.agents?.[0] ?? this.middle(thing);
     const down = thing.kind === "region" || thing.kind === "obstacle" ? 4 : -12;
     const words = thing.kind === "finish" ? `${thing.name} finish` : thing.name;
     return element("text", { class: `name ${thing.kind}`, x: this.frame.x(x), y: this.frame.y(y) + down, "text-anchor": "middle" }, words);
+  }
+
+  // One of many obstacles, too narrow for its name: pointed at, it says it.
+  nameless(thing) {
+    if (thing.kind !== "obstacle" || this.lit(thing)) return false;
+    if (this.scene.things.filter((each) => each.kind === "obstacle").length <= CROWD) return false;
+    return partsWidth(thing.parts ?? []) * this.frame.scale < nameWidth(thing.name);
   }
 
   // Who is somewhere in a region, written below its name.

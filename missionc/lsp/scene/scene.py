@@ -3,7 +3,8 @@
 in   a text, and the declarations of it that can be read
 out  plain values for the page
 
-Lengths are in metres. ``parts`` are outlines to be filled, as the report has them; ``pieces`` are what a drag edits.
+Lengths are in metres. ``parts`` are outlines to be filled, as the report has them, with a point in them for
+the name, ``inner``; ``pieces`` are what a drag edits.
 """
 
 from __future__ import annotations
@@ -39,14 +40,14 @@ def _things(pieces: Pieces, places: Places, item: ast.Declaration) -> Iterator[J
         case ast.World():
             yield _thing(pieces, "world", "the world", item.span, list(pieces.world(item)))
         case ast.Region(name=name, shape=shape) if name.text in places.regions:
-            drawn = _parts(places.world, places.regions[name.text].shape)
-            yield {**_thing(pieces, "region", name.text, item.span, list(pieces.shape(shape))), "parts": drawn}
+            drawn = _outline(places.world, places.regions[name.text].shape)
+            yield {**_thing(pieces, "region", name.text, item.span, list(pieces.shape(shape))), **drawn}
         case ast.Obstacle(name=name, shape=shape) if name.text in places.obstacles:
             obstacle = places.obstacles[name.text]
-            drawn = _parts(places.world, obstacle.shape)
+            drawn = _outline(places.world, obstacle.shape)
             way = _way(obstacle.motion)
             pieced = list(pieces.shape(shape))
-            yield {**_thing(pieces, "obstacle", name.text, item.span, pieced), "parts": drawn, "way": way}
+            yield {**_thing(pieces, "obstacle", name.text, item.span, pieced), **drawn, "way": way}
         case ast.Beacon(name=name, position=position):
             yield _thing(pieces, "beacon", name.text, item.span, list(pieces.point(position)))
         case ast.Team():
@@ -83,11 +84,12 @@ def _way(motion: ir.Still | ir.Path) -> list[list[float]]:
     return [list(offset[:2]) for offset in motion.offsets]
 
 
-def _parts(world: ir.World, shape: ir.Shape) -> list[Json]:
-    """The shape's outlines; none where it is no shape yet, as a polygon that crosses itself."""
-    from missionc.output.report.outlines import solids  # by shapely, which is long to load
+def _outline(world: ir.World, shape: ir.Shape) -> Json:
+    """The shape in parts, and a point in it for its name; nothing where it is no shape yet, as a crossed polygon."""
+    from missionc.output.report.outlines import inner_point, solids  # by shapely, which is long to load
 
-    return solids(world, shape) if _sound(shape) else []
+    parts = solids(world, shape) if _sound(shape) else []
+    return {"parts": parts, "inner": inner_point(world, parts)} if parts else {"parts": []}
 
 
 def _sound(shape: ir.Shape) -> bool:

@@ -8,6 +8,7 @@ const shownFirst = (model, other) => ({
   focus: -1,
   followed: -1,
   pointed: -1,
+  pointedObstacle: -1,
   hovered: null,
   selected: null,
   shown: null,

@@ -47,7 +47,8 @@ function gestures(view, state, change) {
     if (!dragged) {
       const agent = view.agentAt(px, py);
       canvas.style.cursor = state.measuring ? "crosshair" : agent >= 0 ? "pointer" : "grab";
-      if (agent !== state.pointed) change({ pointed: agent });
+      const obstacle = agent >= 0 ? -1 : view.obstacleAt(px, py, state.time);
+      if (agent !== state.pointed || obstacle !== state.pointedObstacle) change({ pointed: agent, pointedObstacle: obstacle });
       return;
     }
     const [right, down] = [px - dragged.last[0], py - dragged.last[1]];
@@ -72,7 +73,7 @@ function gestures(view, state, change) {
   };
   canvas.addEventListener("pointerup", release);
   canvas.addEventListener("pointercancel", release);
-  canvas.addEventListener("pointerleave", () => state.pointed >= 0 && change({ pointed: -1 }));
+  canvas.addEventListener("pointerleave", () => (state.pointed >= 0 || state.pointedObstacle >= 0) && change({ pointed: -1, pointedObstacle: -1 }));
 
   canvas.addEventListener("dblclick", (event) => {
     const agent = view.agentAt(...at(event));

@@ -112,13 +112,16 @@ function mapView(canvas, first, shared = null) {
     return spots;
   }
 
-  // Of a crowd, the names of those that are pointed at, chosen or followed.
+  // Of a crowd, the names of those that are pointed at, chosen or followed; of many obstacles, of those that are wide enough.
   function paintNames(context, frame, palette, state) {
     names.clear(state.playing || state.recording);
     if (!model.crowd) for (const [x, y] of points) names.block(x, y, 6);
     context.font = "600 12px system-ui, sans-serif";
     if (state.layers.names) {
-      for (const shape of [...model.data.regions, ...model.data.obstacles]) paintShapeName(context, frame, palette, state, shape);
+      for (const region of model.data.regions) paintShapeName(context, frame, palette, state, region);
+      model.data.obstacles.forEach((obstacle, index) => {
+        if (!model.crowded || index === state.pointedObstacle || holdsItsName(context, frame, obstacle)) paintShapeName(context, frame, palette, state, obstacle);
+      });
     }
     context.font = "11px system-ui, sans-serif";
     if (state.layers.names) for (const beacon of model.data.beacons) nameAt(context, `beacon ${beacon.name}`, beacon.name, frame.point(beacon.position), 8, palette);
@@ -134,6 +137,11 @@ function mapView(canvas, first, shared = null) {
       nameAt(context, `formation ${edge.name}`, edge.name, [(from[0] + to[0]) / 2, (from[1] + to[1]) / 2], 2, palette, palette.faint);
     }
   }
+
+  const holdsItsName = (context, frame, shape) => {
+    const [left, right] = extent(shape, 0);
+    return names.width(context, shape.name) < (right - left) * frame.scale;
+  };
 
   function nameAt(context, key, text, [x, y], room, palette, colour = palette.ink) {
     names.put(context, key, text, names.around(x, y, room, names.width(context, text)), colour, palette.floor, [x, y]);
@@ -201,6 +209,14 @@ function mapView(canvas, first, shared = null) {
         if (distance < least) [best, least] = [agent, distance];
       });
       return best;
+    },
+    // The obstacle that a place of the picture shows, from above; -1 for none.
+    obstacleAt(px, py, time) {
+      const [x, y] = frameNow().place(px, py);
+      return model.data.obstacles.findLastIndex((obstacle) => {
+        const [across, up] = model.shiftAt(obstacle, time);
+        return covers(obstacle, x - across, y - up);
+      });
     },
     placeAt: (px, py) => frameNow().place(px, py),
     pointOf: (place) => frameNow().point(place),

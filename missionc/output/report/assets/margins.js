@@ -55,7 +55,7 @@ function margins(model, change) {
   panel.append(table);
   if (exact.length) {
     const note = document.createElement("p");
-    note.textContent = `Met to rounding: ${exact.map((check) => check.name).join(", ")}.`;
+    note.textContent = `${exact.length === 1 ? "1 exact check passes" : `${exact.length} exact checks pass`}: ${exact.map((check) => check.name).join(", ")}.`;
     panel.append(note);
   }
   const broken = between.filter((each) => each.verdict === "fails between").map((each) => each.detail);

@@ -59,6 +59,7 @@ function readModel(data) {
     motions,
     teams,
     crowd,
+    crowded: data.obstacles.length > CROWD,
     placeAt,
     dash,
     low: [...data.world.low, 0].slice(0, 3),

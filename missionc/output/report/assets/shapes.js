@@ -11,6 +11,30 @@ function circle(context, x, y, radius) {
   context.arc(x, y, radius, 0, 2 * Math.PI);
 }
 
+// How far a shape reaches along an axis of the floor, metres.
+function extent(shape, axis) {
+  const ends = shape.parts.flatMap((part) => {
+    const round = part.disc || part.ball;
+    return round ? [round[axis] - round.at(-1), round[axis] + round.at(-1)] : part.rings.flatMap((ring) => ring.map((corner) => corner[axis]));
+  });
+  return [Math.min(...ends), Math.max(...ends)];
+}
+
+// Whether a shape has a place of the floor in it or below it.
+const covers = (shape, x, y) =>
+  shape.parts.some((part) => {
+    const round = part.disc || part.ball;
+    if (round) return Math.hypot(x - round[0], y - round[1]) <= round.at(-1);
+    let odd = false;
+    for (const ring of part.rings) {
+      ring.forEach(([ax, ay], corner) => {
+        const [bx, by] = ring[(corner + 1) % ring.length];
+        if (ay > y !== by > y && x < ((bx - ax) * (y - ay)) / (by - ay) + ax) odd = !odd;
+      });
+    }
+    return odd;
+  });
+
 function polygon(context, points) {
   context.beginPath();
   points.forEach(([x, y], corner) => context[corner ? "lineTo" : "moveTo"](x, y));
