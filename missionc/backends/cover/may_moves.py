@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
 from missionc.backends.cover.cells import Cells
 from missionc.base.trace import Array, Flags
@@ -61,22 +63,27 @@ def _connected(touching: Flags) -> bool:
 def _joined(distance: Array, touching: Flags, most: float) -> Flags:
     """To which cells of those within reach a chain of cells leads along which a motion may be short enough."""
     joined: Flags = np.zeros(distance.shape, dtype=np.bool_)
+    links = csr_matrix(touching, dtype=np.int8)
+    _, whole = connected_components(links)
     for cell in range(len(distance)):
         near = np.flatnonzero(distance[cell] <= most)
-        links = touching[np.ix_(near, near)]
         here = int(np.searchsorted(near, cell))
         if len(near) > NEAR:
-            reached = np.zeros((1, len(near)), dtype=np.bool_)
-            allowed = np.ones_like(reached)
-        else:
-            reached = np.zeros((len(near), len(near)), dtype=np.bool_)
-            allowed = distance[cell, near][None, :] + distance[np.ix_(near, near)] <= most
-        reached[:, here] = True
-        weight = links.astype(np.float32)
-        while True:
-            after = reached | ((reached.astype(np.float32) @ weight > 0) & allowed)
-            if np.array_equal(after, reached):
-                break
-            reached = after
-        joined[cell, near] = reached[0] if len(near) > NEAR else reached.diagonal()
+            part = whole if len(near) == len(whole) else connected_components(links[near][:, near])[1]
+            joined[cell, near] = part == part[here]
+            continue
+        allowed = distance[cell, near][None, :] + distance[np.ix_(near, near)] <= most
+        joined[cell, near] = _met(touching[np.ix_(near, near)], allowed, here)
     return joined
+
+
+def _met(links: Flags, allowed: Flags, here: int) -> Flags:
+    """Who is reached in its own row, over links and what is allowed in that row, from ``here`` on."""
+    reached: Flags = np.zeros(allowed.shape, dtype=np.bool_)
+    reached[:, here] = True
+    weight = links.astype(np.float32)
+    while True:
+        after = reached | ((reached.astype(np.float32) @ weight > 0) & allowed)
+        if np.array_equal(after, reached):
+            return reached.diagonal()
+        reached = after
