@@ -14,6 +14,7 @@ from missionc.backends.offers import OFFERS
 from missionc.backends.options import DESCRIBED, Options
 from missionc.backends.portfolio.backend import Engine, PortfolioBackend
 from missionc.backends.smt.offer import SMT
+from missionc.base.trace import Trace
 from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
@@ -82,6 +83,14 @@ def load_straighten(engine: str) -> Straighten | None:
         return None
     straighten: Straighten = import_module("missionc.backends.clot.straighten").straighten
     return straighten
+
+
+def load_repair(motion: Trace) -> Backend | None:
+    """What looks for a plan near to a motion, where what it needs is installed."""
+    if find_spec(CLOT.package) is None:
+        return None
+    repair: Backend = import_module("missionc.backends.clot.repair").Repair(motion)
+    return repair
 
 
 def _not_its_flag(offer: Offer, options: Options, checkpoint: bool) -> Diagnostic | None:

@@ -35,7 +35,7 @@ from missionc.kernel.nodes import (
 )
 from missionc.kernel.walk import asks, children, postorder, rebuilt
 
-MOST_LINKS = 500
+MOST_LINKS = 2000
 """Links that a formula about routes names one by one: agents, times agents, times hops."""
 
 

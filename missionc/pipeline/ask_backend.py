@@ -33,6 +33,7 @@ def ask_backend(
     budget: Budget,
     explain_limit: Seconds,
     moment: float,
+    covers: bool = True,
 ) -> Outcome:
     """A backend's answer; the last plan that it had, where a limit ended the search for a better one.
 
@@ -49,7 +50,7 @@ def ask_backend(
 
     until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
     asked_of = replace(budget, deadline=until, listen=listen, found=plans.append)
-    answer = within(moment, partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=True))
+    answer = within(moment, partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=covers))
     if plans and isinstance(answer, Ended | NotFound) and answer.reason in CUT_SHORT:
         return _cut_short(plans[-1], CUT_SHORT[answer.reason])
     return not_found(answer, stage) if isinstance(answer, Ended) else answer

@@ -193,9 +193,10 @@ def _plan(
     exports: tuple[str, ...],
     explain_limit: Seconds,
     asked_for: Kernel | None = None,
+    repair: Backend | None = None,
 ) -> Compiled:
     """``plan``, once. A plan that does not pass verification ends the engine that found it; the others go on."""
-    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for)
+    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for, repair)
     choice, refused = checked.choice, first.outcome
     if choice is None or not isinstance(refused, Unverified):
         return first
@@ -223,8 +224,12 @@ def _plan_by_all(
     exports: tuple[str, ...],
     explain_limit: Seconds,
     asked_for: Kernel | None,
+    repair: Backend | None,
 ) -> Compiled:
-    """``plan``, once, by all engines that were chosen; they are asked for the other kernel, where there is one."""
+    """``plan``, once, by all engines that were chosen, or by the repair of a motion.
+
+    They are asked for the other kernel, where there is one: that nothing keeps it is of no interest.
+    """
     watch = Stopwatch(list(checked.seconds))
 
     def ended(outcome: CompileOutcome, *findings: Diagnostic) -> Compiled:
@@ -233,7 +238,7 @@ def _plan_by_all(
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     if mission is None or kernel is None or choice is None or not checked.ok:
         return ended(Refused())
-    backend = load_backend(choice.engines, options, checkpoints.asked)
+    backend = repair or load_backend(choice.engines, options, checkpoints.asked)
     if isinstance(backend, Diagnostic):
         return ended(Refused(), backend)
     run_budget = with_checkpoints(checked, options, budget, checkpoints)
@@ -245,7 +250,9 @@ def _plan_by_all(
     bound = BoundSide(mission, kernel, options, whole)
     whole = replace(whole, enough=bound.enough)
     try:
-        outcome = ask_backend(backend, mission, asked_for or kernel, options, whole, explain_limit, moment)
+        outcome = ask_backend(
+            backend, mission, asked_for or kernel, options, whole, explain_limit, moment, covers=asked_for is None
+        )
     except UnusableSnapshot as wrong:
         return ended(Refused(), unusable(checkpoints.name, wrong))
     watch.seconds.extend(outcome.report.seconds)

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Protocol
 
-from missionc.backends.api import Budget, forget
-from missionc.backends.load import load_straighten
+from missionc.backends.api import Backend, Budget, forget
+from missionc.backends.load import load_repair, load_straighten
 from missionc.backends.options import Options
 from missionc.base.signals import asked
 from missionc.base.throughout import Throughout
@@ -36,9 +36,11 @@ LEAST_WORK = 16.0
 
 
 class PlanAgain(Protocol):
-    """Plans once more, for another kernel where one is given."""
+    """Plans once more, for another kernel where one is given, and by the repair of a motion where there is one."""
 
-    def __call__(self, checked: Checked, options: Options, budget: Budget, *, asked_for: Kernel | None) -> Compiled: ...
+    def __call__(
+        self, checked: Checked, options: Options, budget: Budget, *, asked_for: Kernel | None, repair: Backend | None
+    ) -> Compiled: ...
 
 
 class Whom(Enum):
@@ -53,16 +55,26 @@ class Whom(Enum):
 class Attempt:
     """One way to ask again.
 
-    ``lasting``: whose parts have to last from step to step (``hold_throughout``). ``share`` of how far the fastest
-    agent goes in a step, the margin by which those that failed have to hold. ``seed`` is added to that of the run,
-    and ``others`` asks engines that did not have the first plan.
+    ``repaired``: whether it begins at the first plan, and not anew. ``lasting``: whose parts have to last from step to
+    step (``hold_throughout``). ``share`` of how far the fastest agent goes in a step, the margin by which those that
+    failed have to hold. ``seed`` is added to that of the run, and ``others`` asks engines that did not have the first
+    plan.
     """
 
     lasting: Whom
     share: float
     seed: int
     others: bool = False
+    repaired: bool = False
 
+
+REPAIRS = (
+    Attempt(Whom.NONE, 1 / 64, 0, repaired=True),
+    Attempt(Whom.FAILING, 0.0, 0, repaired=True),
+    Attempt(Whom.FAILING, 1 / 64, 0, repaired=True),
+    Attempt(Whom.NONE, 1 / 16, 0, repaired=True),
+)
+"""In turn, before anything is planned anew: each is a polish of the first plan."""
 
 ATTEMPTS = (
     Attempt(Whom.ALL, 0.0, 0),
@@ -120,19 +132,22 @@ def plan_throughout(
         return first
     engine = "" if isinstance(first.outcome, Refused) else first.outcome.report.engine or choice.backend
     others = replace(choice, engines=tuple(name for name in choice.engines if name != engine) or choice.engines)
+    same = replace(choice, engines=(engine,))
+    repair = load_repair(first.outcome.plan.trace) if isinstance(first.outcome, Verified) else None
     limited = _limited(first, budget, throughout, began)
     failing, tried = _failing(first), 1
-    for attempt in _attempts(short, engine):
+    for attempt in _attempts(short, engine, repair):
         if asked() or time.monotonic() >= limited.deadline:
             break
         asked_for = _strengthened(mission, kernel, failing, attempt) if short is BETWEEN else None
-        by = replace(checked, choice=others if attempt.others else choice)
-        more = replace(limited, seed=budget.seed + attempt.seed)
-        retry = plan_again(by, options, more, asked_for=asked_for)
+        by = replace(checked, choice=same if attempt.repaired else others if attempt.others else choice)
+        more = replace(limited, seed=budget.seed + attempt.seed, deadline=_until(limited.deadline))
+        near = repair if attempt.repaired else None
+        retry = plan_again(by, options, more, asked_for=asked_for, repair=near)
         tried += 1
         if isinstance(retry.outcome, Verified) and _falls_short(retry, throughout) is None:
-            note = f"the first plan does not {short.no}; this one does"
-            return _noted(replace(retry, checked=replace(retry.checked, choice=choice)), note)
+            note = f"the first plan does not {short.no}; {'repaired it' if attempt.repaired else 'this one'} does"
+            return _noted(replace(retry, checked=replace(retry.checked, choice=choice)), note, engine)
         failing |= _failing(retry)
     return _fallen_short(first, short, throughout, f"{tried} plans were asked for: none {short.none}")
 
@@ -154,11 +169,18 @@ def _limited(first: Compiled, budget: Budget, throughout: Throughout, began: flo
     return replace(quiet, deadline=until, work=min(budget.work, max(LEAST_WORK, TIMES * first.outcome.report.work)))
 
 
-def _attempts(short: Short, engine: str) -> Sequence[Attempt]:
+def _until(deadline: float) -> float:
+    """Half of the time that is left, or all where that is little: one attempt leaves something to the next."""
+    now = time.monotonic()
+    return min(deadline, now + max(LEAST_TIME, (deadline - now) / 2))
+
+
+def _attempts(short: Short, engine: str, repair: Backend | None) -> Sequence[Attempt]:
     if short is DELAYS:
         return SEEDS
     from_a_roadmap = load_straighten(engine) is not None
-    return ATTEMPTS if from_a_roadmap else (ATTEMPTS[1], ATTEMPTS[0], *ATTEMPTS[2:])
+    anew = ATTEMPTS if from_a_roadmap else (ATTEMPTS[1], ATTEMPTS[0], *ATTEMPTS[2:])
+    return anew if repair is None else (*REPAIRS, *anew)
 
 
 def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: Attempt) -> Kernel:
@@ -170,10 +192,12 @@ def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: 
     return hold_throughout(mission, tighter, names)
 
 
-def _noted(compiled: Compiled, note: str) -> Compiled:
+def _noted(compiled: Compiled, note: str, engine: str = "") -> Compiled:
+    """With a note, and who found the plan at first where it does not say who did."""
     outcome = compiled.outcome
     assert isinstance(outcome, Verified)
-    report = replace(outcome.report, notes=(*outcome.report.notes, note))
+    report = outcome.report
+    report = replace(report, notes=(*report.notes, note), engine=report.engine or engine)
     return replace(compiled, outcome=replace(outcome, report=report))
 
 

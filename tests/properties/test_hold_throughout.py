@@ -21,6 +21,7 @@ from missionc.kernel.nodes import (
     Atom,
     Eventually,
     Goal,
+    Is,
     Kernel,
     Neighbour,
     Node,
@@ -118,6 +119,22 @@ def test_one_who_takes_over_has_to_be_there_before_the_other_leaves(comes: float
     assert satisfied(mission, hold_throughout(mission, kernel, {"asked"}), trace) is holds
     (found,) = between_steps(mission, kernel, trace, motion(mission, trace))
     assert found.holds is holds
+
+
+def test_a_team_that_stays_connected_keeps_a_link_until_another_is_there() -> None:
+    """The third goes past the two others, out of the first's reach before it is in the second's, or nearer to them."""
+    radio = graphs_of(3)[0]
+    joined = At(1, Reach(radio, All(()), Is(frozenset((0,))), 2)), At(2, Reach(radio, All(()), Is(frozenset((0,))), 2))
+    mission, kernel = asked(Always(All(joined), 0, None))
+    line, start, end = [[(1.0, 0.5)] * 7, [(1.9, 0.5)] * 7], (1.0, 1.45), (1.9, 1.45)
+    leap = trace_of([*line, [*[start] * 3, *[end] * 4]])
+    walk = trace_of([*line, [*[start] * 3, (1.45, 1.2), *[end] * 3]])
+    strengthened = hold_throughout(mission, kernel, {"asked"})
+    for trace, lasts in ((leap, False), (walk, True)):
+        assert satisfied(mission, kernel, trace)
+        assert satisfied(mission, strengthened, trace) is lasts
+        (found,) = between_steps(mission, kernel, trace, motion(mission, trace))
+        assert found.holds is lasts
 
 
 def test_requirements_of_other_names_stay_the_same_objects() -> None:

@@ -1,0 +1,90 @@
+"""Repair: a motion that nearly keeps a kernel becomes one that does, by the least that polishing changes.
+
+    in   Mission, a kernel and the trace of a motion
+    out  Planned or NotFound
+
+What comes nearest to making each requirement hold in the motion, which part of it, at which step and over which link,
+is chosen (``goal_terms.Demand.witness``), and the motion is polished until it holds. What the polished motion chooses
+may be something else: then it is polished again.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from missionc.backends.acceptance import attempt
+from missionc.backends.api import Budget, NotFound, Outcome, Planned, Reason, Turns
+from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.cost_weights import Weights, spare
+from missionc.backends.clot.optimise.control_points import splines, trace
+from missionc.backends.clot.optimise.goal_terms import Demand
+from missionc.backends.clot.optimise.levenberg_marquardt import polish
+from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.optimise.own_state_stays import with_stays
+from missionc.backends.clot.torch_device import enough_memory, one_thread
+from missionc.backends.options import Options
+from missionc.backends.run_account import Account
+from missionc.backends.work import driven, polish_work
+from missionc.base.signals import asked
+from missionc.base.trace import Trace
+from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+TRIES = 3
+"""How often a motion chooses anew what is to hold in it."""
+
+ITERATIONS = 80
+"""Steps of one polish, at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Repair:
+    """A backend that begins at a motion, and looks for a plan near to it."""
+
+    motion: Trace
+    name: str = "clot"
+    refutes: bool = False
+
+    def missing(self, options: Options) -> Diagnostic | None:
+        return None
+
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        """The motion polished until it keeps the kernel, if it comes to that."""
+        return driven(self.turns(mission, kernel, options, budget), budget)
+
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+        """The same in one turn."""
+        yield 0.0
+        account = Account()
+
+        def in_time() -> bool:
+            return time.monotonic() < budget.deadline and not asked()
+
+        with account.stage("repair"), one_thread(), enough_memory():
+            found = self._repaired(mission, kernel, in_time, account)
+        if found is None:
+            reason = Reason.SOLVER if in_time() else Reason.TIME
+            return NotFound(reason, "no plan was found near the motion", account.report())
+        return Planned(found, account.report())
+
+    def _repaired(self, mission: Mission, kernel: Kernel, go_on: Callable[[], bool], account: Account) -> Trace | None:
+        made = splines(mission)
+        control = made.at_rest(made.joined(self.motion.position, self.motion.velocity))
+        roots = tuple(each.formula for each in build(kernel).requirements)
+        costs = Costs(mission, made, Weights(), spare(mission))
+        for _ in range(TRIES):
+            states = made.states(control)
+            choices = Demand.of(mission, roots, {}, mission.steps).witness(*states)
+            demand = with_stays(Demand.of(mission, roots, choices, mission.steps), *states)
+            polished = polish(control, costs, demand, ITERATIONS, go_on)
+            account.work += polish_work(mission, polished.iterations)
+            motion = trace(mission, made, polished.control)
+            if attempt(mission, kernel, motion).is_plan:
+                return motion
+            if not go_on() or not (polished.control != control).any():
+                return None
+            control = polished.control
+        return None
