@@ -64,7 +64,7 @@ function describe() {
   const put = (id, text) => (document.getElementById(id).textContent = text);
   const many = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
   put("title", data.mission);
-  const planned = data.backend && (data.miss ? `a motion of ${data.backend}` : `planned by ${data.backend}`);
+  const planned = data.backend && !data.miss && `planned by ${data.backend}`;
   put("about", [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, planned, `seed ${data.seed}`, data.proven].filter(Boolean).join(" · "));
   const marks = { holds: "✓", steps: "◐", fails: "✗" };
   const badge = document.getElementById("verdict");
