@@ -77,9 +77,14 @@ def _loaded(offer: Offer) -> Backend:
     return backend
 
 
+def plans_on_roadmaps(engine: str) -> bool:
+    """Whether the plans of an engine go from node to node."""
+    return engine == SMT.name
+
+
 def load_straighten(engine: str) -> Straighten | None:
     """What makes plans of an engine straighter that come from a roadmap, where what it needs is installed."""
-    if engine != SMT.name or find_spec(CLOT.package) is None:
+    if not plans_on_roadmaps(engine) or find_spec(CLOT.package) is None:
         return None
     straighten: Straighten = import_module("missionc.backends.clot.straighten").straighten
     return straighten

@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Protocol
 
 from missionc.backends.api import Backend, Budget, forget
-from missionc.backends.load import load_repair, load_straighten
+from missionc.backends.load import load_repair, plans_on_roadmaps
 from missionc.backends.options import Options
 from missionc.base.signals import asked
 from missionc.base.throughout import Throughout
@@ -76,17 +76,29 @@ REPAIRS = (
 )
 """In turn, before anything is planned anew: each is a polish of the first plan."""
 
-ATTEMPTS = (
+ON_ROADMAPS = (
+    Attempt(Whom.FAILING, 0.0, 0),
+    Attempt(Whom.FAILING, 0.0, 1),
     Attempt(Whom.ALL, 0.0, 0),
+    Attempt(Whom.NONE, 1 / 32, 0),
+    Attempt(Whom.FAILING, 1 / 64, 1),
+    Attempt(Whom.FAILING, 0.0, 2, others=True),
+    Attempt(Whom.NONE, 1 / 16, 1),
+    Attempt(Whom.FAILING, 1 / 16, 3),
+    Attempt(Whom.NONE, 1 / 4, 3),
+)
+"""In turn, after a plan from a roadmap, whose places are few: who leaves one as another comes."""
+
+IN_SPACE = (
     Attempt(Whom.NONE, 1 / 16, 0),
+    Attempt(Whom.ALL, 0.0, 0),
     Attempt(Whom.FAILING, 1 / 16, 1),
     Attempt(Whom.NONE, 1 / 8, 1, others=True),
     Attempt(Whom.ALL, 1 / 16, 2),
     Attempt(Whom.FAILING, 0.0, 2, others=True),
     Attempt(Whom.NONE, 1 / 4, 3),
 )
-"""In turn, after a plan from a roadmap, whose places are few: who leaves one as another comes. What moves in continuous
-space fails by a little, and has the first two the other way round."""
+"""Likewise, after one that moves in continuous space, and fails by a little."""
 
 SEEDS = tuple(Attempt(Whom.NONE, 0.0, seed, others=seed % 2 == 0) for seed in range(1, 8))
 """Where it is delays that a plan does not tolerate."""
@@ -178,8 +190,7 @@ def _until(deadline: float) -> float:
 def _attempts(short: Short, engine: str, repair: Backend | None) -> Sequence[Attempt]:
     if short is DELAYS:
         return SEEDS
-    from_a_roadmap = load_straighten(engine) is not None
-    anew = ATTEMPTS if from_a_roadmap else (ATTEMPTS[1], ATTEMPTS[0], *ATTEMPTS[2:])
+    anew = ON_ROADMAPS if plans_on_roadmaps(engine) else IN_SPACE
     return anew if repair is None else (*REPAIRS, *anew)
 
 
