@@ -1,6 +1,6 @@
-"""Check of vehicles: room to fly in, places within it, and speeds that they reach.
+"""Check of vehicles: room to fly in, places within it, speeds that they reach, and time in the air.
 
-    says MC518 MC519 MC520
+    says MC518 MC519 MC520 MC522
 
 The room of a vehicle is the world less its fence inset, within its band of
 heights. Of a region only the box around it is looked at, so a region that
@@ -14,7 +14,7 @@ import math
 from missionc.base.source import Span
 from missionc.base.units import Dimension
 from missionc.checks.free_space import FreeSpace
-from missionc.diagnostics.code import FASTER_THAN_VEHICLE, NO_FLYING_ROOM, OUTSIDE_FLYING_ROOM
+from missionc.diagnostics.code import FASTER_THAN_VEHICLE, NO_FLYING_ROOM, OUTLASTS_VEHICLE, OUTSIDE_FLYING_ROOM
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Exactly, Mission, Place, Vector
 from missionc.ir.wording import listed, metres, number
@@ -30,6 +30,7 @@ def check_vehicles(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
     findings: list[Diagnostic] = []
     for team in _teams(mission):
         findings += _slower_than_planned(team[0])
+        findings += _longer_than_it_flies(mission, team[0])
         cramped = _without_room(mission, team[0])
         findings += cramped or _outside(mission, ground, team)
     return findings
@@ -51,6 +52,11 @@ def _slower_than_planned(agent: Agent) -> list[Diagnostic]:
         planned, flown = dynamics.top_acceleration, vehicle.acceleration
         findings.append(_faster(agent, "acceleration", "accelerate", planned, flown, Dimension.ACCELERATION))
     return findings
+
+
+def _longer_than_it_flies(mission: Mission, agent: Agent) -> list[Diagnostic]:
+    seconds = mission.steps * mission.step
+    return [] if seconds <= agent.vehicle.endurance else [_outlasted(mission, agent, seconds)]
 
 
 def _without_room(mission: Mission, agent: Agent) -> list[Diagnostic]:
@@ -107,6 +113,18 @@ def _faster(agent: Agent, word: str, verb: str, planned: float, flown: float, di
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
         notes=("a plan that makes use of it can be flown only in more time",),
         help=f"write `{word} <= {number(flown)}{unit}` in its `dynamics`, or give `vehicle` its own `{word}`",
+    )
+
+
+def _outlasted(mission: Mission, agent: Agent, seconds: float) -> Diagnostic:
+    flies = f"{number(agent.vehicle.endurance)}{SI[Dimension.TIME]}"
+    return Diagnostic(
+        OUTLASTS_VEHICLE,
+        f"`{agent.team}` flies {flies} on one charge; the mission lasts {number(seconds)}{SI[Dimension.TIME]}",
+        Label(agent.span, f"flown as `{agent.vehicle.name}`"),
+        (Label(mission.time_span, "from the first state to the last"),) if mission.time_span else (),
+        ("it has to rise before, and to land after",),
+        f"shorten `horizon` to less than {flies}, or give `vehicle` its own `endurance`",
     )
 
 

@@ -115,6 +115,7 @@ FASTER_THAN_VEHICLE = Code("MC518", "faster than the vehicle flies", warning=Tru
 NO_FLYING_ROOM = Code("MC519", "no room for the vehicle to fly")
 OUTSIDE_FLYING_ROOM = Code("MC520", "a start or finish where the vehicle does not fly")
 ASKS_NOTHING = Code("MC521", "a requirement that starts satisfy", warning=True)
+OUTLASTS_VEHICLE = Code("MC522", "a mission that outlasts its vehicle")
 LANE_NODE_MISPLACED = Code("MC541", "a node of a roadmap where no agent may be")
 LANE_BLOCKED = Code("MC542", "a lane through an obstacle")
 NOT_ON_LANES = Code("MC543", "a start or finish that no lane leads to")

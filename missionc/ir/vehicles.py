@@ -45,6 +45,7 @@ class Vehicle:
     tracking: float = 0.0
     fence_inset: float = 0.0
     start_skew: float = 0.0
+    endurance: float = math.inf
     memory: int = 4096
 
 
@@ -83,6 +84,7 @@ FIGURES: dict[str, Figure] = {
     "tracking": Figure(Dimension.LENGTH, "", "margin by which a flight may miss its trajectory"),
     "fence_inset": Figure(Dimension.LENGTH, "", "from every border of the world"),
     "start_skew": Figure(Dimension.TIME, "", "between the first and the last to start"),
+    "endurance": Figure(Dimension.TIME, "<=", "in the air on one charge", above=True),
     "memory": Figure(Dimension.NUMBER, "", "bytes for trajectories", above=True, whole=True),
 }
 """Every figure of a ``Vehicle`` but its name, in the order of its fields."""

@@ -9,6 +9,7 @@ from missionc.diagnostics.code import (
     FASTER_THAN_VEHICLE,
     FORMATION_TOO_TIGHT,
     NO_FLYING_ROOM,
+    OUTLASTS_VEHICLE,
     OUTSIDE_FLYING_ROOM,
     OUTSIDE_WORLD,
 )
@@ -16,7 +17,14 @@ from tests.support.check_findings import WORLD, found, only, text, words
 
 VOLUME = WORLD.replace("(0, 0)", "(0, 0, 0)").replace("(10, 10)", "(10, 10, 3)")
 HOME = "require home: every drone: eventually[0, 20 s] base"
-CODES = (FASTER_THAN_VEHICLE, NO_FLYING_ROOM, OUTSIDE_FLYING_ROOM, AGENTS_OVERLAP, FORMATION_TOO_TIGHT)
+CODES = (
+    FASTER_THAN_VEHICLE,
+    NO_FLYING_ROOM,
+    OUTLASTS_VEHICLE,
+    OUTSIDE_FLYING_ROOM,
+    AGENTS_OVERLAP,
+    FORMATION_TOO_TIGHT,
+)
 
 
 def drones(items: str, moves: str = "single_integrator(speed <= 1 m/s)", vehicle: str = "crazyflie21") -> str:
@@ -46,6 +54,22 @@ def test_dynamics_that_accelerate_harder_are_warned_of() -> None:
 def test_dynamics_within_the_limit_are_not(vehicle: str) -> None:
     mission = text(HOME, agents=drones("start in base", "single_integrator(speed <= 2 m/s)", vehicle))
     assert quiet(mission)
+
+
+# ----------------------------------------------------------------- endurance
+
+
+def test_a_mission_that_lasts_longer_than_its_vehicle_flies_is_refused() -> None:
+    finding = only(
+        text(HOME, agents=drones("start in base", vehicle="crazyflie21 { endurance <= 19 s }")), OUTLASTS_VEHICLE
+    )
+    assert finding.message == "`drone` flies 19 s on one charge; the mission lasts 20 s"
+    assert words(finding)[0] == ("drone", "flown as `crazyflie21`")
+
+
+@pytest.mark.parametrize("vehicle", ["plain", "crazyflie21", "crazyflie21 { endurance <= 20 s }"])
+def test_a_mission_that_lasts_no_longer_is_not(vehicle: str) -> None:
+    assert quiet(text(HOME, agents=drones("start in base", vehicle=vehicle)))
 
 
 # ---------------------------------------------------------------------- room

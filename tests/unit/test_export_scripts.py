@@ -22,6 +22,7 @@ from tests.support.hand_made_flights import cramped, wandered
 HOSTILE = 'a"\'`\n]: {{ 7 * 7 }}\\ {% x %} #\u2028\x07é🦊"""'
 
 Call = tuple[str, str, dict[str, Any]]
+Place = tuple[float, float, float]
 
 
 def exported(name: str, flight: Flight) -> Mapping[str, bytes]:
@@ -63,14 +64,29 @@ class Recorder:
         "goTo": ("goal", "yaw", "duration", "relative"),
         "startTrajectory": ("trajectoryId", "timescale", "reverse", "relative", "groupMask"),
         "land": ("targetHeight", "duration"),
+        "arm": ("arm",),
+        "emergency": (),
     }
 
-    def __init__(self, who: str, calls: list[Call]) -> None:
-        self.who, self.calls = who, calls
+    def __init__(
+        self, who: str, calls: list[Call], place: Place | None = None, volts: float = 4.1, fails: str = ""
+    ) -> None:
+        self.who, self.calls, self.place, self.volts, self.fails = who, calls, place, volts, fails
+
+    def get_pose(self) -> dict[str, object]:
+        return {} if self.place is None else {"position": self.place}
+
+    def get_position(self) -> Place:
+        return self.place or (0.0, 0.0, 0.0)
+
+    def get_status(self) -> dict[str, float]:
+        return {"battery": self.volts}
 
     def __getattr__(self, name: str) -> Callable[..., None]:
         def called(*words: object, **named: object) -> None:
             self.calls.append((self.who, name, dict(zip(self.NAMES[name], words, strict=False)) | named))
+            if name == self.fails:
+                raise RuntimeError(f"{name} failed")
 
         return called
 
@@ -89,11 +105,14 @@ def test_the_crazyswarm_script_goes_to_the_start_and_starts_all_at_once_absolute
 ) -> None:
     flown = wandered(3, 6, dimension)
     folder = written(tmp_path, exported("crazyswarm2", flown))
-    calls = crazyswarm(folder / "fly.py", [each.robot for each in flown.parts], monkeypatch)
+    calls = crazyswarm(folder / "fly.py", standing(flown), monkeypatch)
     robots = {each.robot: each for each in flown.parts}
     phases = [name for index, (_, name, _) in enumerate(calls) if index == 0 or calls[index - 1][1] != name]
     assert phases == [
         "uploadTrajectory",
+        "sleep",
+        "arm",
+        "sleep",
         "takeoff",
         "sleep",
         "goTo",
@@ -102,7 +121,9 @@ def test_the_crazyswarm_script_goes_to_the_start_and_starts_all_at_once_absolute
         "sleep",
         "land",
         "sleep",
+        "arm",
     ]
+    assert [(who, given["arm"]) for who, name, given in calls if name == "arm"] == [("all", True), ("all", False)]
     for phase in ("uploadTrajectory", "takeoff", "goTo"):
         assert [who for who, name, _ in calls if name == phase] == list(robots)
     waits: list[float] = []
@@ -135,14 +156,30 @@ def test_the_crazyswarm_script_goes_to_the_start_and_starts_all_at_once_absolute
             case "sleep":
                 waits.append(given["duration"])
                 assert given["duration"] >= lasting
-    assert len(waits) == 4
+    assert len(waits) == 6
 
 
-def crazyswarm(script: Path, names: list[str], monkeypatch: pytest.MonkeyPatch) -> list[Call]:
-    """Run the script where ``crazyflie_py`` is a recorder."""
-    calls: list[Call] = []
-    swarm = Recorder("all", calls)
-    swarm.__dict__["crazyfliesByName"] = {name: Recorder(name, calls) for name in names}
+def standing(flown: Flight, aside: float = 0.0) -> dict[str, Place]:
+    """Everybody below its first point, the first of them so many metres aside."""
+    places = {each.robot: (each.first[0], each.first[1], 0.0) for each in flown.parts}
+    (x, y, z), name = places[flown.parts[0].robot], flown.parts[0].robot
+    return places | {name: (x + aside, y, z)}
+
+
+def crazyswarm(
+    script: Path,
+    places: Mapping[str, Place | None],
+    monkeypatch: pytest.MonkeyPatch,
+    *words: str,
+    volts: float = 4.1,
+    fails: str = "",
+    calls: list[Call] | None = None,
+) -> list[Call]:
+    """Run the script where ``crazyflie_py`` is a recorder; one of the calls to all vehicles may fail."""
+    calls = [] if calls is None else calls
+    swarm = Recorder("all", calls, fails=fails)
+    swarm.__dict__["crazyfliesByName"] = {name: Recorder(name, calls, place, volts) for name, place in places.items()}
+    monkeypatch.setattr(sys, "argv", [str(script), *words])
     clock = SimpleNamespace(sleep=lambda duration: calls.append(("clock", "sleep", {"duration": duration})))
     package = module("crazyflie_py", Crazyswarm=lambda: SimpleNamespace(allcfs=swarm, timeHelper=clock))
     monkeypatch.setitem(sys.modules, "crazyflie_py", package)
@@ -157,7 +194,54 @@ def test_the_crazyswarm_script_flies_nobody_where_others_are_enabled(
 ) -> None:
     folder = written(tmp_path, exported("crazyswarm2", wandered()))
     with pytest.raises(SystemExit, match="cf9"):
-        crazyswarm(folder / "fly.py", ["drone0", "cf9"], monkeypatch)
+        crazyswarm(folder / "fly.py", {"drone0": None, "cf9": None}, monkeypatch)
+
+
+IN_THE_AIR = frozenset({"arm", "takeoff", "goTo", "startTrajectory", "land"})
+
+
+@pytest.mark.parametrize(
+    ("aside", "volts", "seen", "says"),
+    [
+        (0.5, 4.1, True, "is 0.50 m from"),
+        (float("nan"), 4.1, True, "is nan m from"),
+        (0.0, 3.6, True, "has 3.60 V left"),
+        (0.0, 4.1, False, "nobody reports where"),
+    ],
+)
+def test_nobody_takes_off_where_one_is_not_ready(
+    aside: float, volts: float, seen: bool, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flown = wandered(2)
+    folder = written(tmp_path, exported("crazyswarm2", flown))
+    places = standing(flown, aside)
+    known = places if seen else dict.fromkeys(places)
+    calls: list[Call] = []
+    with pytest.raises(SystemExit, match=says):
+        crazyswarm(folder / "fly.py", known, monkeypatch, volts=volts, calls=calls)
+    assert not IN_THE_AIR & {name for _, name, _ in calls}
+
+
+def test_in_simulation_places_that_nobody_reports_are_not_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flown = wandered(2)
+    folder = written(tmp_path, exported("crazyswarm2", flown))
+    calls = crazyswarm(folder / "fly.py", dict.fromkeys(standing(flown)), monkeypatch, "--unseen")
+    assert {name for _, name, _ in calls} > IN_THE_AIR
+
+
+@pytest.mark.parametrize(("fails", "last"), [("startTrajectory", "arm"), ("land", "emergency")])
+def test_whatever_goes_wrong_in_the_air_everybody_lands_and_if_that_fails_all_motors_stop(
+    fails: str, last: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flown = wandered(2)
+    folder = written(tmp_path, exported("crazyswarm2", flown))
+    calls: list[Call] = []
+    with pytest.raises(RuntimeError, match=f"{fails} failed"):
+        crazyswarm(folder / "fly.py", standing(flown), monkeypatch, fails=fails, calls=calls)
+    assert "land" in {name for _, name, _ in calls}
+    assert [name for who, name, _ in calls if who == "all"][-1] == last
 
 
 def test_the_settings_name_every_vehicle_where_it_stands() -> None:
@@ -188,13 +272,13 @@ def test_the_cflib_script_uploads_goes_to_the_start_and_starts_absolutely(
     flown: Flight, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     files = exported("cflib", flown)
-    calls = with_cflib(written(tmp_path, files) / "fly.py", monkeypatch)
+    calls = with_cflib(written(tmp_path, files) / "fly.py", below(flown), monkeypatch)
     pieces = flown.parts[0].pieces.duration.size
     assert len(calls) == len(flown.parts)
     for each, own in zip(flown.parts, calls.values(), strict=True):
         order = [name for name, _, _ in own]
         assert order == ["param"] * 3 + [
-            "write", "define_trajectory", "takeoff", "go_to", "start_trajectory", "land", "stop",
+            "write", "define_trajectory", "arm", "takeoff", "go_to", "start_trajectory", "land", "stop", "arm",
         ]  # fmt: skip
         told = {name: (words, named) for name, words, named in own}
         assert {words for name, words, _ in own if name == "param"} >= {("stabilizer.controller", "2")}
@@ -209,9 +293,47 @@ def test_the_cflib_script_uploads_goes_to_the_start_and_starts_absolutely(
         )
 
 
-def with_cflib(script: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list[tuple[str, tuple[Any, ...], Any]]]:
-    """Run the script where ``cflib`` is a recorder and time stands still; calls by address."""
-    calls: dict[str, list[tuple[str, tuple[Any, ...], Any]]] = {}
+Own = list[tuple[str, tuple[Any, ...], Any]]
+
+
+def below(flown: Flight, aside: float = 0.0, volts: float = 4.1) -> list[dict[str, float]]:
+    """What each vehicle logs that stands below its first point; the first of them so many metres aside."""
+    return [
+        {"stateEstimate.x": each.first[0] + aside * (not index), "stateEstimate.y": each.first[1], "pm.vbat": volts}
+        for index, each in enumerate(flown.parts)
+    ]
+
+
+def with_cflib(
+    script: Path,
+    logged: list[dict[str, float]],
+    monkeypatch: pytest.MonkeyPatch,
+    fails: str = "",
+    calls: dict[str, Own] | None = None,
+) -> dict[str, Own]:
+    """Run the script where ``cflib`` is a recorder, of which one command may fail, and time stands still."""
+    calls = {} if calls is None else calls
+
+    class Logger:
+        def __init__(self, vehicle: Any, wanted: Any) -> None:
+            self.seen = {name: vehicle.logged[name] for name in wanted.names}
+
+        def __enter__(self) -> Logger:
+            return self
+
+        def __exit__(self, *error: object) -> None:
+            pass
+
+        def __iter__(self) -> Any:
+            return iter([(0, self.seen, None)])
+
+    class Wanted:
+        def __init__(self, name: str, period_in_ms: int) -> None:
+            self.names: list[str] = []
+
+        def add_variable(self, name: str, kind: str) -> None:
+            assert kind == "float"
+            self.names.append(name)
 
     class Memory:
         trajectory: list[Any]
@@ -228,12 +350,17 @@ def with_cflib(script: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list[
             self.own = own
 
         def __getattr__(self, name: str) -> Callable[..., None]:
-            return lambda *words, **named: self.own.append((name, words, named))
+            def called(*words: object, **named: object) -> None:
+                self.own.append((name, words, named))
+                if name == fails:
+                    raise RuntimeError(f"{name} failed")
+
+            return called
 
     class Swarm:
         def __init__(self, uris: list[str], factory: object) -> None:
             self.vehicles = {}
-            for uri in uris:
+            for uri, seen in zip(uris, logged, strict=True):
                 own = calls.setdefault(uri, [])
                 memory = Memory(own)
                 self.vehicles[uri] = SimpleNamespace(
@@ -242,7 +369,12 @@ def with_cflib(script: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list[
                         param=SimpleNamespace(set_value=lambda *words, own=own: own.append(("param", words, {}))),
                         mem=SimpleNamespace(get_mems=lambda kind, memory=memory: [memory]),
                         high_level_commander=Commander(own),
-                    )
+                        platform=SimpleNamespace(
+                            send_arming_request=lambda on, own=own: own.append(("arm", (on,), {}))
+                        ),
+                        loc=SimpleNamespace(send_emergency_stop=lambda own=own: own.append(("emergency", (), {}))),
+                    ),
+                    logged=seen,
                 )
 
         def __enter__(self) -> Swarm:
@@ -262,6 +394,8 @@ def with_cflib(script: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list[
         "cflib": module("cflib", crtp=module("cflib.crtp", init_drivers=lambda: None)),
         "cflib.crtp": module("cflib.crtp", init_drivers=lambda: None),
         "cflib.crazyflie": module("cflib.crazyflie"),
+        "cflib.crazyflie.log": module("cflib.crazyflie.log", LogConfig=Wanted),
+        "cflib.crazyflie.syncLogger": module("cflib.crazyflie.syncLogger", SyncLogger=Logger),
         "cflib.crazyflie.mem": module("cflib.crazyflie.mem", MemoryElement=SimpleNamespace(TYPE_TRAJ=18)),
         "cflib.crazyflie.swarm": module("cflib.crazyflie.swarm", Swarm=Swarm, CachedCfFactory=lambda rw_cache: None),
     }
@@ -272,6 +406,31 @@ def with_cflib(script: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list[
     monkeypatch.setattr("threading.Barrier", lambda parties: SimpleNamespace(wait=lambda: None))
     runpy.run_path(str(script), run_name="__main__")
     return calls
+
+
+@pytest.mark.parametrize(("aside", "volts", "says"), [(0.5, 4.1, "is 0.50 m from"), (0.0, 3.6, "has 3.60 V left")])
+def test_with_cflib_nobody_takes_off_either_where_one_is_not_ready(
+    aside: float, volts: float, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flown = wandered(2)
+    folder = written(tmp_path, exported("cflib", flown))
+    calls: dict[str, Own] = {}
+    with pytest.raises(SystemExit, match=says):
+        with_cflib(folder / "fly.py", below(flown, aside, volts), monkeypatch, calls=calls)
+    assert not {"arm", "takeoff", "land"} & {name for own in calls.values() for name, _, _ in own}
+
+
+@pytest.mark.parametrize(("fails", "lands", "stops"), [("go_to", 2, 0), ("land", 1, 2)])
+def test_with_cflib_too_everybody_lands_and_if_that_fails_all_motors_stop(
+    fails: str, lands: int, stops: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flown = wandered(2)
+    folder = written(tmp_path, exported("cflib", flown))
+    calls: dict[str, Own] = {}
+    with pytest.raises(RuntimeError, match=f"{fails} failed"):
+        with_cflib(folder / "fly.py", below(flown), monkeypatch, fails=fails, calls=calls)
+    names = [name for own in calls.values() for name, _, _ in own]
+    assert (names.count("land"), names.count("emergency")) == (lands, stops)
 
 
 def test_the_scripts_speak_of_what_cflib_has() -> None:
@@ -289,6 +448,14 @@ def test_the_scripts_speak_of_what_cflib_has() -> None:
     assert (commander.TRAJECTORY_TYPE_POLY4D, commander.TRAJECTORY_TYPE_POLY4D_COMPRESSED) == (0, 1)
     go = list(inspect.signature(commander.go_to).parameters)[1:7]
     assert go == ["x", "y", "z", "yaw", "duration_s", "relative"]
+    logs, logger, platform, places = (
+        pytest.importorskip(f"cflib.crazyflie.{name}")
+        for name in ("log", "syncLogger", "platformservice", "localization")
+    )
+    assert {"name", "period_in_ms"} <= set(inspect.signature(logs.LogConfig.__init__).parameters)
+    assert {"__enter__", "__exit__", "__iter__"} <= set(dir(logger.SyncLogger))
+    assert list(inspect.signature(platform.PlatformService.send_arming_request).parameters)[1:] == ["do_arm"]
+    assert list(inspect.signature(places.Localization.send_emergency_stop).parameters) == ["self"]
     assert "rw_cache" in inspect.signature(swarm.CachedCfFactory.__init__).parameters
     assert list(inspect.signature(swarm.Swarm.parallel_safe).parameters)[1:] == ["func", "args_dict"]
 

@@ -170,6 +170,7 @@ def test_a_limit_that_was_tightened_afterwards_is_refused(tmp_path: Path) -> Non
         ({"fence_inset": 0.99}, "flown world"),
         ({"downwash_radius": 2.5, "downwash_height": 0.3}, "flown downwash"),
         ({"memory": 500}, "memory"),
+        ({"endurance": 1.0}, "endurance"),
     ],
 )
 def test_a_profile_that_the_flight_exceeds_is_refused(figures: dict[str, Any], reason: str) -> None:

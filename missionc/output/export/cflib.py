@@ -17,7 +17,7 @@ from missionc.output.export.compressed import Compressed, as_polynomials, compre
 from missionc.output.export.crazyswarm2 import uri
 from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.fill_templates import render
-from missionc.output.export.takeoff_and_landing import PHASES, shared_column
+from missionc.output.export.takeoff_and_landing import GROUND, cannot_rise_or_land, for_templates
 from missionc.output.export.trajectory_memory import raw
 from missionc.output.export.verified_flight import Flight, Part
 from missionc.verify.tolerances import TUBE
@@ -41,9 +41,9 @@ class _Packed:
 
 def write(flight: Flight) -> Exported | Diagnostic:
     """The folder: refused where no form fits a Crazyflie's memory, or where the vehicles could not rise at once."""
-    crowded = shared_column(NAME, flight)
-    if crowded is not None:
-        return crowded
+    grounded = cannot_rise_or_land(NAME, flight)
+    if grounded is not None:
+        return grounded
     packed = _packed(flight)
     if isinstance(packed, Diagnostic):
         return packed
@@ -60,13 +60,13 @@ def write(flight: Flight) -> Exported | Diagnostic:
                 "file": f"{each.file}.bin",
                 "uri": uri(each.agent.index),
                 "first": each.first,
+                "ground": (each.first[0], each.first[1], GROUND),
                 "yaw": each.yaw,
                 "within": within,
             }
             for each, within in zip(flight.parts, packed.within, strict=True)
         ],
-        "duration": flight.duration,
-        **PHASES,
+        **for_templates(flight),
     }
     files = {f"{each.file}.bin": blob for each, blob in zip(flight.parts, packed.blobs, strict=True)}
     for name in ("fly.py", "README.md"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.fill_templates import render
-from missionc.output.export.takeoff_and_landing import GROUND, PHASES, shared_column
+from missionc.output.export.takeoff_and_landing import GROUND, cannot_rise_or_land, for_templates
 from missionc.output.export.trajectory_memory import raw
 from missionc.output.export.verified_flight import Flight
 
@@ -32,9 +32,9 @@ def write(flight: Flight) -> Exported | Diagnostic:
                 "Crazyswarm2 uploads raw pieces only",
                 help="`cflib` compresses them; or plan with a larger `step`",
             )
-    crowded = shared_column(NAME, flight)
-    if crowded is not None:
-        return crowded
+    grounded = cannot_rise_or_land(NAME, flight)
+    if grounded is not None:
+        return grounded
     given = {
         "mission": flight.mission.name,
         "robots": [
@@ -49,8 +49,7 @@ def write(flight: Flight) -> Exported | Diagnostic:
             }
             for each in flight.parts
         ],
-        "duration": flight.duration,
-        **PHASES,
+        **for_templates(flight),
     }
     files = {f"trajectories/{each.file}.csv": each.text.encode() for each in flight.parts}
     for name in ("crazyflies.yaml", "fly.py", "README.md"):

@@ -89,6 +89,25 @@ def check_memory(mission: Mission, flight: Flight) -> list[Check]:
     ]
 
 
+def check_endurance(mission: Mission, flight: Flight) -> list[Check]:
+    """That the flight of each vehicle ends before its battery does."""
+    seconds = float(flight.durations.sum())
+    return [
+        Check(
+            "endurance",
+            agent.name,
+            agent.vehicle.endurance - seconds,
+            "s",
+            0.0,
+            seconds <= agent.vehicle.endurance,
+            agents=(agent.name,),
+            detail=f"its polynomials last {seconds:g} s; on one charge it flies {agent.vehicle.endurance:g} s",
+        )
+        for agent in mission.agents
+        if np.isfinite(agent.vehicle.endurance)
+    ]
+
+
 def _of_items(flight: Flight, figure: Array) -> Array:
     return np.repeat(figure, flight.durations.size)
 

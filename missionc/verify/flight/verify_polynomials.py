@@ -25,7 +25,7 @@ from missionc.verify.flight.continuity_and_fidelity import check_flight, tube
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
 from missionc.verify.flight.prove_claim import prove
-from missionc.verify.flight.vehicle_claims import PIECE_BYTES, check_memory, limits
+from missionc.verify.flight.vehicle_claims import PIECE_BYTES, check_endurance, check_memory, limits
 from missionc.verify.plan.requirements_at_steps import check_requirements
 from missionc.verify.proof.branch_and_bound import branch_and_bound
 from missionc.verify.proof.claims import Claim, everyone, of_agents
@@ -69,7 +69,8 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
     _prove(mission, [world(mission, flight)], checks, boxes)
     warnings = _apart(mission, flight, checks, boxes)
     _prove(mission, [*downwash(mission, flight), *limits(mission, flight)], checks, boxes)
-    checks += [*check_memory(mission, flight), *_requirements(mission, kernel, trace, flight)]
+    checks += [*check_memory(mission, flight), *check_endurance(mission, flight)]
+    checks += _requirements(mission, kernel, trace, flight)
     figures = (
         _peak(mission, flight, 1, "peak speed", "m/s"),
         _peak(mission, flight, 2, "peak acceleration", "m/s^2"),
