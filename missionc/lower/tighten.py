@@ -91,24 +91,31 @@ def _beyond(mission: Mission, one: int, other: int) -> float:
     return float(mission.spacing(one, other)) - first.radius - second.radius + drift
 
 
-def with_flyable_speeds(mission: Mission) -> Mission:
+def with_flyable_speeds(mission: Mission, calm: float = 1.0) -> Mission:
     """The mission with speeds at which its vehicles can fly a plan smoothly: the same object where all are.
 
     A plan of first order is at full speed at once, and its flight comes from rest: in a step of duration d that covers
     v d it gets up to ``PEAK`` v, at an acceleration of up to ``START`` v / d.
+
+    Args:
+        calm: a share of those speeds: less for flights that come out faster than straight starts do, and more, up to
+            what vehicles do at most, for plans that begin gently.
     """
     agents = tuple(
-        replace(agent, dynamics=_slower(agent.dynamics, agent.vehicle, float(mission.step))) for agent in mission.agents
+        replace(agent, dynamics=_slower(agent.dynamics, agent.vehicle, float(mission.step), calm))
+        for agent in mission.agents
     )
     same = all(slow.dynamics == agent.dynamics for slow, agent in zip(agents, mission.agents, strict=True))
     return mission if same else replace(mission, agents=agents)
 
 
-def _slower(dynamics: Dynamics, vehicle: Vehicle, step: float) -> Dynamics:
+def _slower(dynamics: Dynamics, vehicle: Vehicle, step: float, calm: float) -> Dynamics:
     if dynamics.has_momentum:
-        return dynamics.at_most(SPARE * vehicle.speed, SPARE * vehicle.acceleration)
+        share = min(1.0, calm * SPARE)
+        return dynamics.at_most(share * vehicle.speed, share * vehicle.acceleration)
     # One that cannot fly so slowly is planned as it is.
-    return dynamics.at_most(min(vehicle.speed / PEAK, vehicle.acceleration * step / START), math.inf)
+    flyable = calm * min(vehicle.speed / PEAK, vehicle.acceleration * step / START)
+    return dynamics.at_most(min(vehicle.speed, flyable), math.inf)
 
 
 def tightened(mission: Mission, kernel: Kernel, margin: Metres) -> tuple[Mission, Kernel]:

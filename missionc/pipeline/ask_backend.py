@@ -34,6 +34,7 @@ def ask_backend(
     explain_limit: Seconds,
     moment: float,
     covers: bool = True,
+    calm: float = 1.0,
 ) -> Outcome:
     """A backend's answer; the last plan that it had, where a limit ended the search for a better one.
 
@@ -50,7 +51,9 @@ def ask_backend(
 
     until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
     asked_of = replace(budget, deadline=until, listen=listen, found=plans.append)
-    answer = within(moment, partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=covers))
+    answer = within(
+        moment, partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=covers, calm=calm)
+    )
     if plans and isinstance(answer, Ended | NotFound) and answer.reason in CUT_SHORT:
         return _cut_short(plans[-1], CUT_SHORT[answer.reason])
     return not_found(answer, stage) if isinstance(answer, Ended) else answer

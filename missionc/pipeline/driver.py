@@ -51,6 +51,7 @@ from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_tim
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
+from missionc.pipeline.plan_calmly import plan_calmly
 from missionc.pipeline.plan_throughout import plan_throughout
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
@@ -176,7 +177,9 @@ def plan(
     began = time.monotonic()
     with limited(budget.memory_bytes):
         first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, explain_limit)
-        plan_again = partial(_plan, checkpoints=Checkpoints(), exports=exports, explain_limit=NO_EXPLANATION)
+        again = partial(_plan, checkpoints=Checkpoints(), exports=exports, explain_limit=NO_EXPLANATION)
+        first, calm = plan_calmly(first, checked, again, options, budget, began)
+        plan_again = partial(again, calm=calm)
         first = plan_throughout(first, checked, plan_again, options, budget, throughout, began)
         if alternatives == 1 or not isinstance(first.outcome, Verified):
             return first
@@ -194,9 +197,10 @@ def _plan(
     explain_limit: Seconds,
     asked_for: Kernel | None = None,
     repair: Backend | None = None,
+    calm: float = 1.0,
 ) -> Compiled:
     """``plan``, once. A plan that does not pass verification ends the engine that found it; the others go on."""
-    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for, repair)
+    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for, repair, calm)
     choice, refused = checked.choice, first.outcome
     if choice is None or not isinstance(refused, Unverified):
         return first
@@ -204,7 +208,7 @@ def _plan(
     if others in ((), choice.engines) or checkpoints.asked or asked() or time.monotonic() >= budget.deadline:
         return first
     rest = replace(checked, choice=replace(choice, engines=others))
-    retry = _plan(rest, options, budget, checkpoints, exports, NO_EXPLANATION, asked_for)
+    retry = _plan(rest, options, budget, checkpoints, exports, NO_EXPLANATION, asked_for, calm=calm)
     if not isinstance(retry.outcome, Verified):
         return first
     report, planner = retry.outcome.report, retry.outcome.plan.backend
@@ -225,10 +229,12 @@ def _plan_by_all(
     explain_limit: Seconds,
     asked_for: Kernel | None,
     repair: Backend | None,
+    calm: float,
 ) -> Compiled:
     """``plan``, once, by all engines that were chosen, or by the repair of a motion.
 
-    They are asked for the other kernel, where there is one: that nothing keeps it is of no interest.
+    They are asked for the other kernel, where there is one, and for a plan that is slower, where it is to be ``calm``:
+    that nothing keeps to that is of no interest.
     """
     watch = Stopwatch(list(checked.seconds))
 
@@ -250,8 +256,9 @@ def _plan_by_all(
     bound = BoundSide(mission, kernel, options, whole)
     whole = replace(whole, enough=bound.enough)
     try:
+        covers = asked_for is None and calm == 1
         outcome = ask_backend(
-            backend, mission, asked_for or kernel, options, whole, explain_limit, moment, covers=asked_for is None
+            backend, mission, asked_for or kernel, options, whole, explain_limit, moment, covers=covers, calm=calm
         )
     except UnusableSnapshot as wrong:
         return ended(Refused(), unusable(checkpoints.name, wrong))

@@ -30,20 +30,31 @@ PARTS = (1.0, 0.5, 0.0)
 SHARE, WORK = 0.25, 16.0
 """A share of the time that is left, and at most so many units of ``work``, for a plan that has a margin."""
 
+FASTER = (1.5, 2.3)
+"""Shares of the speeds that can be flown from rest to rest: with room to begin gently, others can be as well."""
+
 ROOM = (1.0, 0.5, 0.25, 0.0)
 """Shares of the room that the delays take at most: whoever is late seldom needs all of it."""
 
 
 def plan_with_margin(
-    backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget, *, covers: bool = False
+    backend: Backend,
+    mission: Mission,
+    kernel: Kernel,
+    options: Options,
+    budget: Budget,
+    *,
+    covers: bool = False,
+    calm: float = 1.0,
 ) -> Outcome:
     """A plan of ``_plan_with_margin``; where delays are to be tolerated, one that tolerates them if any is found.
 
     Args:
         covers: whether covers are asked if any motion is a plan, where none is found at once.
+        calm: as of ``with_flyable_speeds``: below 1, no plan is looked for that is faster.
     """
     return _tolerant(backend, mission, kernel, options, budget) or _plan_with_margin(
-        backend, mission, kernel, options, budget, covers=covers
+        backend, mission, kernel, options, budget, covers=covers, calm=calm
     )
 
 
@@ -77,7 +88,14 @@ def _tolerant(backend: Backend, mission: Mission, kernel: Kernel, options: Optio
 
 
 def _plan_with_margin(
-    backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget, *, covers: bool = False
+    backend: Backend,
+    mission: Mission,
+    kernel: Kernel,
+    options: Options,
+    budget: Budget,
+    *,
+    covers: bool = False,
+    calm: float = 1.0,
 ) -> Outcome:
     """A plan that its vehicles can fly and that keeps every requirement by the margin, or by a part of it; else any.
 
@@ -92,9 +110,11 @@ def _plan_with_margin(
     kernel, meant = ahead, kernel
     cover = CoverSide(mission, kernel, meant, options, budget) if covers else None
     wanted = with_vehicle_room(mission)
-    slow = with_flyable_speeds(wanted)
-    if slow is not wanted and has_errors(check_world(slow, kernel)):  # too slow to be anywhere in time
-        slow = wanted
+    slow, *faster = _paces(wanted, kernel, calm)
+    if calm < 1:
+        if slow is wanted:
+            return NotFound(Reason.SOLVER, "nobody would be in time who is slower", Report())
+        wanted, faster = slow, []
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
     late = False
     for part in PARTS:
@@ -109,10 +129,26 @@ def _plan_with_margin(
         refused = cover.refusal(LITTLE, outcome.report) if cover is not None else None
         if refused is not None:
             return refused
+    for pace in faster[:-1]:
+        now = time.monotonic()
+        short = replace(budget, deadline=now + SHARE * (budget.deadline - now), work=WORK / 2, keep=forget, resume=None)
+        outcome = _planned(backend, pace, kernel, options, short)
+        if isinstance(outcome, Planned):
+            return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
     outcome = _planned(backend, wanted, kernel, options, budget, cover)
     if not isinstance(outcome, Planned):
         return outcome
     return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
+
+
+def _paces(mission: Mission, kernel: Kernel, calm: float) -> list[Mission]:
+    """The mission at speeds at which its vehicles fly, the slowest first at which agents can be in time; then as it is.
+
+    Args:
+        calm: as of ``with_flyable_speeds``, of the slowest.
+    """
+    slower = [with_flyable_speeds(mission, calm * share) for share in (1.0, *FASTER)]
+    return [each for each in slower if each is not mission and not has_errors(check_world(each, kernel))] + [mission]
 
 
 def _too_large(ahead: TooLarge, room: int) -> str:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("torch")
 
-from missionc.backends.api import Budget
-from missionc.backends.clot.backend import Run
+from missionc.backends.api import Budget, NotFound
+from missionc.backends.clot.backend import BACKEND, Run
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.own_state_stays import with_stays
@@ -143,3 +144,13 @@ def test_refills_of_a_first_motion_are_kept_and_nothing_of_resources_that_nobody
     run, start = begun("every drone: eventually[0, 40 s] lab")
     demand = Demand.of(run.mission, (), {}, run.mission.steps)
     assert with_stays(demand, *made.states(made.through(start.motion))) is demand
+
+
+def test_a_stop_that_is_too_late_for_the_mission_is_a_late_one_and_nothing_worse() -> None:
+    """Carts at a third of a metre per second are nowhere in time, and are to clean their wheels on the way."""
+    path = Path(__file__).resolve().parents[2] / "missions" / "gallery" / "clean_carts.mission"
+    slow = driver.check(Source("slow.mission", path.read_text().replace("speed 0..1.5 m/s", "speed 0..0.6 m/s")))
+    assert slow.mission is not None
+    assert slow.kernel is not None
+    outcome = BACKEND.plan(slow.mission, slow.kernel, Options(), Budget(math.inf, work=0.5))
+    assert isinstance(outcome, NotFound)

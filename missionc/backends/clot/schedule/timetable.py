@@ -309,7 +309,7 @@ class Timetable:
             for leg in legs:
                 since = 0 if leg.begin < 0 else appointments[leg.begin].step
                 wanted = max(wanted, since + ceil(leg.least / step - ROUNDING))
-            at[visit.key] = max(soonest, min(wanted, latest))
+            at[visit.key] = min(max(soonest, min(wanted, latest)), self.mission.steps)  # who is late is so at the end
             appointments.append(Appointment(visit, at[visit.key], places))
         return tuple(appointments)
 

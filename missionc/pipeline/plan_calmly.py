@@ -1,0 +1,65 @@
+"""Planning of what vehicles can fly: a plan that is too fast for a flight, or bends too much, is planned again slower.
+
+in   the first Compiled, how to plan again, Options, Budget
+out  Compiled: the first of them that can be flown; else the first of all. And how calm that is
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Protocol
+
+from missionc.backends.api import Budget, forget
+from missionc.backends.options import Options
+from missionc.base.signals import asked
+from missionc.base.units import Seconds
+from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.results import Compiled, Refused, Verified
+
+LEAST_TIME, TIMES = Seconds(20.0), 3.0
+"""Seconds for all further plans at least, or so many times what the first one took."""
+
+CALM = ((0.8, 0), (0.65, 0), (0.8, 1), (0.5, 0), (0.65, 2))
+"""In turn: the share of the speeds at which vehicles fly (``with_flyable_speeds``), and what is added to the seed."""
+
+
+class PlanAgain(Protocol):
+    """Plans once more, with another seed, and no faster than a share of the speeds at which vehicles fly."""
+
+    def __call__(self, checked: Checked, options: Options, budget: Budget, *, calm: float) -> Compiled: ...
+
+
+def plan_calmly(
+    first: Compiled, checked: Checked, plan_again: PlanAgain, options: Options, budget: Budget, began: float
+) -> tuple[Compiled, float]:
+    """The first plan, or a slower one where that cannot be flown and this one can; and at which share of the speeds.
+
+    A plan whose pace its user has chosen (``Options.stretch``) stays what it is.
+
+    Args:
+        began: when the first one was asked for, on the clock of ``time.monotonic``.
+    """
+    if not _unflyable(first) or options.stretch != 1:
+        return first, 1.0
+    now = time.monotonic()
+    until = min(budget.deadline, now + max(LEAST_TIME, TIMES * (now - began)))
+    for calm, seed in CALM:
+        now = time.monotonic()
+        if asked() or now >= until:
+            break
+        more = replace(budget, deadline=now + (until - now) / 2, seed=budget.seed + seed, keep=forget, resume=None)
+        retry = plan_again(checked, options, more, calm=calm)
+        if isinstance(retry.outcome, Verified):
+            report = retry.outcome.report
+            note = f"the first plan cannot be flown; this one can, at {calm:g} of the speeds that vehicles allow"
+            outcome = replace(retry.outcome, report=replace(report, notes=(*report.notes, note)))
+            return replace(retry, outcome=outcome), calm
+    return first, 1.0
+
+
+def _unflyable(compiled: Compiled) -> bool:
+    """Whether there is a plan, and no flight of it."""
+    codes = {finding.code for finding in compiled.findings}
+    return isinstance(compiled.outcome, Refused) and bool(codes & {NEEDS_MORE_TIME, NOT_FLYABLE})

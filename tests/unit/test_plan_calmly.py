@@ -1,0 +1,118 @@
+"""Plans that cannot be flown as fast as they are: they are planned again slower, where the windows allow."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from missionc.backends.api import Budget, NotFound, Reason, Report
+from missionc.backends.options import Options
+from missionc.base.source import Source
+from missionc.diagnostics import code
+from missionc.diagnostics.model import Diagnostic
+from missionc.lower.tighten import with_flyable_speeds
+from missionc.pipeline import driver, plan_with_margin
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.plan_calmly import CALM, plan_calmly
+from missionc.pipeline.results import Compiled, Refused, Verified
+from tests.support.small_missions import SMALL
+
+CROSSING = """
+mission crossing
+time step 1 s, horizon 30 s
+world (0, 0) to (20, 10)
+region goal = box (15, 4) to (19, 8)
+team drone[2] { vehicle crazyflie21  dynamics single_integrator(speed <= 2 m/s)  start at (2, 3), (2, 7) }
+require there: every drone: eventually[0, 30 s] goal
+"""
+
+
+@pytest.fixture(scope="module")
+def planned() -> Compiled:
+    compiled = driver.compile(Source("small.mission", SMALL))
+    assert isinstance(compiled.outcome, Verified)
+    return compiled
+
+
+def refused(finding: code.Code) -> Compiled:
+    checked = driver.check(Source("small.mission", SMALL))
+    return Compiled(checked, Refused(), (Diagnostic(finding, "too much", None),), ())
+
+
+class Again:
+    """Plans at some shares of the speeds, and takes notes of what it is asked for."""
+
+    def __init__(self, planned: Compiled, can: Callable[[float], bool]) -> None:
+        self.planned, self.can = planned, can
+        self.asked: list[tuple[float, int]] = []
+
+    def __call__(self, checked: Checked, options: Options, budget: Budget, *, calm: float) -> Compiled:
+        self.asked.append((calm, budget.seed))
+        if self.can(calm):
+            return self.planned
+        return replace(self.planned, outcome=NotFound(Reason.SOLVER, "none", Report()))
+
+
+def calmly(
+    first: Compiled, again: Again, options: Options | None = None, left: float = 600.0
+) -> tuple[Compiled, float]:
+    now = time.monotonic()
+    return plan_calmly(first, first.checked, again, options or Options(), Budget(now + left, seed=7), now)
+
+
+@pytest.mark.parametrize("finding", [code.NEEDS_MORE_TIME, code.NOT_FLYABLE])
+def test_a_plan_that_cannot_be_flown_is_planned_slower_until_one_can(planned: Compiled, finding: code.Code) -> None:
+    again = Again(planned, lambda calm: calm < 0.8)
+    found, calm = calmly(refused(finding), again)
+    assert isinstance(found.outcome, Verified)
+    assert calm == 0.65
+    assert again.asked == [(0.8, 7), (0.65, 7)]
+    assert found.outcome.report.notes[-1].startswith("the first plan cannot be flown; this one can, at 0.65 of the")
+
+
+def test_where_nothing_slower_can_be_flown_the_first_refusal_stands(planned: Compiled) -> None:
+    first, again = refused(code.NEEDS_MORE_TIME), Again(planned, lambda calm: False)
+    assert calmly(first, again) == (first, 1.0)
+    assert again.asked == [(calm, 7 + seed) for calm, seed in CALM]
+
+
+def test_nothing_else_is_planned_again(planned: Compiled) -> None:
+    again = Again(planned, lambda calm: True)
+    for first, options in (
+        (planned, None),
+        (refused(code.CANNOT_WRITE), None),
+        (refused(code.NEEDS_MORE_TIME), Options(stretch=2)),
+    ):
+        assert calmly(first, again, options) == (first, 1.0)
+    assert again.asked == []
+
+
+def test_no_time_is_no_reason_to_begin(planned: Compiled) -> None:
+    first, again = refused(code.NEEDS_MORE_TIME), Again(planned, lambda calm: True)
+    assert calmly(first, again, left=-1.0) == (first, 1.0)
+    assert again.asked == []
+
+
+def test_calm_is_a_share_of_the_speeds_at_which_vehicles_fly() -> None:
+    mission = driver.check(Source("crossing.mission", CROSSING)).mission
+    assert mission is not None
+    whole, half = (with_flyable_speeds(mission, calm).agents[0].dynamics.top_speed for calm in (1.0, 0.5))
+    assert half == pytest.approx(whole / 2)
+    assert whole < mission.agents[0].vehicle.speed
+
+
+def test_the_slowest_pace_at_which_all_can_be_in_time_comes_first_and_the_missions_own_last() -> None:
+    """13 m: at 0.43 m/s they take 30 s, at 0.65 m/s 20 s, and at most they fly 1 m/s."""
+    for seconds, least in ((30, 3), (21, 2), (14, 1), (12, 0)):
+        text = CROSSING.replace("eventually[0, 30 s]", f"eventually[0, {seconds} s]")
+        checked = driver.check(Source("crossing.mission", text))
+        assert checked.mission is not None
+        assert checked.kernel is not None
+        *slower, own = plan_with_margin._paces(checked.mission, checked.kernel, 1.0)
+        assert own is checked.mission
+        assert [each.agents[0].dynamics.top_speed for each in slower] == pytest.approx(
+            [2 / 4.6, 1.5 * 2 / 4.6, 1.0][3 - least :]
+        )
