@@ -18,15 +18,15 @@ from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled, Refused, Verified
 
-LEAST_TIME, TIMES = Seconds(20.0), 3.0
+LEAST_TIME, TIMES = Seconds(10.0), 3.0
 """Seconds for all further plans at least, or so many times what the first one took."""
 
-CALM = ((0.8, 0), (0.65, 0), (0.8, 1), (0.5, 0), (0.65, 2))
-"""In turn: the share of the speeds at which vehicles fly (``with_flyable_speeds``), and what is added to the seed."""
+CALM = (0.85, 0.7, 0.55, 0.4, 0.25)
+"""In turn, shares of what vehicles do at most."""
 
 
 class PlanAgain(Protocol):
-    """Plans once more, with another seed, and no faster than a share of the speeds at which vehicles fly."""
+    """Plans once more, no faster than at a share of what vehicles do at most."""
 
     def __call__(self, checked: Checked, options: Options, budget: Budget, *, calm: float) -> Compiled: ...
 
@@ -45,17 +45,19 @@ def plan_calmly(
         return first, 1.0
     now = time.monotonic()
     until = min(budget.deadline, now + max(LEAST_TIME, TIMES * (now - began)))
-    for calm, seed in CALM:
+    for calm in CALM:
         now = time.monotonic()
         if asked() or now >= until:
             break
-        more = replace(budget, deadline=now + (until - now) / 2, seed=budget.seed + seed, keep=forget, resume=None)
+        more = replace(budget, deadline=now + (until - now) / 2, keep=forget, resume=None)
         retry = plan_again(checked, options, more, calm=calm)
         if isinstance(retry.outcome, Verified):
             report = retry.outcome.report
-            note = f"the first plan cannot be flown; this one can, at {calm:g} of the speeds that vehicles allow"
+            note = f"the first plan cannot be flown; this one can, at {calm:g} of the speeds of its vehicles"
             outcome = replace(retry.outcome, report=replace(report, notes=(*report.notes, note)))
             return replace(retry, outcome=outcome), calm
+        if not isinstance(retry.outcome, Refused):
+            break  # who is slower still is nowhere in time either
     return first, 1.0
 
 

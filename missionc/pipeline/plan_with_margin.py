@@ -7,9 +7,22 @@ out  its Outcome
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
-from missionc.backends.api import Backend, Budget, CutShort, NotFound, Outcome, Planned, Reason, Report, forget, unheard
+from missionc.backends.api import (
+    Backend,
+    Budget,
+    CutShort,
+    Impossible,
+    NotFound,
+    Outcome,
+    Planned,
+    Reason,
+    Report,
+    forget,
+    unheard,
+)
 from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
 from missionc.base.units import Metres
@@ -51,7 +64,7 @@ def plan_with_margin(
 
     Args:
         covers: whether covers are asked if any motion is a plan, where none is found at once.
-        calm: as of ``with_flyable_speeds``: below 1, no plan is looked for that is faster.
+        calm: below 1, no plan is looked for that is faster than this share of what vehicles do at most.
     """
     return _tolerant(backend, mission, kernel, options, budget) or _plan_with_margin(
         backend, mission, kernel, options, budget, covers=covers, calm=calm
@@ -110,14 +123,16 @@ def _plan_with_margin(
     kernel, meant = ahead, kernel
     cover = CoverSide(mission, kernel, meant, options, budget) if covers else None
     wanted = with_vehicle_room(mission)
-    slow, *faster = _paces(wanted, kernel, calm)
+    slow, *faster = _paces(wanted, kernel, calm, FASTER if options.stretch == 1 else ())
     if calm < 1:
         if slow is wanted:
             return NotFound(Reason.SOLVER, "nobody would be in time who is slower", Report())
         wanted, faster = slow, []
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
-    late = False
-    for part in PARTS:
+    late = hopeless = False
+    for part in PARTS if calm == 1 else PARTS[:1]:
+        if hopeless and part:
+            continue  # who cannot be so slow is not helped by half a margin
         if (margin <= 0 or part == 0.0) and slow is wanted:
             break
         now = time.monotonic()
@@ -125,6 +140,7 @@ def _plan_with_margin(
         outcome = _planned(backend, *tightened(slow, kernel, Metres(part * margin)), options, short)
         if isinstance(outcome, Planned):
             return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)
+        hopeless = hopeless or (slow is not wanted and isinstance(outcome, Impossible))
         late = late or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME)
         refused = cover.refusal(LITTLE, outcome.report) if cover is not None else None
         if refused is not None:
@@ -141,13 +157,15 @@ def _plan_with_margin(
     return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
 
 
-def _paces(mission: Mission, kernel: Kernel, calm: float) -> list[Mission]:
+def _paces(mission: Mission, kernel: Kernel, calm: float, faster: Sequence[float]) -> list[Mission]:
     """The mission at speeds at which its vehicles fly, the slowest first at which agents can be in time; then as it is.
 
     Args:
-        calm: as of ``with_flyable_speeds``, of the slowest.
+        calm: below 1, the share of what vehicles do at most that is the only one.
+        faster: further shares, as of ``with_flyable_speeds``.
     """
-    slower = [with_flyable_speeds(mission, calm * share) for share in (1.0, *FASTER)]
+    shares = (calm * FASTER[-1],) if calm < 1 else (1.0, *faster)
+    slower = [with_flyable_speeds(mission, share) for share in shares]
     return [each for each in slower if each is not mission and not has_errors(check_world(each, kernel))] + [mission]
 
 

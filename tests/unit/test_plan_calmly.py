@@ -42,18 +42,21 @@ def refused(finding: code.Code) -> Compiled:
     return Compiled(checked, Refused(), (Diagnostic(finding, "too much", None),), ())
 
 
+NONE = Refused()
+
+
 class Again:
     """Plans at some shares of the speeds, and takes notes of what it is asked for."""
 
-    def __init__(self, planned: Compiled, can: Callable[[float], bool]) -> None:
-        self.planned, self.can = planned, can
-        self.asked: list[tuple[float, int]] = []
+    def __init__(self, planned: Compiled, can: Callable[[float], bool], else_: Refused | NotFound = NONE) -> None:
+        self.planned, self.can, self.else_ = planned, can, else_
+        self.asked: list[float] = []
 
     def __call__(self, checked: Checked, options: Options, budget: Budget, *, calm: float) -> Compiled:
-        self.asked.append((calm, budget.seed))
+        self.asked.append(calm)
         if self.can(calm):
             return self.planned
-        return replace(self.planned, outcome=NotFound(Reason.SOLVER, "none", Report()))
+        return replace(self.planned, outcome=self.else_)
 
 
 def calmly(
@@ -68,15 +71,21 @@ def test_a_plan_that_cannot_be_flown_is_planned_slower_until_one_can(planned: Co
     again = Again(planned, lambda calm: calm < 0.8)
     found, calm = calmly(refused(finding), again)
     assert isinstance(found.outcome, Verified)
-    assert calm == 0.65
-    assert again.asked == [(0.8, 7), (0.65, 7)]
-    assert found.outcome.report.notes[-1].startswith("the first plan cannot be flown; this one can, at 0.65 of the")
+    assert calm == 0.7
+    assert again.asked == [0.85, 0.7]
+    assert found.outcome.report.notes[-1].startswith(
+        "the first plan cannot be flown; this one can, at 0.7 of the speeds"
+    )
 
 
 def test_where_nothing_slower_can_be_flown_the_first_refusal_stands(planned: Compiled) -> None:
     first, again = refused(code.NEEDS_MORE_TIME), Again(planned, lambda calm: False)
     assert calmly(first, again) == (first, 1.0)
-    assert again.asked == [(calm, 7 + seed) for calm, seed in CALM]
+    assert again.asked == list(CALM)
+    none = NotFound(Reason.SOLVER, "none", Report())
+    again = Again(planned, lambda calm: False, none)
+    assert calmly(first, again) == (first, 1.0)
+    assert again.asked == [CALM[0]], "slower, there is no plan either"
 
 
 def test_nothing_else_is_planned_again(planned: Compiled) -> None:
@@ -111,7 +120,7 @@ def test_the_slowest_pace_at_which_all_can_be_in_time_comes_first_and_the_missio
         checked = driver.check(Source("crossing.mission", text))
         assert checked.mission is not None
         assert checked.kernel is not None
-        *slower, own = plan_with_margin._paces(checked.mission, checked.kernel, 1.0)
+        *slower, own = plan_with_margin._paces(checked.mission, checked.kernel, 1.0, plan_with_margin.FASTER)
         assert own is checked.mission
         assert [each.agents[0].dynamics.top_speed for each in slower] == pytest.approx(
             [2 / 4.6, 1.5 * 2 / 4.6, 1.0][3 - least :]
