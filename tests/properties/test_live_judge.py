@@ -1,0 +1,144 @@
+"""The online monitor against the offline one, the reference, and random continuations within the top speeds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from missionc import ir
+from missionc.base.judgement import Judgement
+from missionc.base.trace import Array, Trace
+from missionc.kernel.nodes import Kernel
+from missionc.lower.expand import expand
+from missionc.monitoring.live.judge import LiveJudge
+from missionc.monitoring.live.verdicts import Standing, Verdict
+from missionc.monitoring.monitor import monitor
+from tests import reference
+from tests.support.random_runs import SPAN, Case, cases, formulas, mission_of, own_states, remembering, run_of, trace_of
+
+seeds = st.integers(0, 2**32 - 1)
+CLOSE = 1e-7
+"""Metres: floating rounding."""
+
+
+def asked(mission: ir.Mission, *formulas: ir.Formula) -> tuple[ir.Mission, Kernel]:
+    """The mission with requirements that every agent satisfies each of the formulas."""
+    size = len(mission.agents)
+    everybody = ir.AgentSet("drone", tuple(range(size)), SPAN)
+    wanted = tuple(
+        ir.Requirement(str(number), ir.AtLeastOf("every", size, everybody, formula, SPAN), SPAN)
+        for number, formula in enumerate(formulas)
+    )
+    mission = replace(mission, requirements=wanted)
+    kernel, findings = expand(mission)
+    assert kernel is not None, findings
+    return mission, kernel
+
+
+def slowed(mission: ir.Mission, speed: float) -> ir.Mission:
+    """The mission with agents of this top speed, m/s."""
+    dynamics = ir.SingleIntegrator(speed)
+    return replace(mission, agents=tuple(replace(agent, dynamics=dynamics) for agent in mission.agents))
+
+
+def standings(mission: ir.Mission, kernel: Kernel, trace: Trace) -> list[tuple[Standing, ...]]:
+    """How the goals stand after each step."""
+    judge = LiveJudge(mission, kernel)
+    return [
+        judge.advance(trace.position[:, step], trace.velocity[:, step], trace.heading[:, step])
+        for step in range(trace.position.shape[1])
+    ]
+
+
+def assert_fits(standing: Standing, judgement: Judgement) -> None:
+    """What was said of a goal is so, now that all is known."""
+    assert standing.least - CLOSE <= judgement.robustness <= standing.most + CLOSE
+    if standing.verdict is not Verdict.OPEN:
+        assert judgement.satisfied is (standing.verdict is Verdict.SATISFIED)
+
+
+def assert_final(standing: Standing, judgement: Judgement) -> None:
+    """What is said after the last step is what the offline monitor says."""
+    assert standing.verdict is (Verdict.SATISFIED if judgement.satisfied else Verdict.VIOLATED)
+    assert standing.least == standing.most == judgement.robustness
+
+
+def walk(generator: np.random.Generator, begin: Array, steps: int, speed: float) -> list[Array]:
+    """Places of all agents at so many further steps of 1 s, at up to a speed; often straight on at that speed."""
+    places = []
+    turn, length, straight = np.zeros(len(begin)), np.zeros(len(begin)), bool(generator.integers(0, 2))
+    for step in range(steps):
+        if step == 0 or not straight:
+            turn = generator.choice(16, len(begin)) * math.pi / 8
+            length = speed * (np.ones(len(begin)) if straight else generator.choice([0.0, 0.5, 1.0], len(begin)))
+        begin = begin + length[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        places.append(begin)
+    return places
+
+
+def continued(trace: Trace, step: int, generator: np.random.Generator, speed: float) -> Trace:
+    """Another run that is the same up to a step, its velocity included."""
+    steps = trace.position.shape[1]
+    prefix = [trace.position[:, now] for now in range(step + 1)]
+    onward = prefix[-1] + trace.velocity[:, step]
+    if step + 1 < steps:
+        prefix += [onward, *walk(generator, onward, steps - step - 2, speed)]
+    return trace_of(np.stack(prefix, axis=1).tolist())
+
+
+def check(case: Case, speed: float, seed: int) -> None:
+    """Every promise of the online monitor, on one run."""
+    mission, kernel = asked(slowed(case.run.mission, speed), case.formula)
+    (judgement,) = monitor(mission, kernel, case.trace).requirements
+    along = [each for (each,) in standings(mission, kernel, case.trace)]
+    assert_final(along[-1], judgement)
+    generator = np.random.default_rng(seed)
+    for step, standing in enumerate(along):
+        assert_fits(standing, judgement)
+        assert standing.decided_by <= case.run.last
+        assert standing.decided_by >= step or standing.verdict is not Verdict.OPEN
+        if step:
+            assert along[step - 1].least <= standing.least
+            assert standing.most <= along[step - 1].most
+            assert along[step - 1].verdict in (Verdict.OPEN, standing.verdict)
+        for _ in range(3):
+            other = continued(case.trace, step, generator, speed)
+            assert_fits(standing, monitor(mission, kernel, other).requirements[0])
+
+
+@given(cases(), seeds)
+def test_a_verdict_on_a_prefix_holds_for_the_run_and_for_continuations(case: Case, seed: int) -> None:
+    check(case, 10.0, seed)
+
+
+@st.composite
+def slow_cases(draw: st.DrawFn) -> Case:
+    """A random walk of slow agents, and a formula."""
+    size, steps = draw(st.integers(1, 3)), draw(st.integers(1, 7))
+    generator = np.random.default_rng(draw(seeds))
+    begin = generator.integers(0, 5, (size, 2)) / 2
+    places = [begin, *walk(generator, begin, steps, 0.4)]
+    trace = trace_of(np.stack(places, axis=1).tolist())
+    remembers = draw(st.integers(0, 3)) == 0
+    formula = draw(remembering(size, steps, own_states(size)) if remembers else formulas(size, steps, 3))
+    return Case(run_of(mission_of(size, steps), trace), trace, formula)
+
+
+@given(slow_cases(), seeds)
+def test_top_speeds_bound_what_is_to_come(case: Case, seed: int) -> None:
+    check(case, 0.4, seed)
+
+
+@given(slow_cases())
+def test_the_last_verdict_is_that_of_the_reference(case: Case) -> None:
+    mission, kernel = asked(slowed(case.run.mission, 0.4), case.formula)
+    run = run_of(mission, case.trace)
+    (last,) = standings(mission, kernel, case.trace)[-1]
+    formula = mission.requirements[0].formula
+    assert (last.verdict is Verdict.SATISFIED) == reference.truth(formula, run, 0, 0)
+    expected = reference.robustness(formula, run, 0, 0)
+    assert math.isclose(last.least, expected, rel_tol=0.0, abs_tol=1e-9) or last.least == expected
