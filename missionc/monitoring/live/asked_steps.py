@@ -66,7 +66,7 @@ def asked_steps(roots: Iterable[Node], last: int) -> dict[Node, Asked]:
 
 
 def reaches_start(node: WindowNode | UntilNode, asked: Asked) -> bool:
-    """Whether a window that looks back begins at step 0 wherever it is asked, and its value goes on from step to step."""
+    """Whether a window that looks back begins at step 0 wherever it is asked, and goes on from step to step."""
     return -node.low >= asked.last and (isinstance(node, WindowNode) or node.high == 0)
 
 
