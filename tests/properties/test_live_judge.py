@@ -6,19 +6,33 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.base.judgement import Judgement
 from missionc.base.trace import Array, Trace
+from missionc.base.units import Steps
 from missionc.kernel.nodes import Kernel
+from missionc.language.operators import by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.live.judge import LiveJudge
 from missionc.monitoring.live.verdicts import Standing, Verdict
 from missionc.monitoring.monitor import monitor
 from tests import reference
-from tests.support.random_runs import SPAN, Case, cases, formulas, mission_of, own_states, remembering, run_of, trace_of
+from tests.support.random_runs import (
+    REGIONS,
+    SPAN,
+    Case,
+    cases,
+    formulas,
+    mission_of,
+    own_states,
+    remembering,
+    run_of,
+    trace_of,
+)
 
 seeds = st.integers(0, 2**32 - 1)
 CLOSE = 1e-7
@@ -142,3 +156,79 @@ def test_the_last_verdict_is_that_of_the_reference(case: Case) -> None:
     assert (last.verdict is Verdict.SATISFIED) == reference.truth(formula, run, 0, 0)
     expected = reference.robustness(formula, run, 0, 0)
     assert math.isclose(last.least, expected, rel_tol=0.0, abs_tol=1e-9) or last.least == expected
+
+
+@st.composite
+def endless_cases(draw: st.DrawFn) -> Case:
+    """A random walk, and a formula with windows to the end below one that is over the whole mission."""
+    size, steps = draw(st.integers(1, 3)), draw(st.integers(1, 6))
+    generator = np.random.default_rng(draw(seeds))
+    places = [generator.integers(0, 5, (size, 2)) / 2]
+    places += walk(generator, places[0], steps, 0.4)
+    trace = trace_of(np.stack(places, axis=1).tolist())
+    to_end = ir.Window(Steps(0), None, SPAN)
+    outer, inner = draw(st.permutations(["always", "eventually"]))
+    formula: ir.Formula = ir.Apply(by_name[inner], (draw(formulas(size, 0, 1)),), to_end, SPAN)
+    if draw(st.booleans()):
+        join = by_name["or" if outer == "always" else "and"]
+        formula = ir.Apply(join, (draw(formulas(size, 0, 1)), formula), None, SPAN)
+    if draw(st.booleans()):
+        kind = draw(st.sampled_from(["every", "some"]))
+        everybody = ir.AgentSet("drone", tuple(range(size)), SPAN)
+        formula = ir.AtLeastOf(kind, size if kind == "every" else 1, everybody, formula, SPAN)
+    return Case(run_of(mission_of(size, steps), trace), trace, ir.Apply(by_name[outer], (formula,), to_end, SPAN))
+
+
+@given(endless_cases(), seeds)
+def test_windows_to_the_end_below_one_another_are_judged_alike(case: Case, seed: int) -> None:
+    check(case, 0.4, seed)
+
+
+def test_a_response_without_a_deadline_keeps_few_steps() -> None:
+    size, steps = 2, 600
+    trace = trace_of(np.random.default_rng(0).uniform(0, 2, (size, steps + 1, 2)).tolist())
+    to_end = ir.Window(Steps(0), None, SPAN)
+    asks, answers = (ir.Holds(ir.Inside(region, False), SPAN) for region in REGIONS[:2])
+    later = ir.Apply(by_name["eventually"], (answers,), to_end, SPAN)
+    formula = ir.Apply(by_name["always"], (ir.Apply(by_name["implies"], (asks, later), None, SPAN),), to_end, SPAN)
+    mission, kernel = asked(mission_of(size, steps), formula)
+    judge = LiveJudge(mission, kernel)
+    for step in range(steps + 1):
+        (last,) = judge.advance(trace.position[:, step], trace.velocity[:, step])
+    assert_final(last, monitor(mission, kernel, trace).requirements[0])
+    assert max(columns.values.shape[2] for columns in judge.columns.values()) < 100
+
+
+@given(st.integers(1, 4), st.integers(0, 4), seeds)
+def test_rtamt_finds_the_same_robustness(near: int, far: int, seed: int) -> None:
+    """Where it is installed; its windows are cut at the end of a trace, so that only what fits in it is compared."""
+    rtamt = pytest.importorskip("rtamt")
+    steps = near + far
+    places = np.random.default_rng(seed).integers(0, 9, (1, steps + 1, 2)) / 4
+    trace = trace_of(places.tolist())
+    beyond = {
+        axis: ir.Holds(ir.Compare(((1.0, ir.Coordinate(number)),), -1.0, False), SPAN)
+        for number, axis in enumerate("xy")
+    }
+    windows = [ir.Window(Steps(0), Steps(number), SPAN) for number in (near, far)]
+    inner = ir.Apply(by_name["until"], (beyond["x"], beyond["y"]), windows[1], SPAN)
+    formulas = {
+        f"always[0:{near}](eventually[0:{far}](x >= 1))": ir.Apply(
+            by_name["always"], (ir.Apply(by_name["eventually"], (beyond["x"],), windows[1], SPAN),), windows[0], SPAN
+        ),
+        f"eventually[0:{near}]((x >= 1) until[0:{far}] (y >= 1))": ir.Apply(
+            by_name["eventually"], (inner,), windows[0], SPAN
+        ),
+    }
+    for text, formula in formulas.items():
+        specification = rtamt.StlDiscreteTimeSpecification()
+        for name in ("x", "y", "out"):
+            specification.declare_var(name, "float")
+        specification.spec = f"out = {text}"
+        specification.parse()
+        columns = {axis: places[0, :, number].tolist() for number, axis in enumerate("xy")}
+        expected = specification.evaluate({"time": list(range(steps + 1)), **columns})[0][1]
+        mission, kernel = asked(mission_of(1, steps), formula)
+        for (standing,) in standings(mission, kernel, trace):
+            assert standing.least - CLOSE <= expected <= standing.most + CLOSE
+        assert standing.least == standing.most == expected

@@ -14,6 +14,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -42,6 +43,7 @@ from missionc.monitoring.live.asked_steps import asked_steps
 from missionc.monitoring.live.atom_bounds import AtomBounds
 from missionc.monitoring.live.bounds import LEAST, MOST, denied, of_measure
 from missionc.monitoring.live.columns import Columns
+from missionc.monitoring.live.endless_windows import looking_back
 from missionc.monitoring.live.horizon_cells import Cells, cells_after
 from missionc.monitoring.live.past_windows import PastWindow
 from missionc.monitoring.live.pointwise import Parts
@@ -61,8 +63,9 @@ class LiveJudge:
     """
 
     def __init__(self, mission: Mission, kernel: Kernel) -> None:
-        self.mission, self.goals = mission, (*kernel.requirements, *kernel.preferences)
-        self.last, self.agents = int(mission.steps), len(mission.agents)
+        self.mission, self.last, self.agents = mission, int(mission.steps), len(mission.agents)
+        goals = (*kernel.requirements, *kernel.preferences)
+        self.goals = tuple(replace(goal, formula=looking_back(goal.formula, self.last)) for goal in goals)
         self.now = -1
         self.asked = asked_steps((goal.formula for goal in self.goals), self.last)
         self.columns: dict[Node, Columns] = {}
