@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
 from missionc.kernel.nodes import (
     All,
@@ -144,18 +144,29 @@ class LiveJudge:
             return latest
         if isinstance(node, At):
             return self._decided_by(node.body, node.agent)
-        opened = [part for part in node.parts if not self._is_decided(part, row)]
-        return min(latest, max((self._decided_by(part, row) for part in opened), default=self.now))
+        operator = self.operators[node]
+        assert isinstance(operator, Parts)
+        opened = [self._decided_by(part, row) for part in operator.others if not self._is_decided(part, row)]
+        for body, agents in operator.bodies.items():
+            left = self._open_rows(body)[agents]
+            if left.any() and isinstance(body, All | Any | At):
+                opened += [self._decided_by(body, agents[number]) for number in np.flatnonzero(left)]
+            elif left.any():
+                opened.append(self._decided_by(body, 0))
+        return min(latest, max(opened, default=self.now))
+
+    def _open_rows(self, node: Node) -> Flags:
+        """The agents at which a formula is not decided: (agents,)."""
+        first, columns = self.asked[node].first, self.columns[node]
+        if not self.asked[node].once or first > self.now:
+            return np.ones(self.agents, dtype=np.bool_)
+        bounds = columns.steps(first, first + 1)[:, :, 0]
+        return np.broadcast_to((bounds[LEAST] <= 0) & (bounds[MOST] >= 0), (self.agents,))
 
     def _is_decided(self, node: Node, row: int) -> bool:
         if isinstance(node, At):
             return self._is_decided(node.body, node.agent)
-        columns = self.columns[node]
-        first = self.asked[node].first
-        if not self.asked[node].once or first > self.now:
-            return False
-        bounds = columns.steps(first, first + 1)[:, row if columns.rows > 1 else 0, 0]
-        return bool(bounds[LEAST] > 0 or bounds[MOST] < 0)
+        return not self._open_rows(node)[row]
 
     # --------------------------------------------------------------- formulas
 

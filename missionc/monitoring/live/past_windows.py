@@ -9,7 +9,7 @@ from missionc.kernel.nodes import UntilNode, WindowNode
 from missionc.monitoring.live.asked_steps import reaches_start
 from missionc.monitoring.live.bounds import LEASTS, MOSTS, denied
 from missionc.monitoring.live.columns import Columns
-from missionc.monitoring.live.horizon_cells import Cells
+from missionc.monitoring.live.horizon_cells import Cells, Indices
 
 
 class PastWindow:
@@ -76,6 +76,16 @@ class PastWindow:
         ends = self._signed(self.end.to_come(count))
         holds = None if self.hold is None else self._signed(self.hold.to_come(count))
         found = np.full((4, self.own.rows, count), -np.inf)
+        if self.hold is None and self.near == 0:
+            # Every window reaches up to now: what it holds is the end of what is known.
+            begin = max(now - self.far, self.folded + 1, self.end.asked.first)
+            whole = self._of(self.end, begin, now + 1)[:2, :, ::-1]
+            so_far = np.maximum.accumulate(whole, axis=2)[[0, 1, 0, 1], :, ::-1]
+            at = np.stack([cells.ends, cells.begins]) - self.far - begin
+            known = [self._part(so_far, each) for each in at]
+            found[LEASTS] = np.maximum(known[0], ends)[LEASTS]
+            found[MOSTS] = np.maximum(known[1], ends)[MOSTS]
+            return self._widening(found)
         for cell, (first, last) in enumerate(zip(cells.begins.tolist(), cells.ends.tolist(), strict=True)):
             surely = self._since(now, last - self.far, min(now, first - self.near))
             perhaps = self._since(now, first - self.far, min(now, last - self.near))
@@ -88,6 +98,20 @@ class PastWindow:
             if last - self.near > now and self.end.asked.last > now:
                 most = np.maximum(most, ends[:, :, int(cells.of(np.array(last - self.near)))])
             found[LEASTS, :, cell], found[MOSTS, :, cell] = least[LEASTS], most[MOSTS]
+        return self._widening(found)
+
+    def _part(self, so_far: Array, begin: Indices) -> Array:
+        """What the steps from each of these columns on came to; from before them, with what was summed up."""
+        columns = so_far.shape[2]
+        if not columns:
+            found = np.full((4, self.own.rows, len(begin)), -np.inf)
+        else:
+            found = so_far[:, :, np.clip(begin, 0, columns - 1)]
+            found = np.where(begin >= columns, -np.inf, found)
+        return np.where(begin < 0, np.maximum(found, self.carried), found) if self.carries else found
+
+    def _widening(self, found: Array) -> Array:
+        """Bounds of cells that hold for those before them too."""
         for row in LEASTS:
             found[row] = np.minimum.accumulate(found[row], axis=1)
         for row in MOSTS:

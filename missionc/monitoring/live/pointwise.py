@@ -12,15 +12,22 @@ from missionc.monitoring.live.columns import Columns
 
 
 class Parts:
-    """The parts of one operator; those that ask the same formula of several agents are taken together."""
+    """The parts of one operator; those that ask the same formula of several agents are taken together.
+
+    Attributes:
+        bodies: the formulas that agents are asked, and which; ``others`` are the parts that are not so.
+    """
 
     def __init__(self, node: All | Any | AtLeast, columns: Mapping[Node, Columns]) -> None:
         self.node = node
         self.plain: list[Columns] = []
         self.at: dict[Columns, list[int]] = {}
+        self.bodies: dict[Node, list[int]] = {}
+        self.others = [part for part in node.parts if not isinstance(part, At) or part in columns]
         for part in node.parts:
             if isinstance(part, At) and part not in columns:
                 self.at.setdefault(columns[part.body], []).append(part.agent)
+                self.bodies.setdefault(part.body, []).append(part.agent)
             else:
                 self.plain.append(columns[part])
         self.rows = max((each.rows for each in self.plain), default=1)
