@@ -158,6 +158,28 @@ def test_the_last_verdict_is_that_of_the_reference(case: Case) -> None:
     assert math.isclose(last.least, expected, rel_tol=0.0, abs_tol=1e-9) or last.least == expected
 
 
+@given(slow_cases(), seeds)
+def test_what_nobody_has_seen_is_bounded_by_the_last_sample(case: Case, seed: int) -> None:
+    mission, kernel = asked(slowed(case.run.mission, 0.4), case.formula)
+    (judgement,) = monitor(mission, kernel, case.trace).requirements
+    hidden = np.random.default_rng(seed).integers(0, 3, case.trace.position.shape[:2]) == 0
+    judge, doubt = LiveJudge(mission, kernel), np.zeros(len(hidden))
+    position = case.trace.position[:, 0] + 0.4
+    for step in range(hidden.shape[1]):
+        doubt = np.where(hidden[:, step], doubt + 0.4 if step else 1.0, 0.0)
+        position = np.where(hidden[:, step, None], position, case.trace.position[:, step])
+        velocity = np.where(hidden[:, step, None], 0.0, case.trace.velocity[:, step])
+        (standing,) = judge.advance(position, velocity, case.trace.heading[:, step], doubt)
+        assert_fits(standing, judgement)
+
+
+@given(cases())
+def test_agents_that_outrun_their_top_speed_are_judged_by_what_was_seen(case: Case) -> None:
+    mission, kernel = asked(slowed(case.run.mission, 0.1), case.formula)
+    ((*_, last),) = zip(*standings(mission, kernel, case.trace), strict=True)
+    assert_final(last, monitor(mission, kernel, case.trace).requirements[0])
+
+
 @st.composite
 def endless_cases(draw: st.DrawFn) -> Case:
     """A random walk, and a formula with windows to the end below one that is over the whole mission."""
