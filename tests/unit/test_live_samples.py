@@ -137,6 +137,11 @@ def test_a_port_that_is_taken_is_said(tmp_path: Path, monkeypatch: pytest.Monkey
         assert live(tmp_path, monkeypatch, [], "--udp", str(taken.getsockname()[1]), "--format", "json") == 1  # MC718
 
 
+@pytest.mark.parametrize("place", [f"{'a' * 80}:5", "nö..x:5"])
+def test_a_name_that_no_host_has_is_said(place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert live(tmp_path, monkeypatch, [], "--udp", place) == 1
+
+
 @pytest.mark.parametrize(
     "words", [("trace.csv",), ("--continuous",), ("--udp", "x"), ("--skew", "scout=1"), ("--skew", "drone[0]=x")]
 )

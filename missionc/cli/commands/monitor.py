@@ -88,8 +88,9 @@ def _live(
     if udp is not None:
         try:
             lines = sample_lines.of_socket(sample_lines.listen(*udp))
-        except OSError as error:
-            reason = f"nothing can be received on port {udp[1]} of {udp[0]}: {error.strerror or error}"
+        except (OSError, ValueError) as error:  # the latter, of a name that no host can have
+            why = getattr(error, "strerror", None) or "no host has such a name"
+            reason = f"nothing can be received on port {udp[1]} of {udp[0]}: {why}"
             finding = Diagnostic(NOT_LISTENING, reason, None, help="name another port, or end what listens there")
             say([*checked.findings, finding], [], form, {})
             return Status.MISSION_ERRORS
