@@ -85,6 +85,7 @@ def navigation() -> tuple[Page | Section, ...]:
                             Page("Verification and the certificate", "docs/verify.md"),
                             Page("Exports", "docs/exports.md"),
                             Page("Flights in simulation", "docs/simulate.md"),
+                            Page("Missions judged in flight", "docs/live.md"),
                             Page("Why impossible", "docs/impossible.md"),
                         ),
                     ),

@@ -158,6 +158,8 @@ NOT_JUDGED = Code("MC713", "the simulation cannot be judged here")
 PROVES_NOTHING = Code("MC714", "the proof in the folder proves nothing")
 NO_SUCH_MOMENT = Code("MC715", "the mission has no such moment to draw")
 NOT_ONE_MISSION = Code("MC716", "the folders are of different missions")
+UNUSABLE_SAMPLE = Code("MC717", "a line of samples cannot be used", warning=True)
+NOT_LISTENING = Code("MC718", "samples cannot be received there")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

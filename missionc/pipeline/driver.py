@@ -59,6 +59,7 @@ from missionc.pipeline.run_limited import Ended, within
 from missionc.syntax.read_file import read_text
 
 if TYPE_CHECKING:
+    from missionc.monitoring.live.session import Session
     from missionc.verify.certificate import Between
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
@@ -303,6 +304,34 @@ def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Optio
 
 UNVERIFIED = "a plan that does not pass verification"
 """What an engine says whose plan was refused."""
+
+
+def live_session(
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    limits: Limits | None = None,
+    wait: float | None = None,
+    skew: Mapping[str, float] | None = None,
+) -> tuple[Checked, Session | None]:
+    """The session that judges a mission while it is flown; None where the mission has errors.
+
+    Args:
+        wait: seconds that a step waits for samples, one step where it is left out.
+        skew: by how many seconds the clock of an agent is ahead.
+
+    Raises:
+        KeyError: the mission has no agent of that name.
+    """
+    limits = limits or Limits()
+    checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND)
+    if checked.mission is None or checked.kernel is None:
+        return checked, None
+    from missionc.monitoring.live.session import Session
+
+    index = {agent.name: agent.index for agent in checked.mission.agents}
+    ahead = {index[name]: seconds for name, seconds in (skew or {}).items()}
+    return checked, Session(checked.mission, checked.kernel, limits, wait, ahead)
 
 
 def monitor(

@@ -133,7 +133,18 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
     "export": ((compiled, drawn("cflib", "mcap", "px4", "", ODD)), {**SHARED, "-o": output, "--force": None}),
     "fmt": ((mission,), {**SHARED, "--check": None, "--diff": None}),
     "init": ((name,), {"--format": drawn("text", "json"), "--template": drawn("patrol", "", ODD), "--force": None}),
-    "monitor": ((mission, drawn("trace.csv", *NAMES)), {**SHARED, "-D": override, "--continuous": None}),
+    "monitor": (
+        (mission, drawn("trace.csv", *NAMES)),
+        {
+            **SHARED,
+            "-D": override,
+            "--continuous": None,
+            "--live": None,
+            "--udp": drawn("x", "1:2:3", "-1", "99999", "no.such.host:1", "", ODD),
+            "--wait": number,
+            "--skew": drawn("scout=1", "a=b", "x=nan", "=", "", ODD),
+        },
+    ),
     "report": ((compiled,), {**SHARED, "-o": output}),
     "simulate": (
         (compiled,),

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -51,6 +55,26 @@ def test_a_roadmap_is_looked_at_as_a_graph(tmp_path: Path) -> None:
     assert file.read_bytes().startswith(b"<?xml")
 
 
+def test_what_a_crazyflie_logs_is_a_sample() -> None:
+    line = runpy.run_path(str(ROOT / "examples/live/crazyflie_log.py"))["line"]
+    logged = {f"stateEstimate.{name}": 0.25 for name in ("x", "y", "z", "vx", "vy", "vz")}
+    assert json.loads(line("drone[0]", 1.5, logged)) == {
+        "t": 1.5,
+        "agent": "drone[0]",
+        "position": [0.25, 0.25, 0.25],
+        "velocity": [0.25, 0.25, 0.25],
+    }
+
+
+def test_a_pose_of_ros_is_a_sample() -> None:
+    line = runpy.run_path(str(ROOT / "examples/live/ros2_poses.py"))["line"]
+    place = SimpleNamespace(x=1.0, y=2.0, z=3.0)
+    turned = SimpleNamespace(x=0.0, y=0.0, z=math.sin(0.25), w=math.cos(0.25))
+    sample = json.loads(line("drone[0]", 1.5, SimpleNamespace(position=place, orientation=turned)))
+    assert sample["position"] == [1.0, 2.0, 3.0]
+    assert sample["heading"] == pytest.approx(0.5)
+
+
 def test_every_example_is_run_here() -> None:
     tested = Path(__file__).read_text(encoding="utf-8")
-    assert all(path.name in tested for path in (ROOT / "examples").glob("*.py"))
+    assert all(path.name in tested for path in (ROOT / "examples").rglob("*.py"))

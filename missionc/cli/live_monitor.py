@@ -1,0 +1,142 @@
+"""``missionc monitor FILE --live``: what a session says, in words or in lines of JSON."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable
+
+import click
+
+from missionc.base.figures import decimals
+from missionc.base.signals import Stopped
+from missionc.cli.exit_status import Status, columns, in_colour, say_line
+from missionc.diagnostics.code import UNUSABLE_SAMPLE
+from missionc.diagnostics.model import Diagnostic
+from missionc.diagnostics.render import render_json, render_text
+from missionc.diagnostics.sanitize import as_json
+from missionc.monitoring.live.session import Change, Event, Outrun, Presence, Session, Unusable
+from missionc.monitoring.live.verdicts import Standing, Verdict
+
+MOST_UNUSABLE = 20
+"""Lines that cannot be used are told one by one up to so many; the summary counts them all."""
+
+HELP = 'a line is `{"t": 1.25, "agent": "drone[0]", "position": [1, 2]}`, in seconds and metres'
+
+
+def run(session: Session, lines: Iterable[str], form: str) -> Status:
+    """Judge the lines until the mission, the stream or somebody's patience ends."""
+    voice = _Voice(session, form)
+    try:
+        for line in lines:
+            voice.tell(session.feed(line))
+            if session.over:
+                break
+    except (KeyboardInterrupt, Stopped):
+        pass
+    voice.tell(session.finish())
+    voice.sum_up()
+    judged = session.standings[: session.requirements]
+    if any(each.verdict is Verdict.VIOLATED for each in judged):
+        return Status.VIOLATED
+    decided = session.standings and all(each.verdict is Verdict.SATISFIED for each in judged)
+    return Status.DONE if decided else Status.UNDECIDED
+
+
+class _Voice:
+    """How a session is told, event by event."""
+
+    def __init__(self, session: Session, form: str) -> None:
+        self.session, self.json = session, form == "json"
+        self.step = float(session.mission.step)
+        self.width = max((len(goal.name) for goal in session.judge.goals), default=0)
+        self.unusable = 0
+
+    def tell(self, events: Iterable[Event]) -> None:
+        for event in events:
+            match event:
+                case Unusable(line, reason):
+                    self._unusable(Diagnostic(UNUSABLE_SAMPLE, f"line {line}: {reason}", None, help=HELP))
+                case Change(step, standing, unit):
+                    words = f"{standing.name:<{self.width}}  {_words(standing, unit, self.step)}"
+                    self._say(
+                        step,
+                        words,
+                        {"goal": standing.name, "preference": event.preference, **_record(standing, self.step)},
+                    )
+                case Presence(step, missing, back):
+                    who = ((missing, "missing"), (back, "seen again"))
+                    words = "; ".join(f"{', '.join(names)} {says}" for names, says in who if names)
+                    self._say(step, words, {"missing": list(missing), "back": list(back)})
+                case Outrun(step, agents):
+                    words = f"{', '.join(agents)} moved faster than the top speed: what rested on it is taken back"
+                    self._say(step, words, {"outrun": list(agents)})
+
+    def sum_up(self) -> None:
+        """How every goal stands, and what became of the samples."""
+        session, name = self.session, self.session.mission.name
+        seen, notes = len(session.standings) and session.judge.now + 1, session.notes()
+        judged = session.standings[: session.requirements]
+        verdicts = {each.verdict for each in judged}
+        verdict = "not decided"
+        if Verdict.VIOLATED in verdicts:
+            verdict = "violated"
+        elif verdicts == {Verdict.SATISFIED} or (seen and not judged):
+            verdict = "satisfied"
+        if self.json:
+            records = [{"goal": each.name, **_record(each, self.step)} for each in session.standings]
+            of = session.requirements
+            summary = {"verdict": verdict, "requirements": records[:of], "preferences": records[of:]}
+            _line({"summary": {**summary, "steps": seen, "of": session.judge.last + 1, "notes": notes}})
+            return
+        say_line(f"{name}: {verdict} after {seen} of {session.judge.last + 1} steps")
+        for number, each in enumerate(session.standings):
+            if number == session.requirements:
+                say_line("preferences")
+            say_line(f"  {each.name:<{self.width}}  {_words(each, session.units[number], self.step)}")
+        for note in notes:
+            say_line(f"note: {note}")
+
+    def _unusable(self, finding: Diagnostic) -> None:
+        self.unusable += 1
+        if self.unusable > MOST_UNUSABLE:
+            return
+        if self.json:
+            _line({"diagnostics": render_json([finding])})
+        else:
+            terminal = sys.stderr.isatty()
+            click.echo(render_text([finding], in_colour(terminal), columns(terminal)), err=True, color=True)
+
+    def _say(self, step: int, words: str, record: dict[str, object]) -> None:
+        if self.json:
+            _line({"t": step * self.step, "step": step, **record})
+        else:
+            say_line(f"{step * self.step:.2f} s  {words}")
+            sys.stdout.flush()
+
+
+def _line(record: dict[str, object]) -> None:
+    click.echo(" ".join(part.strip() for part in as_json(record).split("\n")))
+    sys.stdout.flush()
+
+
+def _words(standing: Standing, unit: str, step: float) -> str:
+    """A verdict with its interval: ``open  robustness -0.400 to 2.000 m, decided by 20 s``."""
+    if standing.least == standing.most:
+        robustness = f"robustness {decimals(standing.least)} {unit}".rstrip()
+    else:
+        robustness = f"robustness {decimals(standing.least)} to {decimals(standing.most)} {unit}".rstrip()
+    if standing.verdict is not Verdict.OPEN:
+        return f"{standing.verdict.value} for good  {robustness}"
+    risk = "at risk" if standing.at_risk else "open"
+    return f"{risk}  {robustness}, decided by {standing.decided_by * step:g} s"
+
+
+def _record(standing: Standing, step: float) -> dict[str, object]:
+    return {
+        "verdict": standing.verdict.value,
+        "at_risk": standing.at_risk,
+        "least": standing.least if math.isfinite(standing.least) else None,
+        "most": standing.most if math.isfinite(standing.most) else None,
+        "decided_by": standing.decided_by * step,
+    }

@@ -1,0 +1,81 @@
+"""Steps at which formulas are asked while a mission is flown, and how long their values have to be kept.
+
+in   the goals' formulas, the mission's last step
+out  Asked: of each formula, the steps it is asked at, how far it looks ahead, and for how many steps it is read
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from missionc.kernel.analysis import steps_ahead
+from missionc.kernel.nodes import Node, UntilNode, WindowNode
+from missionc.kernel.walk import asks, looks_back, postorder
+
+
+@dataclass(slots=True)
+class Asked:
+    """
+    Args:
+        first, last: the steps between which the formula is asked.
+        ahead: after so many steps its value at a step is final.
+        kept: how many steps before the present one are still read.
+    """
+
+    first: int
+    last: int
+    ahead: int
+    kept: int = 0
+
+    @property
+    def once(self) -> bool:
+        """Whether it is asked at one step alone."""
+        return self.first == self.last
+
+
+def asked_steps(roots: Iterable[Node], last: int) -> dict[Node, Asked]:
+    """Of every formula below the roots, which are asked at step 0; operands first.
+
+    Args:
+        last: the mission's last step.
+    """
+    roots = tuple(roots)
+    order = postorder(roots)
+    ahead = steps_ahead(roots, to_end=last)
+    found = {root: Asked(0, 0, 0) for root in roots}
+    for node in reversed(order):
+        mine = found[node]
+        mine.ahead = min(ahead[node], last)
+        for ask in asks(node):
+            end = last - ask.before_last if ask.high is None else min(mine.last + ask.high, last)
+            begin = max(mine.first + ask.low, 0)
+            if begin > end:
+                begin = end = max(min(begin, last), 0)
+            if ask.node in found:
+                below = found[ask.node]
+                below.first, below.last = min(below.first, begin), max(below.last, end)
+            else:
+                found[ask.node] = Asked(begin, end, 0)
+    for node in order:
+        furthest = max((found[ask.node].ahead for ask in asks(node)), default=0)
+        for ask in asks(node):
+            below = found[ask.node]
+            below.kept = max(below.kept, _read_back(node, found[node], furthest))
+    return {node: found[node] for node in order}
+
+
+def reaches_start(node: WindowNode | UntilNode, asked: Asked) -> bool:
+    """Whether a window that looks back begins at step 0 wherever it is asked, and goes on from step to step."""
+    return -node.low >= asked.last and (isinstance(node, WindowNode) or node.high == 0)
+
+
+def _read_back(node: Node, asked: Asked, below: int) -> int:
+    """How many steps before the present one a formula reads of operands that look up to ``below`` steps ahead."""
+    if isinstance(node, WindowNode | UntilNode):
+        if not looks_back(node):
+            return below + 1
+        if reaches_start(node, asked):
+            return max(asked.ahead - (node.high or 0), below) + 2
+        return asked.ahead - node.low + 1
+    return asked.ahead

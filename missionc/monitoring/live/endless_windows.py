@@ -1,0 +1,76 @@
+"""Windows to the mission's end that are asked at every step, put as what came before its last step.
+
+in   a goal's formula, the mission's last step
+out  a formula of the same robustness at step 0 in every run, whose values need not all be kept
+
+``always[0, end] (a or eventually[0, end] b)`` says at the last step H that at every step back to 0 there is ``a`` or
+``b``, or has been ``b`` since: that is a past ``Release``, which goes on from step to step. Its dual is ``since``.
+"""
+
+from __future__ import annotations
+
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until, WindowNode
+from missionc.kernel.walk import children, looks_back, rebuilt
+
+
+def looking_back(root: Node, last: int) -> Node:
+    """The formula with what it asks at step 0 of such windows put otherwise; itself where there are none."""
+    known: dict[Node, Node] = {}
+    wholes: dict[tuple[bool, Node], Node] = {}
+    stack = [(root, False)]
+    while stack:
+        node, below_done = stack.pop()
+        if node in known:
+            continue
+        if not isinstance(node, All | Any | AtLeast | At):
+            known[node] = _put_otherwise(node, last, wholes) if isinstance(node, WindowNode) else node
+        elif below_done:
+            parts = tuple(known[child] for child in children(node))
+            known[node] = node if parts == children(node) else rebuilt(node, parts)
+        else:
+            stack.append((node, True))
+            stack.extend((child, False) for child in children(node))
+    return known[root]
+
+
+def _put_otherwise(node: WindowNode, last: int, wholes: dict[tuple[bool, Node], Node]) -> Node:
+    """A window over the whole mission, asked at step 0, without one to the end below it."""
+    if node.low != 0 or node.high not in (None, last) or not last:
+        return node
+    body = node.body
+    if isinstance(body, At):
+        return At(body.agent, _whole(node, body.body, last, wholes), body.span)
+    same, other = (All, Any) if node.every else (Any, All)
+    if isinstance(body, same) and any(isinstance(part, At) for part in body.parts):
+        return same(tuple(_whole(node, part, last, wholes) for part in body.parts), body.span)
+    parts = body.parts if isinstance(body, other) else (body,)
+    endless = [part for part in parts if _is_endless(part, every=not node.every)]
+    if len(endless) != 1:
+        return node
+    (inner,) = endless
+    assert isinstance(inner, WindowNode)
+    others = tuple(part for part in parts if part is not inner)
+    kind = Release if node.every else Until
+    back = kind(inner.body, other((*others, inner.body), node.span), -last, 0, node.span)
+    return Always(back, last, last, node.span)
+
+
+def _whole(node: WindowNode, part: Node, last: int, wholes: dict[tuple[bool, Node], Node]) -> Node:
+    """The window over one part; that over a formula which several agents are asked is one node."""
+    if isinstance(part, At):
+        return At(part.agent, _whole(node, part.body, last, wholes), part.span)
+    key = (node.every, part)
+    if key not in wholes:
+        kind = Always if node.every else Eventually
+        wholes[key] = _put_otherwise(kind(part, 0, node.high, node.span), last, wholes)
+    return wholes[key]
+
+
+def _is_endless(node: Node, every: bool) -> bool:
+    """Whether it is a window from the present step to the mission's end, of the one kind or the other."""
+    return (
+        isinstance(node, WindowNode)
+        and not looks_back(node)
+        and (node.low, node.high) == (0, None)
+        and node.every is every
+    )

@@ -1,0 +1,147 @@
+"""A session of online monitoring: lines of samples to what changes in the verdicts.
+
+in   lines of JSON, one after the other
+out  changes of verdicts, agents that go missing and come back, lines that cannot be used; at the end how all stands
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from missionc.base.limits import Limits
+from missionc.ir import Mission
+from missionc.kernel.analysis import robustness_unit
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring.live.judge import LiveJudge
+from missionc.monitoring.live.read_samples import SampleReader, UnusableError
+from missionc.monitoring.live.samples import Fate, SampleSteps, StepState
+from missionc.monitoring.live.verdicts import Standing, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A goal whose verdict or risk is another one than a step before; ``unit`` is that of its robustness."""
+
+    step: int
+    standing: Standing
+    unit: str
+    preference: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """Agents that are missing from a step on, and those that are seen again."""
+
+    step: int
+    missing: tuple[str, ...]
+    back: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Outrun:
+    """Agents that moved faster than their top speed: what rested on it is taken back."""
+
+    step: int
+    agents: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Unusable:
+    """A line that was skipped, by its number, and why."""
+
+    line: int
+    reason: str
+
+
+Event = Change | Presence | Outrun | Unusable
+
+
+class Session:
+    """One mission as it is flown. Memory does not grow with the lines that are fed.
+
+    Args:
+        wait, skew: as of ``SampleSteps``.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        kernel: Kernel,
+        limits: Limits | None = None,
+        wait: float | None = None,
+        skew: Mapping[int, float] | None = None,
+    ) -> None:
+        self.mission = mission
+        self.judge = LiveJudge(mission, kernel)
+        self.reader = SampleReader(mission, kernel, limits)
+        self.steps = SampleSteps(mission, wait, skew)
+        self.units = [robustness_unit(goal.formula) for goal in self.judge.goals]
+        self.requirements = len(kernel.requirements)
+        self.standings: tuple[Standing, ...] = ()
+        self.missing: frozenset[int] = frozenset()
+        self.lines = self.unusable = 0
+
+    @property
+    def over(self) -> bool:
+        """Whether the mission's last step was judged."""
+        return self.steps.over
+
+    def feed(self, line: str) -> Iterator[Event]:
+        """Take in a line; an empty one says nothing."""
+        self.lines += 1
+        if not line.strip():
+            return
+        try:
+            samples = self.reader.read(line)
+        except UnusableError as error:
+            self.unusable += 1
+            yield Unusable(self.lines, str(error))
+            return
+        for sample in samples:
+            for state in self.steps.add(sample):
+                yield from self._judged(state)
+
+    def finish(self) -> Iterator[Event]:
+        """The stream has ended: judge the steps that it has reached."""
+        for state in self.steps.finish():
+            yield from self._judged(state)
+
+    def notes(self) -> list[str]:
+        """What became of samples and agents, a sentence each."""
+        words = {
+            Fate.LATE: "came after their step was closed, and were dropped",
+            Fate.DOUBLED: "were of an agent and a time that had one, and were dropped",
+            Fate.REORDERED: "came out of order, and were sorted in",
+        }
+        fates = self.steps.fates
+        notes = [
+            f"{fates[fate]} sample{'s' if fates[fate] != 1 else ''} {says}"
+            for fate, says in words.items()
+            if fates[fate]
+        ]
+        if self.unusable:
+            notes.append(f"{self.unusable} line{'s' if self.unusable != 1 else ''} could not be used")
+        if self.judge.outrun:
+            notes.append(f"{', '.join(self._names(self.judge.outrun))} moved faster than the top speed")
+        return notes
+
+    def _judged(self, state: StepState) -> Iterator[Event]:
+        missing, outrun = frozenset(state.missing), set(self.judge.outrun)
+        if missing != self.missing:
+            yield Presence(state.step, self._names(missing - self.missing), self._names(self.missing - missing))
+        self.missing = missing
+        before = self.standings
+        self.standings = self.judge.advance(state.position, state.velocity, state.heading, state.doubt)
+        if self.judge.outrun - outrun:
+            yield Outrun(state.step, self._names(self.judge.outrun - outrun))
+        for number, standing in enumerate(self.standings):
+            if not before or _said(standing) != _said(before[number]):
+                yield Change(state.step, standing, self.units[number], number >= self.requirements)
+
+    def _names(self, agents: set[int] | frozenset[int]) -> tuple[str, ...]:
+        return tuple(self.mission.agents[agent].name for agent in sorted(agents))
+
+
+def _said(standing: Standing) -> tuple[Verdict, bool]:
+    return standing.verdict, standing.at_risk
