@@ -35,7 +35,7 @@ class Asked:
 
 
 def asked_steps(roots: Iterable[Node], last: int) -> dict[Node, Asked]:
-    """Of every formula below the roots, which are asked at step 0; operands first.
+    """When every formula below the roots is asked, which are asked at step 0 themselves; operands first.
 
     Args:
         last: the mission's last step.

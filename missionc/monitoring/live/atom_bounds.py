@@ -18,7 +18,7 @@ from missionc.monitoring.live.team_state import COASTED, NOW, Reach, TeamState, 
 from missionc.world.signed_distance import signed_distance
 
 MOST_MEMBERS = 16
-"""Of a graph of more agents there are two cells: the next step, and all after it."""
+"""A graph of more agents has two cells: the next step, and all after it."""
 
 
 class AtomBounds:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Indices = NDArray[np.int64]
 
 MOST_DEADLINES = 8
-"""Of the deadlines to come, so many of the nearest end a cell of their own."""
+"""So many of the nearest deadlines to come end a cell of their own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
