@@ -55,8 +55,7 @@ def _slower_than_planned(agent: Agent) -> list[Diagnostic]:
 
 
 def _longer_than_it_flies(mission: Mission, agent: Agent) -> list[Diagnostic]:
-    seconds = mission.steps * mission.step
-    return [] if seconds <= agent.vehicle.endurance else [_outlasted(mission, agent, seconds)]
+    return [] if mission.horizon <= agent.vehicle.endurance else [_outlasted(mission, agent)]
 
 
 def _without_room(mission: Mission, agent: Agent) -> list[Diagnostic]:
@@ -116,11 +115,11 @@ def _faster(agent: Agent, word: str, verb: str, planned: float, flown: float, di
     )
 
 
-def _outlasted(mission: Mission, agent: Agent, seconds: float) -> Diagnostic:
+def _outlasted(mission: Mission, agent: Agent) -> Diagnostic:
     flies = f"{number(agent.vehicle.endurance)}{SI[Dimension.TIME]}"
     return Diagnostic(
         OUTLASTS_VEHICLE,
-        f"`{agent.team}` flies {flies} on one charge; the mission lasts {number(seconds)}{SI[Dimension.TIME]}",
+        f"`{agent.team}` flies {flies} on one charge; the mission lasts {number(mission.horizon)}{SI[Dimension.TIME]}",
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
         (Label(mission.time_span, "from the first state to the last"),) if mission.time_span else (),
         ("it has to rise before, and to land after",),

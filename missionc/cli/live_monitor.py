@@ -21,6 +21,8 @@ from missionc.monitoring.live.verdicts import Standing, Verdict
 MOST_UNUSABLE = 20
 """Lines that cannot be used are told one by one up to so many; the summary counts them all."""
 
+STATUS = {Verdict.SATISFIED: Status.DONE, Verdict.VIOLATED: Status.VIOLATED, Verdict.OPEN: Status.UNDECIDED}
+
 HELP = 'a line is `{"t": 1.25, "agent": "drone[0]", "position": [1, 2]}`, in seconds and metres'
 
 
@@ -36,11 +38,7 @@ def run(session: Session, lines: Iterable[str], form: str) -> Status:
         pass
     voice.tell(session.finish())
     voice.sum_up()
-    judged = session.standings[: session.requirements]
-    if any(each.verdict is Verdict.VIOLATED for each in judged):
-        return Status.VIOLATED
-    decided = session.standings and all(each.verdict is Verdict.SATISFIED for each in judged)
-    return Status.DONE if decided else Status.UNDECIDED
+    return STATUS[session.verdict]
 
 
 class _Voice:
@@ -76,13 +74,7 @@ class _Voice:
         """How every goal stands, and what became of the samples."""
         session, name = self.session, self.session.mission.name
         seen, notes = len(session.standings) and session.judge.now + 1, session.notes()
-        judged = session.standings[: session.requirements]
-        verdicts = {each.verdict for each in judged}
-        verdict = "not decided"
-        if Verdict.VIOLATED in verdicts:
-            verdict = "violated"
-        elif verdicts == {Verdict.SATISFIED} or (seen and not judged):
-            verdict = "satisfied"
+        verdict = "not decided" if session.verdict is Verdict.OPEN else session.verdict.value
         if self.json:
             records = [{"goal": each.name, **_record(each, self.step)} for each in session.standings]
             of = session.requirements

@@ -23,6 +23,7 @@ from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, Ro
 from missionc.kernel.walk import more_than, postorder
 from missionc.language.margins.links import all_links
 from missionc.language.margins.predicate_margins import formation_margin, margin
+from missionc.language.margins.resources import BORDER
 from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, Values
@@ -30,9 +31,6 @@ from missionc.world.configuration_space import Atlas
 
 MOST_MEMBERS, MOST_ROUTES = 200, 7
 """Agents of a graph, agents of one whose routes are in metres: of more, nothing is said."""
-
-BORDER = 5e-324
-"""Above or below 0 by less than anything measured: on which side of its border something exactly at it is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

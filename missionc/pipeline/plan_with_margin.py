@@ -82,16 +82,7 @@ def _tolerant(backend: Backend, mission: Mission, kernel: Kernel, options: Optio
         roomy = with_room_for_delays(mission, share)
         if share and has_errors(check_world(roomy, early)):
             continue
-        now = time.monotonic()
-        short = replace(
-            budget,
-            deadline=now + SHARE * (budget.deadline - now),
-            work=WORK,
-            keep=forget,
-            resume=None,
-            found=unheard,
-        )
-        outcome = _plan_with_margin(backend, roomy, early, options, short)
+        outcome = _plan_with_margin(backend, roomy, early, options, replace(_short(budget, WORK), found=unheard))
         if isinstance(outcome, Planned) and verify(mission, kernel, outcome.trace).passed:
             extra = roomy.separation - mission.separation
             room = f", and with {extra:.3g} m more between bodies" if extra else ""
@@ -135,9 +126,7 @@ def _plan_with_margin(
             continue  # who cannot be so slow is not helped by half a margin
         if (margin <= 0 or part == 0.0) and slow is wanted:
             break
-        now = time.monotonic()
-        short = replace(budget, deadline=now + SHARE * (budget.deadline - now), work=WORK, keep=forget, resume=None)
-        outcome = _planned(backend, *tightened(slow, kernel, Metres(part * margin)), options, short)
+        outcome = _planned(backend, *tightened(slow, kernel, Metres(part * margin)), options, _short(budget, WORK))
         if isinstance(outcome, Planned):
             return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)
         hopeless = hopeless or (slow is not wanted and isinstance(outcome, Impossible))
@@ -146,15 +135,19 @@ def _plan_with_margin(
         if refused is not None:
             return refused
     for pace in faster[:-1]:
-        now = time.monotonic()
-        short = replace(budget, deadline=now + SHARE * (budget.deadline - now), work=WORK / 2, keep=forget, resume=None)
-        outcome = _planned(backend, pace, kernel, options, short)
+        outcome = _planned(backend, pace, kernel, options, _short(budget, WORK / 2))
         if isinstance(outcome, Planned):
             return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
     outcome = _planned(backend, wanted, kernel, options, budget, cover)
     if not isinstance(outcome, Planned):
         return outcome
     return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
+
+
+def _short(budget: Budget, work: float) -> Budget:
+    """A ``SHARE`` of the time that is left, and so many units of work at most, for a try that is not kept."""
+    now = time.monotonic()
+    return replace(budget, deadline=now + SHARE * (budget.deadline - now), work=work, keep=forget, resume=None)
 
 
 def _paces(mission: Mission, kernel: Kernel, calm: float, faster: Sequence[float]) -> list[Mission]:

@@ -1,4 +1,4 @@
-"""Repair: a motion that nearly keeps a kernel becomes one that does, by the least that polishing changes.
+"""Trajectory repair: the optimiser is warm-started at a motion that nearly keeps a kernel, and polishes one that does.
 
     in   Mission, a kernel and the trace of a motion
     out  Planned or NotFound

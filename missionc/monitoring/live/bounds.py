@@ -1,4 +1,4 @@
-"""Bounds of robustness in four rows: over all continuations, and over those in which agents coast for a step first.
+"""Robustness intervals in four rows: over all continuations, and over those in which agents coast for a step first.
 
 Arrays of bounds are (4, rows, columns): the least and the most that a formula can come to, whatever the agents do
 within their top speeds, and both again where every agent keeps its present velocity for one more step. A row is an
@@ -10,14 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.base.trace import Array
+from missionc.language.margins.resources import BORDER
 
 LEAST, MOST = 0, 1
 LEASTS, MOSTS = [0, 2], [1, 3]
 SWAPPED = [1, 0, 3, 2]
 """Where the bounds of a negation stand."""
-
-BORDER = 5e-324
-"""Above or below 0 by less than anything measured: on which side of its border something exactly at it is."""
 
 
 def denied(bounds: Array) -> Array:

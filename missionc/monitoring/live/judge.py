@@ -81,7 +81,6 @@ class LiveJudge:
         self.deadlines, self.spans = self._deadlines()
         self.bounds = np.tile([-np.inf, np.inf], (len(self.goals), 1))
         self.outrun: set[int] = set()
-        self.unknown_since: Array = np.zeros(self.agents)
 
     # ------------------------------------------------------------------ a step
 

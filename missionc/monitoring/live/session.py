@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from missionc.base.figures import counted
 from missionc.base.limits import Limits
 from missionc.ir import Mission
 from missionc.kernel.analysis import robustness_unit
@@ -87,6 +88,14 @@ class Session:
         """Whether the mission's last step was judged."""
         return self.steps.over
 
+    @property
+    def verdict(self) -> Verdict:
+        """How all requirements together stand."""
+        judged = {each.verdict for each in self.standings[: self.requirements]}
+        if Verdict.VIOLATED in judged:
+            return Verdict.VIOLATED
+        return Verdict.SATISFIED if self.standings and Verdict.OPEN not in judged else Verdict.OPEN
+
     def feed(self, line: str) -> Iterator[Event]:
         """Take in a line; an empty one says nothing."""
         self.lines += 1
@@ -115,13 +124,9 @@ class Session:
             Fate.REORDERED: "came out of order, and were sorted in",
         }
         fates = self.steps.fates
-        notes = [
-            f"{fates[fate]} sample{'s' if fates[fate] != 1 else ''} {says}"
-            for fate, says in words.items()
-            if fates[fate]
-        ]
+        notes = [f"{counted(fates[fate], 'sample')} {says}" for fate, says in words.items() if fates[fate]]
         if self.unusable:
-            notes.append(f"{self.unusable} line{'s' if self.unusable != 1 else ''} could not be used")
+            notes.append(f"{counted(self.unusable, 'line')} could not be used")
         if self.judge.outrun:
             notes.append(f"{', '.join(self._names(self.judge.outrun))} moved faster than the top speed")
         return notes

@@ -77,10 +77,6 @@ class TeamState:
             self.flags[flag] = np.stack([now, self._flagged(flag, now, coasted)], axis=-1)
         self.begun = True
 
-    def coasts(self) -> bool:
-        """Whether where the agents coast to differs from where they are."""
-        return bool(np.any(self.velocity))
-
     def _used(self, resource: Resource, left: Array, here: Array, there: Array, doubt: Array) -> Array:
         """What is left a step later, least and most: (2, agents)."""
         step = self.mission.step
