@@ -23,10 +23,9 @@ from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, Ro
 from missionc.kernel.walk import more_than, postorder
 from missionc.language.margins.links import all_links
 from missionc.language.margins.predicate_margins import formation_margin, margin
-from missionc.language.margins.resources import BORDER
 from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
 from missionc.monitoring.evaluate import Evaluation
-from missionc.monitoring.logic import ROBUSTNESS, Values
+from missionc.monitoring.logic import ROBUSTNESS, Values, decided_at_border
 from missionc.world.configuration_space import Atlas
 
 MOST_MEMBERS, MOST_ROUTES = 200, 7
@@ -72,7 +71,7 @@ class Intervals(Domain[Interval]):
             change[:, itself, itself] = 0.0
             links = all_links(graph, self.position)
             for side, sign in ((self.least, -1.0), (self.most, 1.0)):
-                side.links[graph] = _open(links + sign * change)
+                side.links[graph] = decided_at_border(links + sign * change, is_open=True)
             self.graphs.add(graph)
         return Interval(self.least.links[graph], self.most.links[graph])
 
@@ -151,10 +150,8 @@ class Intervals(Domain[Interval]):
             return unknown
         interval = self._linked(graph, every, value, *below)
         exact = (self.radius[list(graph.agents)] == 0).all(axis=0)
-        border = _open if every else _closed
-        return Interval(
-            np.where(exact, border(interval.least), unknown.least), np.where(exact, border(interval.most), unknown.most)
-        )
+        least, most = (decided_at_border(each, is_open=every) for each in (interval.least, interval.most))
+        return Interval(np.where(exact, least, unknown.least), np.where(exact, most, unknown.most))
 
     def _unknown(self) -> Interval:
         return Interval(np.full(self.radius.shape, -np.inf), np.full(self.radius.shape, np.inf))
@@ -164,8 +161,8 @@ class Intervals(Domain[Interval]):
             return self._unknown()
         value = np.atleast_2d(margin(predicate, self.mission, self.least.trace))
         change = predicate.rate(_Reach(self.mission.dimension, self.radius))
-        border = _open if predicate.open_border else _closed
-        return Interval(border(value - change), border(value + change))
+        least, most = (decided_at_border(each, predicate.open_border) for each in (value - change, value + change))
+        return Interval(least, most)
 
     def columns(self, low: int, high: int | None, column: int) -> tuple[list[int], bool]:
         """The known steps in a window that stands at one of them, and whether it holds no others."""
@@ -238,13 +235,3 @@ def _denied(one: Interval) -> Interval:
 
 def _spread(value: Values) -> Array:
     return np.broadcast_to(value, (len(value), 2)).astype(np.float64)
-
-
-def _open(margins: Array) -> Array:
-    """The bounds of margins, those at 0 moved below it: the predicate is false at its border."""
-    return np.where(margins == 0, -BORDER, margins)
-
-
-def _closed(margins: Array) -> Array:
-    """The bounds of margins, those at 0 moved above it: the predicate is true at its border."""
-    return np.where(margins == 0, BORDER, margins)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from missionc.ir import Predicate
 from missionc.language.margins.predicate_margins import holds
+from missionc.language.margins.resources import BORDER
 
 Values: TypeAlias = NDArray[Any]
 """Truth values or robustness, whichever the logic at work has."""
@@ -46,3 +47,8 @@ ROBUSTNESS = Logic(
     of_link=lambda margin: margin,
     of_length=lambda margin: margin,
 )
+
+
+def decided_at_border(margins: Values, is_open: bool) -> Values:
+    """Margins with those at 0 moved off it, to the side that is true there; of an ``is_open`` border, none is."""
+    return np.where(margins == 0, -BORDER if is_open else BORDER, margins)

@@ -12,9 +12,9 @@ import numpy as np
 from missionc.base.trace import Array
 from missionc.ir import Flag, Flagged, Graph, Predicate
 from missionc.language.margins.links import all_links
-from missionc.monitoring.live.bounds import decided_at_border
 from missionc.monitoring.live.horizon_cells import Cells
 from missionc.monitoring.live.team_state import COASTED, NOW, Reach, TeamState, TeamView
+from missionc.monitoring.logic import decided_at_border
 from missionc.world.signed_distance import signed_distance
 
 MOST_MEMBERS = 16

@@ -7,8 +7,6 @@ agent, or the one row is the team's; a column is a step, or a cell of steps to c
 
 from __future__ import annotations
 
-import numpy as np
-
 from missionc.base.trace import Array
 from missionc.language.margins.resources import BORDER
 
@@ -21,11 +19,6 @@ SWAPPED = [1, 0, 3, 2]
 def denied(bounds: Array) -> Array:
     """The bounds of the negation: (4, …) -> (4, …), or (2, …) where nothing coasts."""
     return -bounds[SWAPPED[: len(bounds)]]
-
-
-def decided_at_border(margins: Array, is_open: bool) -> Array:
-    """Margins with those at 0 moved off it, to the side on which the predicate is there."""
-    return np.where(margins == 0, -BORDER if is_open else BORDER, margins)
 
 
 def of_measure(value: float) -> float:

@@ -13,8 +13,8 @@ from missionc.kernel.nodes import NeighbourNode, PathLength, ReachNode, RouteNod
 from missionc.language.margins.links import pieces
 from missionc.monitoring import graph_routes
 from missionc.monitoring.live.atom_bounds import AtomBounds
-from missionc.monitoring.live.bounds import LEASTS, MOSTS, decided_at_border, denied
-from missionc.monitoring.logic import ROBUSTNESS
+from missionc.monitoring.live.bounds import LEASTS, MOSTS, denied
+from missionc.monitoring.logic import ROBUSTNESS, decided_at_border
 from missionc.world.signed_distance import distance_between
 
 
