@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import io
 import json
@@ -10,20 +11,27 @@ import struct
 import zipfile
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from missionc.base.palette import DARK
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.curves.piecewise_polynomials import control_points
 from missionc.diagnostics.code import NOT_EXPORTED
 from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Box
 from missionc.output.export import cubics, skybrush
 from missionc.output.export.compressed import compress
 from missionc.output.export.formats import FORMATS, Exported, Flight
+from missionc.output.export.samples import RATE, sampled
+from missionc.output.export.takeoff_and_landing import phases
 from missionc.output.export.trajectory_memory import raw
+from missionc.output.export.verified_flight import Part
 from tests.support.hand_made_flights import cramped, place, turning, wandered
+from tests.support.legal_plans import still
 
 Array = NDArray[np.float64]
 
@@ -203,7 +211,7 @@ def test_a_rounded_flight_that_comes_too_close_is_refused() -> None:
 def test_a_px4_table_is_the_flight_in_north_east_down(flight: Flight) -> None:
     made = exported("px4", flight).files
     for each in flight.parts:
-        rows = list(csv.DictReader(io.StringIO(made[f"{each.file}.csv"].decode())))
+        rows = list(csv.DictReader(io.StringIO(made[f"Drone {each.agent.index + 1}.csv"].decode())))
         assert list(rows[0]) == COLUMNS
         assert float(rows[-1]["t"]) == pytest.approx(flight.duration, abs=1e-8)
         assert [int(row["idx"]) for row in rows] == list(range(len(rows)))
@@ -261,23 +269,65 @@ def test_an_mcap_file_holds_the_poses(flight: Flight) -> None:
         assert max(np.diff(times)) <= 0.05 + 1e-8
 
 
-@pytest.mark.parametrize("flight", FLIGHTS)
-def test_a_skybrush_show_flies_within_a_millimetre(flight: Flight) -> None:
-    made = exported("skybrush", flight)
-    with zipfile.ZipFile(io.BytesIO(made.files["show.skyc"])) as archive:
+def test_a_px4_readme_says_whose_each_table_is() -> None:
+    flight = wandered(2, 6, 3)
+    readme = exported("px4", flight).files["README.md"].decode()
+    for each in flight.parts:
+        x, y, z = each.first
+        row = (each.agent.name, each.agent.index + 1, f"Drone {each.agent.index + 1}.csv", x, -y, z)
+        assert "| " + " | ".join(f"`{word}`" for word in row) + " |" in readme
+
+
+@pytest.mark.parametrize("late", [75e-9, -75e-9, 0.0])
+def test_a_flight_that_ends_beside_a_sample_is_not_sampled_twice_there(late: float) -> None:
+    (part, *_) = wandered(1, 6, 3).parts
+    duration = part.pieces.duration * ((15.0 + late) / part.pieces.duration.sum())
+    long = replace(part, pieces=Pieces(duration, part.pieces.coefficients))
+    times = sampled(replace(wandered(1, 6, 3), parts=(long,))).times
+    assert times.size == 15 * RATE + 1
+    assert times[-1] == pytest.approx(duration.sum(), abs=1e-12)
+    assert np.diff(times).min() > 0.04
+
+
+def show_of(flight: Flight) -> dict[str, Any]:
+    with zipfile.ZipFile(io.BytesIO(exported("skybrush", flight).files["show.skyc"])) as archive:
         assert archive.testzip() is None
         assert archive.namelist() == ["show.json"]
         show = json.loads(archive.read("show.json"))
+    assert isinstance(show, dict)
+    return show
+
+
+def flown_whole(flight: Flight, each: Part, time: float) -> Array:
+    """Where a vehicle is when the whole flight has lasted for so long: x, y, z, yaw."""
+    lasting = phases(flight)
+    begins = lasting.rise + lasting.settle
+    there = place(each, min(max(time - begins, 0.0), flight.duration))
+    share = np.polynomial.Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
+    if time < lasting.rise:
+        there[2] *= share(time / lasting.rise)
+    sunk = time - begins - flight.duration - lasting.settle
+    if sunk > 0:
+        there[2] *= 1 - share(min(sunk / lasting.sink, 1.0))
+    return there
+
+
+@pytest.mark.parametrize("flight", FLIGHTS)
+def test_a_skybrush_show_flies_within_a_millimetre_from_the_floor_to_the_floor(flight: Flight) -> None:
+    made, show = exported("skybrush", flight), show_of(flight)
     assert show["version"] == 1
     drones = show["swarm"]["drones"]
     assert [drone["settings"]["name"] for drone in drones] == [each.agent.name for each in flight.parts]
     bound = float(made.notes[0].rpartition("than ")[2].split()[0]) / 1000
     assert bound <= 1.01e-3
-    farthest = 0.0
+    farthest, lasting = 0.0, phases(flight)
+    whole = lasting.rise + lasting.settle + flight.duration + lasting.settle + lasting.sink
     for each, drone in zip(flight.parts, drones, strict=True):
         points = drone["settings"]["trajectory"]["points"]
-        assert points[0][0] == 0
-        assert abs(points[-1][0] - flight.duration) <= 1e-3
+        assert points[0][0] == drone["settings"]["trajectory"]["takeoffTime"] == 0
+        assert points[0][1] == drone["settings"]["home"] == pytest.approx([*each.first[:2], 0], abs=1e-5)
+        assert points[-1][1] == drone["settings"]["landAt"] == pytest.approx([*each.last[:2], 0], abs=1e-5)
+        assert abs(points[-1][0] - whole) <= 1e-3
         for (begin, first, _), (end, last, inner) in pairwise(points):
             assert round(end * 1000) == pytest.approx(end * 1000, abs=1e-6)
             assert end > begin
@@ -285,16 +335,63 @@ def test_a_skybrush_show_flies_within_a_millimetre(flight: Flight) -> None:
             control = np.array([first, *(inner or [first, last]), last])
             for share in np.linspace(0, 1, 9):
                 weights = np.array([math.comb(3, i) * share**i * (1 - share) ** (3 - i) for i in range(4)])
-                time = min(begin + share * (end - begin), flight.duration)
-                farthest = max(farthest, float(np.linalg.norm(weights @ control - place(each, time)[:3])))
+                there = flown_whole(flight, each, begin + share * (end - begin))
+                farthest = max(farthest, float(np.linalg.norm(weights @ control - there[:3])))
     assert 0 < farthest <= bound
+
+
+def test_a_skybrush_show_turns_noses_the_way_they_are_flown() -> None:
+    flight = turning(wandered(2, 6, 3), 0.25)
+    lasting = phases(flight)
+    for each, drone in zip(flight.parts, show_of(flight)["swarm"]["drones"], strict=True):
+        control = drone["settings"]["yawControl"]
+        assert control["version"] == 1
+        times, degrees = np.array(control["setpoints"]).T
+        assert times[0] == 0
+        assert times.size < 20
+        for time in np.linspace(0, times[-1], 301).tolist():
+            if min(abs(time - lasting.rise - lasting.settle - edge) for edge in (0, flight.duration)) > 0.1:
+                flown = -math.degrees(flown_whole(flight, each, time)[3])
+                assert np.interp(time, times, degrees) == pytest.approx(flown, abs=0.1)
+
+
+def test_a_skybrush_show_lights_every_drone_in_a_colour_of_its_own() -> None:
+    flight = wandered(3, 6, 2)
+    drones = show_of(flight)["swarm"]["drones"]
+    programs = [base64.b64decode(drone["settings"]["lights"]["data"]) for drone in drones]
+    assert [f"#{program[1:4].hex()}" for program in programs] == list(DARK["agents"][:3])
+    for program, drone in zip(programs, drones, strict=True):
+        assert program[0] == 4
+        assert program[-1] == 0
+        frames = sum((byte & 0x7F) << 7 * place for place, byte in enumerate(program[4:-1]))
+        assert 0 <= frames / 50 - drone["settings"]["trajectory"]["points"][-1][0] <= 0.021
+
+
+def test_a_skybrush_show_that_cannot_rise_from_the_floor_is_refused() -> None:
+    flight = wandered(2)
+    x, y, _ = flight.parts[0].first
+    table = still(Box((x - 0.3, y - 0.3, 0.0), (x + 0.3, y + 0.3, 0.2)), "table")
+    refused = FORMATS["skybrush"].export(replace(flight, mission=replace(flight.mission, obstacles=(table,))))
+    assert isinstance(refused, Diagnostic)
+    assert refused.code is NOT_EXPORTED
+    assert "cannot take off straight up" in refused.message
+
+
+def test_what_the_clock_on_board_costs_is_said_where_a_firmware_flies() -> None:
+    flight = wandered(2)
+    moments = np.linspace(0, flight.duration, 601)
+    fastest = max(float(np.linalg.norm(place(each, time, 1)[:3])) for each in flight.parts for time in moments)
+    for name in ("crazyswarm2", "cflib"):
+        readme = exported(name, flight).files["README.md"].decode()
+        told = float(readme.partition("places a vehicle at most `")[2].partition("`")[0])
+        assert fastest * 2**-10 * 1e3 <= told <= fastest * 2**-10 * 1e3 * 1.3 + 0.1
 
 
 def test_noses_that_turn_are_exported_where_a_form_knows_them() -> None:
     yaml = pytest.importorskip("yaml")
     flight = turning(wandered(2, 6, 3), 0.25)
     (first, _) = flight.parts
-    for row in csv.DictReader(io.StringIO(exported("px4", flight).files["drone0.csv"].decode())):
+    for row in csv.DictReader(io.StringIO(exported("px4", flight).files["Drone 1.csv"].decode())):
         assert float(row["yaw"]) == pytest.approx(-math.degrees(0.5 + 0.25 * float(row["t"])), abs=1e-4)
     for point in yaml.safe_load(exported("ros2", flight).files["trajectory.yaml"])["points"]:
         time = point["time_from_start"]["sec"] + point["time_from_start"]["nanosec"] * 1e-9
@@ -319,8 +416,7 @@ def test_a_skybrush_show_that_strays_is_refused(monkeypatch: pytest.MonkeyPatch)
 
 def test_a_skybrush_show_asks_for_what_the_flight_keeps() -> None:
     flight = wandered(3, 6, 3)
-    with zipfile.ZipFile(io.BytesIO(exported("skybrush", flight).files["show.skyc"])) as archive:
-        limits = json.loads(archive.read("show.json"))["settings"]["validation"]
+    limits = show_of(flight)["settings"]["validation"]
     times = np.linspace(0, flight.duration, 601)
     places = np.array([[place(each, time)[:3] for time in times] for each in flight.parts])
     speeds = np.diff(places, axis=1) / np.diff(times)[:, None]

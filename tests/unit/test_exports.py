@@ -48,7 +48,7 @@ def test_a_compiled_folder_is_exported_to_the_same_bytes(compiled: Path, tmp_pat
     assert main(["export", str(compiled), "skybrush", "cflib", "crazyswarm2", "-o", str(tmp_path / "other")]) == 0
     assert unlisted(tmp_path / "other") == content(compiled / "export")
     assert main(["export", str(compiled), "px4"]) == 0
-    assert set(unlisted(tmp_path / "out-export")) == {"px4/drone0.csv", "px4/drone1.csv"}
+    assert set(unlisted(tmp_path / "out-export")) == {"px4/Drone 1.csv", "px4/Drone 2.csv", "px4/README.md"}
 
 
 def test_an_export_folder_is_replaced_by_force_only(compiled: Path, tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.output.export.export_form import Exported, Format
+from missionc.output.export.fill_templates import render
 from missionc.output.export.samples import RATE, fixed, sampled
 from missionc.output.export.verified_flight import Flight
 
@@ -24,10 +25,11 @@ TO_NED = np.array([1.0, -1.0, -1.0])
 
 
 def write(flight: Flight) -> Exported:
-    """``NAME.csv`` for each vehicle."""
+    """``Drone 1.csv`` and so on, as the player looks for them, and a readme that says whose they are."""
     samples = sampled(flight)
     files = {}
-    for index, each in enumerate(flight.parts):
+    names = [f"Drone {index + 1}.csv" for index in range(len(flight.parts))]
+    for index in range(len(flight.parts)):
         lines = [COLUMNS]
         for row, time in enumerate(samples.times.tolist()):
             state = (samples.position, samples.velocity, samples.acceleration)
@@ -35,7 +37,12 @@ def write(flight: Flight) -> Exported:
             yaw = -np.degrees(samples.yaw[index, row]).item()
             words = [str(row), fixed(time), *map(fixed, numbers), fixed(yaw), str(MANEUVERING), *map(str, WHITE)]
             lines.append(",".join(words))
-        files[f"{each.file}.csv"] = ("\n".join(lines) + "\n").encode()
+        files[names[index]] = ("\n".join(lines) + "\n").encode()
+    robots = [
+        {"agent": each.agent.name, "number": index + 1, "file": names[index], "first": each.first}
+        for index, each in enumerate(flight.parts)
+    ]
+    files["README.md"] = render("px4/README.md.j2", mission=flight.mission.name, robots=robots)
     return Exported(files)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.output.export.verified_flight import Flight
+from missionc.verify.tolerances import CLOCK
 
 RATE = 20
 """Samples in a second."""
@@ -33,8 +34,9 @@ class Samples:
 
 
 def sampled(flight: Flight) -> Samples:
-    """``RATE`` times a second, and at the end."""
-    inner = np.arange(math.ceil(flight.duration * RATE - 1e-6)) / RATE
+    """``RATE`` times a second, and at the end; a sample that the end is no further from than clocks are is left out."""
+    nearly = flight.duration - CLOCK * max(1.0, flight.duration)
+    inner = np.arange(math.ceil(nearly * RATE)) / RATE
     times = np.append(inner, flight.duration)
     place, turn = flight.curves, flight.yaws
     velocity, rate = place.derivative(), turn.derivative()

@@ -1,14 +1,17 @@
 """Export for Skybrush: a ``.skyc`` show that its viewer opens, with every flight as cubic Bézier curves.
 
-Only the flight is in it, from the first points in the air to the last; Skybrush
-adds what comes before and after. Axes are the mission's: x north, y west, z up.
+The whole flight is in it, from the floor to the floor, with the way that noses
+point and a light for each drone. Axes are the mission's: x north, y west, z up;
+yaw is in degrees clockwise, and straight between its setpoints.
 
 Source:
-    skybrush-io: packages/show-format/src/trajectory.ts, and the documentation of the format.
+    skybrush-io: packages/show-format/src (``trajectory.ts``, ``yaw-control.ts``, ``lights.ts``), the documentation of
+    the format, and studio-blender for the sense of yaw.
 """
 
 from __future__ import annotations
 
+import base64
 import io
 import json
 import math
@@ -17,21 +20,35 @@ from itertools import combinations
 
 import numpy as np
 
+from missionc.base.palette import DARK
+from missionc.curves.crazyflie_csv import Pieces, curves_of
 from missionc.curves.piecewise_polynomials import Curves, control_points
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.export.cubics import CLOSE, Cubics, cubics
 from missionc.output.export.export_form import Exported, Format, refused
+from missionc.output.export.samples import RATE
+from missionc.output.export.takeoff_and_landing import cannot_rise_or_land, floor_to_floor
 from missionc.output.export.verified_flight import Flight, Part
 
 NAME = "skybrush"
+SET_COLOUR, END, FRAMES = 4, 0, 50
+"""Two commands of a light's program, and how many of its units of time are in a second."""
+STRAIGHT = 0.05
+"""Degrees: a setpoint of yaw that is nearer than this to the line through its neighbours is left out."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """The one date of every entry: zip files have to have one."""
 
 
 def write(flight: Flight) -> Exported | Diagnostic:
-    """``show.skyc``, and how far its curves are from the verified ones: never more than ``CLOSE``."""
-    curves = flight.curves
-    splines = [cubics(Curves(curves.times, curves.coefficients[[index]])) for index in range(len(curves.coefficients))]
+    """``show.skyc``, and how far its curves are from the verified ones: never more than ``CLOSE``.
+
+    Refused where the vehicles could not rise and land at once.
+    """
+    grounded = cannot_rise_or_land(NAME, flight)
+    if grounded is not None:
+        return grounded
+    whole = floor_to_floor(flight)
+    splines = [cubics(curves_of([own], slice(0, 3))) for own in whole]
     far = max(own.deviation for own in splines)
     if far > CLOSE:
         return refused(
@@ -43,8 +60,8 @@ def write(flight: Flight) -> Exported | Diagnostic:
     show = {
         "version": 1,
         "environment": {"type": "indoor"},
-        "settings": {"validation": _validation(flight)},
-        "swarm": {"drones": [_drone(each, own) for each, own in zip(flight.parts, splines, strict=True)]},
+        "settings": {"validation": _validation(flight, curves_of(whole, slice(0, 3)))},
+        "swarm": {"drones": [_drone(*each) for each in zip(flight.parts, whole, splines, strict=True)]},
         "meta": {"title": flight.mission.name},
     }
     text = json.dumps(show, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
@@ -52,25 +69,55 @@ def write(flight: Flight) -> Exported | Diagnostic:
     return Exported({"show.skyc": _zipped({"show.json": text.encode()})}, (note,))
 
 
-def _drone(each: Part, own: Cubics) -> dict[str, object]:
+def _drone(each: Part, whole: Pieces, own: Cubics) -> dict[str, object]:
     points = np.round(own.points, 6) + 0.0
     rows: list[list[object]] = [[0.0, points[0, :, 0].tolist(), []]]
     for piece, end in zip(points, own.clock[1:].tolist(), strict=True):
         still = not (piece != piece[:, :1]).any()
         rows.append([end / 1000, piece[:, 3].tolist(), [] if still else piece[:, 1:3].T.tolist()])
-    x, y, _ = points[0, :, 0].tolist()
     settings = {
         "name": each.agent.name,
-        "home": [x, y, 0.0],
-        "landAt": [*points[-1, :2, 3].tolist(), 0.0],
+        "home": points[0, :, 0].tolist(),
+        "landAt": points[-1, :, 3].tolist(),
         "trajectory": {"version": 1, "takeoffTime": 0.0, "points": rows},
+        "yawControl": {"version": 1, "setpoints": _yaw(whole)},
+        "lights": {"version": 1, "data": _light(each.agent.index, float(whole.times[-1]))},
     }
     return {"type": "generic", "settings": settings}
 
 
-def _validation(flight: Flight) -> dict[str, float]:
+def _yaw(whole: Pieces) -> list[list[float]]:
+    """Seconds and degrees clockwise, ``RATE`` in a second where the nose turns; what lies straight is left out."""
+    turn = curves_of([whole], slice(3, 4))
+    last = float(turn.times[-1])
+    times = np.append(np.arange(math.ceil(last * RATE - 1e-3)) / RATE, last)
+    degrees = -np.degrees(turn.at(times)[0, :, 0]) + 0.0
+    kept, begin = [0], 0
+    for index in range(2, times.size):
+        inside = slice(begin + 1, index)
+        share = (times[inside] - times[begin]) / (times[index] - times[begin])
+        line = degrees[begin] + share * (degrees[index] - degrees[begin])
+        if np.abs(line - degrees[inside]).max() > STRAIGHT:
+            begin = index - 1
+            kept.append(begin)
+    kept.append(times.size - 1)
+    return [[round(float(times[index]), 3), round(float(degrees[index]), 3) + 0.0] for index in kept]
+
+
+def _light(index: int, seconds: float) -> str:
+    """A program in Base64: the agent's colour, as it is on dark paper, for the whole flight."""
+    colours = DARK["agents"]
+    colour = bytes.fromhex(colours[index % len(colours)].removeprefix("#"))
+    lasting, duration = math.ceil(seconds * FRAMES), bytearray()
+    while lasting > 0x7F:
+        duration.append(lasting & 0x7F | 0x80)
+        lasting >>= 7
+    program = bytes([SET_COLOUR]) + colour + bytes(duration) + bytes([lasting, END])
+    return base64.b64encode(program).decode("ascii")
+
+
+def _validation(flight: Flight, curves: Curves) -> dict[str, float]:
     """What this flight keeps, rounded up to tenths, so that the viewer marks what does not belong to it."""
-    curves = flight.curves
     velocity = curves.derivative()
     points = control_points(velocity.coefficients, np.broadcast_to(velocity.durations, velocity.coefficients.shape[:2]))
     places = control_points(curves.coefficients, np.broadcast_to(curves.durations, curves.coefficients.shape[:2]))
@@ -100,4 +147,4 @@ def _zipped(files: dict[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-FORMAT = Format(NAME, "a .skyc show for the viewer of Skybrush, as cubics within 1 mm", write)
+FORMAT = Format(NAME, "a .skyc show for Skybrush from the floor to the floor, as cubics within 1 mm", write)

@@ -18,6 +18,9 @@ from itertools import combinations
 
 import numpy as np
 
+from missionc.base.trace import Array
+from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import speed_bounds, values
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Obstacle, Vector, Vehicle
 from missionc.output.export.export_form import refused
@@ -38,6 +41,17 @@ SPEED, ACCELERATION = 35 / 16, 7.514
 """The largest speed and acceleration of the polynomial, over 1 m in 1 s: m/s; m/s², rounded up."""
 FINE = 0.002
 """Metres between the heights of a column that are looked at: what lies in between is nearer by half of it at most."""
+REST_TO_REST = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
+"""The polynomial of the firmware, from 0 to 1 in 1 s: ascending powers."""
+CLOCK_ERROR, UPTIME = 2.0**-10, 2**14
+"""Seconds by which a firmware's clock, seconds since it was switched on in float32, is wrong up to so many of them.
+
+The time now and that of the start are each rounded to a multiple of 2^-10 s below 2^14 s.
+
+Source:
+    crazyflie-firmware, crtp_commander_high_level.c (``usecTimestamp() / 1e6``, a ``float``) and planner.c
+    (``t - t_begin``).
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +85,42 @@ def _seconds(height: float, vehicle: Vehicle) -> float:
 
 
 def for_templates(flight: Flight) -> dict[str, float]:
-    """What a script says of its phases, by the names that it has for them."""
-    return asdict(phases(flight)) | {"landed": LANDED, "near": NEAR}
+    """What a script says of its phases, by the names that it has for them; and what the clock on board may cost."""
+    costs = math.ceil(float(speed_bounds(flight.curves).max()) * CLOCK_ERROR * 1e4) / 10
+    hours = math.floor(UPTIME / 360) / 10
+    return asdict(phases(flight)) | {"landed": LANDED, "near": NEAR, "clock": costs, "hours": hours}
+
+
+def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:
+    """The whole flight of each vehicle as polynomials in doubles, the floor at both ends.
+
+    They rise, hover, fly, hover and sink, without the way to the first points that scripts fly: here vehicles rise to
+    them.
+    """
+    lasting = phases(flight)
+    joined = []
+    for each in flight.parts:
+        start = _upright(each, 0, GROUND, each.first[2], lasting.rise)
+        stay = _upright(each, 0, each.first[2], each.first[2], lasting.settle)
+        hover = _upright(each, -1, each.last[2], each.last[2], lasting.settle)
+        end = _upright(each, -1, each.last[2], GROUND, lasting.sink)
+        duration = np.concatenate(
+            [[lasting.rise, lasting.settle], each.pieces.duration, [lasting.settle, lasting.sink]]
+        )
+        coefficients = np.concatenate([[start, stay], each.pieces.coefficients, [hover, end]])
+        joined.append(Pieces(duration, coefficients))
+    return tuple(joined)
+
+
+def _upright(part: Part, at: int, low: float, high: float, seconds: float) -> Array:
+    """(4, 8): from one height to another above an end of the flight, 0 or -1, as its nose points there."""
+    piece = part.pieces.coefficients[at]
+    there = piece[:, 0] if at == 0 else values(piece, part.pieces.duration[at])
+    own = np.zeros((4, len(REST_TO_REST)))
+    own[:, 0] = there
+    own[2] = (high - low) * np.array(REST_TO_REST) / seconds ** np.arange(len(REST_TO_REST))
+    own[2, 0] = low
+    return own
 
 
 def cannot_rise_or_land(name: str, flight: Flight) -> Diagnostic | None:
