@@ -32,6 +32,7 @@ MODULES = (
     "init",
     "lsp",
     "monitor",
+    "replan",
     "report",
     "simulate",
     "studio",

@@ -160,6 +160,12 @@ NO_SUCH_MOMENT = Code("MC715", "the mission has no such moment to draw")
 NOT_ONE_MISSION = Code("MC716", "the folders are of different missions")
 UNUSABLE_SAMPLE = Code("MC717", "a line of samples cannot be used", warning=True)
 NOT_LISTENING = Code("MC718", "samples cannot be received there")
+PAST_DOES_NOT_FIT = Code("MC719", "what was flown is no past of the mission")
+NO_LONGER_KEPT = Code("MC720", "a requirement can no longer be kept")
+NOT_TO_BE_CHANGED = Code("MC721", "a change in flight is none that can be made")
+NO_SAFE_STOP = Code("MC722", "the agents cannot stop without touching something")
+NOT_SAID = Code("MC723", "what is left of a requirement cannot be said")
+NOT_BY_THEN = Code("MC724", "no other plan was ready in time")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

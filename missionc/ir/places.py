@@ -53,6 +53,7 @@ class Obstacle:
 
     Args:
         growth: m/s, at least 0: how fast what is known of it becomes uncertain.
+        age: seconds that it had grown for at time 0.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Obstacle:
     motion: Still | Path
     span: Span
     growth: float = 0.0
+    age: float = 0.0
 
     @property
     def constant(self) -> bool:
@@ -68,7 +70,7 @@ class Obstacle:
 
     def grown(self, time: float) -> float:
         """By how much it has grown on all sides at a time, in seconds: metres."""
-        return self.growth * max(time, 0.0)
+        return self.growth * max(time + self.age, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

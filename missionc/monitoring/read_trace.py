@@ -37,7 +37,7 @@ MOST_FINDINGS = 20
 
 
 @dataclass(frozen=True, slots=True)
-class _State:
+class State:
     """One agent at one time, with the place in the text that says so."""
 
     agent: str
@@ -52,18 +52,24 @@ def read_trace(source: Source, mission: Mission, limits: Limits | None = None) -
     Args:
         limits: no number in it is larger than their ``magnitude``.
     """
+    states, findings = read_states(source, mission, limits)
+    return (None, findings) if findings else assemble(source, mission, states)
+
+
+def read_states(
+    source: Source, mission: Mission, limits: Limits | None = None
+) -> tuple[list[State], list[Diagnostic]]:
+    """Every agent's state at every time that a text has, or what keeps it from being read."""
     opening = source.text.lstrip()[:1]
     states, findings = _from_json(source) if opening in ("{", "[") else _from_csv(source, mission)
     findings += _too_large(states, (limits or Limits()).magnitude)
-    if findings:
-        return None, findings[:MOST_FINDINGS]
-    return _assemble(source, mission, states)
+    return states, findings[:MOST_FINDINGS]
 
 
 # ----------------------------------------------------------------- reading
 
 
-def _from_csv(source: Source, mission: Mission) -> tuple[list[_State], list[Diagnostic]]:
+def _from_csv(source: Source, mission: Mission) -> tuple[list[State], list[Diagnostic]]:
     lines = source.text.splitlines()
     try:
         rows = list(csv.reader(lines, skipinitialspace=True))
@@ -89,7 +95,7 @@ def _from_csv(source: Source, mission: Mission) -> tuple[list[_State], list[Diag
         if strange:
             findings.append(_unreadable(span, f"`{strange[0][:40]}` is not a finite number"))
         else:
-            states.append(_State(row[header.index("agent")].strip(), numbers["t"], numbers, span))
+            states.append(State(row[header.index("agent")].strip(), numbers["t"], numbers, span))
     return states, findings
 
 
@@ -108,7 +114,7 @@ def _number(word: object) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _from_json(source: Source) -> tuple[list[_State], list[Diagnostic]]:
+def _from_json(source: Source) -> tuple[list[State], list[Diagnostic]]:
     try:
         document = parse_json(source.text)
     except NotJsonError as error:
@@ -118,7 +124,7 @@ def _from_json(source: Source) -> tuple[list[_State], list[Diagnostic]]:
         times, agents = _list(document["times"]), _list(document["agents"])
     except (KeyError, TypeError):
         return [], [_unreadable(_first_line(source), "the plan has no lists `times` and `agents`", _PLAN)]
-    states: list[_State] = []
+    states: list[State] = []
     findings: list[Diagnostic] = []
     for agent in agents:
         try:
@@ -132,7 +138,7 @@ class _StrangeError(Exception):
     """An entry of a plan that is not what it must be; the text says which."""
 
 
-def _agent_states(source: Source, times: list[Any], agent: Any) -> list[_State]:
+def _agent_states(source: Source, times: list[Any], agent: Any) -> list[State]:
     if not isinstance(agent, dict) or not isinstance(agent.get("name"), str):
         raise _StrangeError("an agent has no name")
     name, span = agent["name"], _named(source, agent)
@@ -152,7 +158,7 @@ def _agent_states(source: Source, times: list[Any], agent: Any) -> list[_State]:
         when = _number(time)
         if when is None:
             raise _StrangeError("a time is not a finite number")
-        states.append(_State(name, when, numbers, span))
+        states.append(State(name, when, numbers, span))
     return states
 
 
@@ -164,7 +170,7 @@ def _vector(agent: str, key: str, axes: tuple[str, ...], value: Any) -> dict[str
     return finite
 
 
-def _too_large(states: list[_State], magnitude: float) -> list[Diagnostic]:
+def _too_large(states: list[State], magnitude: float) -> list[Diagnostic]:
     """Numbers with which arithmetic would not stay within doubles."""
     return [
         _unreadable(
@@ -187,15 +193,16 @@ def _list(value: Any) -> list[Any]:
 # ----------------------------------------------------------- putting together
 
 
-def _assemble(source: Source, mission: Mission, states: list[_State]) -> tuple[Trace | None, list[Diagnostic]]:
-    own: dict[str, list[_State]] = {agent.name: [] for agent in mission.agents}
-    strangers: dict[str, _State] = {}
+def assemble(source: Source, mission: Mission, states: list[State]) -> tuple[Trace | None, list[Diagnostic]]:
+    """The trace that states are, through the whole mission; or everything that keeps them from being one."""
+    own: dict[str, list[State]] = {agent.name: [] for agent in mission.agents}
+    strangers: dict[str, State] = {}
     for state in states:
         if state.agent in own:
             own[state.agent].append(state)
         else:
             strangers.setdefault(state.agent, state)
-    findings = [_mismatch(first.span, f"the mission has no agent `{name}`") for name, first in strangers.items()]
+    findings = [mismatch(first.span, f"the mission has no agent `{name}`") for name, first in strangers.items()]
     for name, samples in own.items():
         samples.sort(key=lambda state: state.time)
         findings += _misfits(source, mission, name, samples)
@@ -206,7 +213,7 @@ def _assemble(source: Source, mission: Mission, states: list[_State]) -> tuple[T
     return _trace(mission, list(own.values())), []
 
 
-def _unknown_headings(mission: Mission, own: dict[str, list[_State]]) -> list[Diagnostic]:
+def _unknown_headings(mission: Mission, own: dict[str, list[State]]) -> list[Diagnostic]:
     """Where nothing is said of a heading that the mission asks for, of the first agent of whom it is."""
     for formula, agents in asked_agents(mission):
         if isinstance(formula, Holds) and formula.predicate.reads_heading:
@@ -215,36 +222,36 @@ def _unknown_headings(mission: Mission, own: dict[str, list[_State]]) -> list[Di
                 bare = next((state for state in own[name] if "yaw" not in state.numbers), None)
                 if bare is not None:
                     message = f"the trace does not say where `{name}` faces, which the mission asks for"
-                    return [_mismatch(bare.span, message, "give every agent its `yaw` at each time, in rad")]
+                    return [mismatch(bare.span, message, "give every agent its `yaw` at each time, in rad")]
     return []
 
 
-def _misfits(source: Source, mission: Mission, name: str, samples: list[_State]) -> list[Diagnostic]:
+def _misfits(source: Source, mission: Mission, name: str, samples: list[State]) -> list[Diagnostic]:
     """Why an agent's samples, in order of time, are no motion through the whole mission."""
     if not samples:
-        return [_mismatch(_first_line(source), f"the trace says nothing of `{name}`", _times(mission))]
+        return [mismatch(_first_line(source), f"the trace says nothing of `{name}`", _times(mission))]
     axes = "xyz"[: mission.dimension]
     for state in samples:
         if any(axis not in state.numbers for axis in axes):
             message = f"`{name}` has a position without {' and '.join(axes)}; the world has {len(axes)} coordinates"
-            return [_mismatch(state.span, message)]
+            return [mismatch(state.span, message)]
     last = mission.step * mission.steps
     if samples[0].time > ON_TIME:
         message = f"`{name}` is first seen at {samples[0].time:g} s; the mission begins at 0 s"
-        return [_mismatch(samples[0].span, message, _times(mission))]
+        return [mismatch(samples[0].span, message, _times(mission))]
     if samples[-1].time < last - ON_TIME:
         message = f"`{name}` is last seen at {samples[-1].time:g} s; the mission lasts {last:g} s"
-        return [_mismatch(samples[-1].span, message, _times(mission))]
+        return [mismatch(samples[-1].span, message, _times(mission))]
     for before, after in pairwise(samples):
         if after.time - before.time <= ON_TIME / 2:
-            return [_mismatch(after.span, f"`{name}` is in two places at {after.time:g} s", _times(mission))]
+            return [mismatch(after.span, f"`{name}` is in two places at {after.time:g} s", _times(mission))]
         if after.time - before.time > mission.step + ON_TIME:
             message = f"`{name}` is not seen from {before.time:g} s to {after.time:g} s, longer than a step"
-            return [_mismatch(after.span, message, _times(mission))]
+            return [mismatch(after.span, message, _times(mission))]
     return []
 
 
-def _trace(mission: Mission, own: list[list[_State]]) -> Trace:
+def _trace(mission: Mission, own: list[list[State]]) -> Trace:
     steps: Array = mission.step * np.arange(mission.steps + 1, dtype=np.float64)
 
     def gathered(names: tuple[str, ...]) -> Array | None:
@@ -261,7 +268,7 @@ def _trace(mission: Mission, own: list[list[_State]]) -> Trace:
     return Trace(mission.step, position, velocity, _headings(velocity) if heading is None else heading[:, 0])
 
 
-def _at_steps(samples: list[_State], name: str, steps: Array, step: float) -> Array:
+def _at_steps(samples: list[State], name: str, steps: Array, step: float) -> Array:
     """One number at the mission's steps: as it is where a sample falls on the step, else on the line between two."""
     times = np.array([state.time for state in samples])
     near = np.rint(times / step) * step
@@ -275,6 +282,8 @@ def _at_steps(samples: list[_State], name: str, steps: Array, step: float) -> Ar
 
 def _velocities(mission: Mission, position: Array) -> Array:
     """The velocity of the motion that starts at each step; for the second order, of the two motions that meet there."""
+    if position.shape[1] == 1:
+        return np.zeros_like(position)
     velocity = np.diff(position, axis=1) / mission.step
     first_order = np.concatenate([velocity, velocity[:, -1:]], axis=1)
     second_order = np.gradient(position, mission.step, axis=1)
@@ -311,7 +320,8 @@ def _unreadable(span: Span, message: str, help: str = "") -> Diagnostic:
     return Diagnostic(TRACE_UNREADABLE, message, Label(span), help=help)
 
 
-def _mismatch(span: Span, message: str, help: str = "") -> Diagnostic:
+def mismatch(span: Span, message: str, help: str = "") -> Diagnostic:
+    """What to say of a trace that is none of the mission."""
     return Diagnostic(TRACE_MISMATCH, message, Label(span), help=help)
 
 

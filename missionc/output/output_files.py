@@ -18,10 +18,11 @@ from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.export.formats import FORMATS, flight
-from missionc.output.folder.file_names import MANIFEST, MISSION, REPORT, file_names, polynomials_file
+from missionc.output.folder.file_names import MANIFEST, MISSION, PAST, REPORT, file_names, polynomials_file, stop_file
 from missionc.output.folder.manifest import Option, Provenance, manifest, sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.verify.certificate import Certificate
+from missionc.verify.flight.verify_stops import verify_stops
 from missionc.verify.verify_plan import verify_between, with_delays
 
 __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
@@ -55,12 +56,17 @@ def emit(
     """
     # Imported here: who draws a folder anew fits nothing, and needs no solver for that.
     from missionc.flight.crazyflie import crazyflie
+    from missionc.flight.refusals import not_flyable
 
     flyable = crazyflie(mission, kernel, plan.trace, provenance.stretch)
     if isinstance(flyable, Diagnostic):
         return flyable
     whole = with_delays(mission, kernel, plan.trace, certificate)
     whole = whole.joined(flyable.certificate).joined(verify_between(mission, kernel, plan.trace, flyable.files))
+    if provenance.stops:
+        whole = whole.joined(Certificate(mission.name, tuple(verify_stops(mission, dict(provenance.stops)))))
+        if not whole.passed:
+            return not_flyable(mission, [check for check in whole.failures])
     files = {
         "plan.json": plan_json(mission, plan).encode(),
         "trajectories.csv": trajectories(mission, plan.trace).encode(),
@@ -68,6 +74,9 @@ def emit(
     names = file_names(mission.agents)
     for agent in mission.agents:
         files[polynomials_file(names[agent.name])] = flyable.files[agent.name].encode()
+    files.update({stop_file(names[name]): text.encode() for name, text in provenance.stops})
+    if provenance.past:
+        files[PAST] = provenance.past.encode()
     notes = list(required_performance(mission, flyable.certificate))
     findings: list[Diagnostic] = []
     for name in dict.fromkeys(exports):

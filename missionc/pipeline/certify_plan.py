@@ -71,6 +71,7 @@ def certify_plan(
     # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
     from missionc.output.notebook_ground import notebook_ground
     from missionc.output.output_files import Provenance, emit
+    from missionc.progression.past_document import past_json
     from missionc.verify.verify_plan import verify
 
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
@@ -109,7 +110,13 @@ def certify_plan(
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""
         provenance = Provenance(
-            inputs(checked), (*given(checked, options), *asked_for(exports)), cut_short, options.stretch, data(checked)
+            inputs(checked),
+            (*given(checked, options), *asked_for(exports)),
+            cut_short,
+            options.stretch,
+            data(checked),
+            past_json(checked.past) if checked.past else "",
+            checked.stops,
         )
         output = emit(mission, kernel, verified, certificate, provenance, exports)
     if isinstance(output, Diagnostic):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
+from typing import TYPE_CHECKING
 
 from missionc import ir
 from missionc.base.late_dataclass import dataclass
@@ -15,6 +16,10 @@ from missionc.diagnostics.render import counts, render_text
 from missionc.kernel.nodes import Kernel
 from missionc.lower.choose_backend import Choice
 from missionc.syntax import ast
+
+if TYPE_CHECKING:  # whoever checks a mission of which nothing was flown loads no arrays
+    from missionc.progression.past_document import Past
+    from missionc.progression.stretches import Remaining
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,6 +43,12 @@ class Checked:
     choice: Choice | None = None
     kernel: Kernel | None = None
     seconds: tuple[tuple[str, Seconds], ...] = ()
+    past: Past | None = None
+    """What was flown of it already, where that is so: ``mission`` and ``kernel`` are then the rest of it."""
+    rest: Remaining | None = None
+    """That rest, with what of the mission can no longer be kept."""
+    stops: tuple[tuple[str, str], ...] = ()
+    """The text of the polynomials that each agent flies until the rest begins, by the agent's name."""
 
     @property
     def ok(self) -> bool:

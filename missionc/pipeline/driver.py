@@ -32,6 +32,7 @@ from missionc.backends.api import (
     ignore,
 )
 from missionc.backends.load import load_engines as load_backend
+from missionc.backends.load import load_repair
 from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.limits import Limits
@@ -59,6 +60,7 @@ from missionc.pipeline.run_limited import Ended, within
 from missionc.syntax.read_file import read_text
 
 if TYPE_CHECKING:
+    from missionc.base.trace import Trace
     from missionc.monitoring.live.session import Session
     from missionc.verify.certificate import Between
 
@@ -187,6 +189,21 @@ def plan(
         from missionc.pipeline.alternatives.ranked_plans import with_alternatives  # for those who ask for them
 
         return with_alternatives(first, alternatives, options, budget, exports, throughout)
+
+
+def plan_near(
+    checked: Checked, motion: Trace, options: Options, budget: Budget, exports: tuple[str, ...] = ()
+) -> Compiled | None:
+    """A verified plan of a checked mission near to a motion, or why there is none; None where nothing can look for it.
+
+    Args:
+        motion: (agents, steps + 1): of the mission, from its starts on; it need not keep anything.
+    """
+    repair = load_repair(motion)
+    if repair is None:
+        return None
+    with limited(budget.memory_bytes):
+        return _plan(checked, options, budget, Checkpoints(), exports, NO_EXPLANATION, repair=repair)
 
 
 def _plan(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import DESCRIBED, Described, Options, Recorded
+from missionc.base.source import Source
 from missionc.output.folder.file_names import MANIFEST, MISSION, NEAR_MISS, PROOF, input_name
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled
@@ -20,6 +21,11 @@ def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
     """Every file of the mission, by its name relative to the mission's folder."""
     folder = Path(checked.file).parent
     return tuple((input_name(source.name, folder), source.content) for source in checked.sources)
+
+
+def input_name_of(checked: Checked, source: Source) -> str:
+    """What a file of the mission is called, relative to the mission's folder."""
+    return input_name(source.name, Path(checked.file).parent)
 
 
 def data(checked: Checked) -> frozenset[str]:

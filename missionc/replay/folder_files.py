@@ -23,10 +23,12 @@ from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import FOLDER_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, MISSION
+from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, MISSION, PAST
 from missionc.output.folder.walk_folder import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, check
+from missionc.pipeline.remaining import remaining
+from missionc.progression.past_document import read_past
 from missionc.syntax.read_file import cannot_read, held, too_large
 from missionc.verify.certificate import Check
 
@@ -128,15 +130,27 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
     source, load = held(next(iter(inputs)), str(folder / MISSION), own, limits)
     if isinstance(source, Diagnostic):
         return source
-    return check(
+    lasting = stretch if of_plan else 1.0
+    checked = check(
         source,
         overrides=_overrides(found.manifest),
         backend=ANY_BACKEND,
         limits=limits,
-        stretch=stretch if of_plan else 1.0,
+        stretch=lasting,
         vehicle=vehicle,
         load=load,
     )
+    if PAST not in found.files or checked.mission is None or checked.kernel is None:
+        return checked
+    return _rest(found, checked, limits, lasting)
+
+
+def _rest(found: FolderFiles, checked: Checked, limits: Limits, stretch: float) -> Checked | Diagnostic:
+    """The mission that begins after what was flown of it."""
+    past = read_past(found.files[PAST].decode("utf-8", errors="replace"), limits.magnitude)
+    if isinstance(past, str):
+        return unusable(found.path, f"its `{PAST}` cannot be used: {past}")
+    return remaining(checked, past, limits, stretch)
 
 
 # ------------------------------------------------------------------ what lies there

@@ -31,6 +31,7 @@ from missionc.output.folder.file_names import (
     MOST_ALTERNATIVES,
     file_names,
     polynomials_file,
+    stop_file,
 )
 from missionc.pipeline.checked import Checked
 from missionc.replay.folder_files import FolderFiles, check_mission, names_and_hashes, parsed, read_files, unusable
@@ -65,6 +66,12 @@ class OutputFolder:
     trace: Trace
     flights: Mapping[str, str]
     alternatives: Mapping[str, OutputFolder] = field(default_factory=dict)
+
+    @property
+    def stops(self) -> Mapping[str, str]:
+        """The text of what each agent flies until the plan begins, by the agent's name; empty where that is nothing."""
+        names = file_names(self.mission.agents)
+        return {agent.name: self.text(stop_file(names[agent.name])) for agent in self.mission.agents}
 
     def text(self, name: str) -> str:
         """A file as text; empty where there is none."""

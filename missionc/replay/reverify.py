@@ -14,6 +14,7 @@ from pathlib import Path
 from missionc.base.limits import Limits
 from missionc.diagnostics.code import FOLDER_REFUSED, NOT_JUDGED
 from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.file_names import PAST
 from missionc.output.folder.walk_folder import printable
 from missionc.replay.folder_files import UNLISTED, file_checks
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder, read_folder
@@ -22,6 +23,7 @@ from missionc.replay.rebuild.rebuild_documents import check_documents
 from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED, unjudged, verdict
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.check_certificate import check_certificate
+from missionc.verify.flight.verify_stops import verify_stops
 from missionc.verify.verify_plan import verify, verify_between, verify_polynomials, with_delays
 
 MOST_REASONS = 8
@@ -71,6 +73,8 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     if flown.passed:
         flown = with_delays(mission, kernel, trace, flown)
         flown = flown.joined(verify_polynomials(mission, kernel, trace, opened.flights))
+    if flown.passed and PAST in opened.files:
+        flown = flown.joined(Certificate(mission.name, tuple(verify_stops(mission, opened.stops))))
     documents: tuple[Check, ...] = ()
     if flown.passed:
         flown = flown.joined(verify_between(mission, kernel, trace, opened.flights))

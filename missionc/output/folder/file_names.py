@@ -21,6 +21,8 @@ ALTERNATIVES, ALTERNATIVES_FOLDER = "alternatives.json", "alternatives"
 """The table of several plans in one folder, and where all but the best lie, each in a folder of its rank."""
 MOST_ALTERNATIVES = 20
 """Plans that one folder may hold."""
+PAST = "past.json"
+"""What was flown before the plan of the folder begins."""
 PLAN, NEAR_MISS, PROOF, EXPORT = "plan", "near_miss", "proof", "export"
 """What a folder may hold, as its manifest says; one that does not say so holds a plan."""
 
@@ -38,6 +40,11 @@ def input_name(source: str, folder: PurePath) -> str:
 def polynomials_file(file: str) -> str:
     """Where an agent's polynomials lie, by the name that ``file_names`` gives it."""
     return f"crazyflie/{file}.csv"
+
+
+def stop_file(file: str) -> str:
+    """Where the polynomials lie that an agent flies until its plan begins, by the name that ``file_names`` gives it."""
+    return f"stop/{file}.csv"
 
 
 def file_names(agents: tuple[Agent, ...]) -> dict[str, str]:

@@ -32,6 +32,8 @@ class Provenance:
         cut_short: what ended the search before it was done, in two words; empty where nothing did.
         stretch: how many times as long as the plan's the mission is.
         data: the names of those inputs that are no missions.
+        past: the text of what was flown before the plan begins; empty where nothing was.
+        stops: the text of what each agent flies until then, by the agent's name.
     """
 
     inputs: tuple[tuple[str, bytes], ...]
@@ -39,6 +41,8 @@ class Provenance:
     cut_short: str = ""
     stretch: float = 1.0
     data: frozenset[str] = frozenset()
+    past: str = ""
+    stops: tuple[tuple[str, str], ...] = ()
 
 
 def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:

@@ -18,10 +18,12 @@ from missionc.output.folder.file_names import (
     MANIFEST,
     MISSION,
     MOST_ALTERNATIVES,
+    PAST,
     REPORT,
     SIMULATION,
     file_names,
     polynomials_file,
+    stop_file,
 )
 from missionc.output.folder.manifest import PACKAGES
 from missionc.output.with_alternatives import OPTION
@@ -117,4 +119,6 @@ def _known(opened: OutputFolder) -> set[str]:
     flights = (polynomials_file(names[agent.name]) for agent in opened.mission.agents)
     further = (file for file in opened.files if file.startswith(tuple(f"{name}/" for name in opened.alternatives)))
     table = (ALTERNATIVES,) if OPTION in options(opened.manifest) else ()
-    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *flights, *table, *further}
+    stops = (stop_file(names[agent.name]) for agent in opened.mission.agents) if PAST in opened.files else ()
+    past = {PAST, *stops} if PAST in opened.files else set()
+    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *past, *flights, *table, *further}

@@ -113,7 +113,7 @@ def growing(seen: Enclosed, times: Array, obstacle: Obstacle) -> Enclosed:
     Returns:
         (agents, parts, dim + 1). The rounding of the growth is in the radius.
     """
-    grown = obstacle.growth * times
+    grown = obstacle.growth * (times + obstacle.age)
     ends = np.stack([grown[:-1], grown[1:]], axis=-1)
     linear = Enclosed(ends, np.full(len(ends), ALLOWANCE * (1 + float(grown[-1])))).elevated(seen.degree)
     shape = (*seen.radius.shape[:2], 1)

@@ -70,7 +70,7 @@ def margins(
         flat, needed = motions.coefficients.reshape(item.size, *shape), np.repeat(need[chosen], pieces)
 
         def margin(motion: Indices, local: Array) -> Array:
-            grown = obstacle.growth * (begun[motion] + local)
+            grown = obstacle.growth * (begun[motion] + local + obstacle.age)
             return np.asarray(distance(values(flat[motion], local)) - needed[motion] - grown)
 
         begun = np.tile(seen.times[:-1], chosen.size)

@@ -1,0 +1,117 @@
+"""``missionc replan FOLDER --flown TRACE``: the rest of a mission planned anew while it is flown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from missionc.base.units import Seconds
+from missionc.cli.exit_status import Status, say
+from missionc.cli.options import (
+    Number,
+    existing,
+    export_names,
+    exports,
+    files,
+    folder,
+    folder_to_write,
+    folders,
+    limits_and_form,
+    named,
+    read_limits,
+    several_of,
+)
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.overlap import Output, overlapping
+from missionc.output.folder.write_file import beside
+from missionc.output.folder.write_folder import refuse, write_folder
+
+MOST_SECONDS = 3_600
+
+
+@click.command("replan")
+@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@click.option(
+    "--flown",
+    type=existing,
+    required=True,
+    shell_complete=files,
+    metavar="TRACE",
+    help="What was flown so far, from the beginning of the folder's plan on: CSV or JSON.",
+)
+@click.option(
+    "--changed",
+    type=existing,
+    shell_complete=files,
+    metavar="PATCH",
+    help="Declarations that take the place of the mission's: the world and the team as they are now.",
+)
+@click.option("--lost", multiple=True, metavar="AGENT", help="An agent that is there no longer; may be repeated.")
+@click.option(
+    "--give-up", "given_up", multiple=True, metavar="REQUIREMENT", help="Ask nothing of it any more; may be repeated."
+)
+@click.option(
+    "--within",
+    type=Number(0.1, MOST_SECONDS),
+    default=5.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="After so long another plan is of no use; everybody is at rest by then.",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N")
+@click.option(
+    "--export",
+    "names",
+    type=export_names,
+    shell_complete=several_of(exports),
+    metavar="NAME[,NAME]",
+    help="Write the new flight in other forms too.",
+)
+@click.option(
+    "-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write; FOLDER-replan if left out."
+)
+@click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+@limits_and_form
+def command(
+    path: Path,
+    flown: Path,
+    changed: Path | None,
+    lost: tuple[str, ...],
+    given_up: tuple[str, ...],
+    within: float,
+    seed: int,
+    names: tuple[str, ...] | None,
+    output: Path | None,
+    force: bool,
+    limits: tuple[tuple[str, str], ...],
+    form: str,
+) -> Status:
+    """Plan the rest of a mission that is being flown: from where the agents are, with the world as it is now."""
+    from missionc.cli import replan_summary  # with all that plans
+    from missionc.cli.replan_folder import replan_folder
+    from missionc.pipeline.replan.request import Way
+
+    target = output or beside(named(path), "-replan")
+    inputs = [path, flown, *([changed] if changed else [])]
+    wrong = overlapping([Output("-o", target, True)], inputs) or refuse(target, force)
+    if wrong:
+        say([wrong], [], form, {"outcome": None})
+        return Status.MISSION_ERRORS
+    allowed = read_limits(limits)
+    replanned = replan_folder(path, flown, changed, lost, given_up, Seconds(within), seed, names or (), allowed)
+    findings: list[Diagnostic] = list(replanned.findings)
+    written = ""
+    if replanned.files:
+        failed = write_folder(target, replanned.files, force)
+        findings += [failed] if failed else []
+        written = "" if failed else str(target)
+    say(
+        findings,
+        replan_summary.replanned_lines(replanned, written),
+        form,
+        replan_summary.replanned_document(replanned, written or None),
+    )
+    if replanned.way is Way.NONE:
+        return Status.MISSION_ERRORS if replanned.rest is None else Status.IMPOSSIBLE
+    return Status.DONE if written or not replanned.files else Status.MISSION_ERRORS

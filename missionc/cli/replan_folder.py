@@ -1,0 +1,84 @@
+"""A folder that is being flown, read from its files, and the rest of its mission planned anew."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.diagnostics.code import NOT_TO_BE_CHANGED, TRACE_UNREADABLE
+from missionc.diagnostics.model import Diagnostic
+from missionc.diagnostics.suggest import nearest
+from missionc.monitoring.read_flown import FlownSoFar, read_flown
+from missionc.pipeline.replan.patch import patched
+from missionc.pipeline.replan.replan import replan
+from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
+from missionc.replay.read_folder import OutputFolder, read_folder
+from missionc.replay.reverify import reverify_opened
+from missionc.syntax.read_file import read_source, read_text
+
+
+def replan_folder(
+    folder: Path,
+    flown: Path,
+    changed: Path | None,
+    lost: tuple[str, ...],
+    given_up: tuple[str, ...],
+    within: Seconds,
+    seed: int,
+    exports: tuple[str, ...],
+    limits: Limits,
+) -> Replanned:
+    """The rest of the mission of a folder, once that has been verified again."""
+    opened = read_folder(folder, limits)
+    if not isinstance(opened, OutputFolder):
+        return _refused(*opened)
+    verified = reverify_opened(opened, None)
+    if not verified.passed:
+        return _refused(*verified.findings)
+    strange = _unknown(opened, lost, given_up)
+    if strange:
+        return _refused(strange)
+    so_far = _so_far(opened, flown, lost, limits)
+    if not isinstance(so_far, FlownSoFar):
+        return _refused(*so_far)
+    texts: Mapping[str, str] = {}
+    if changed is not None:
+        patch = read_source(changed, str(changed), limits)
+        edited = [patch] if isinstance(patch, Diagnostic) else patched(opened.checked, patch, limits)
+        if isinstance(edited, list):
+            return _refused(*edited)
+        texts = edited
+    request = Request(so_far, lost, texts, given_up, within, seed=seed, exports=exports)
+    return replan(Flying(opened.checked, opened.trace, opened.flights), request, limits)
+
+
+def _so_far(
+    opened: OutputFolder, flown: Path, lost: tuple[str, ...], limits: Limits
+) -> FlownSoFar | tuple[Diagnostic, ...]:
+    text = read_text(flown, str(flown), limits.trace_bytes, TRACE_UNREADABLE)
+    if isinstance(text, Diagnostic):
+        return (text,)
+    found, findings = read_flown(Source(str(flown), text), opened.mission, lost, limits)
+    return tuple(findings) if found is None else found
+
+
+def _unknown(opened: OutputFolder, lost: tuple[str, ...], given_up: tuple[str, ...]) -> Diagnostic | None:
+    """What to say of a name that the mission does not have."""
+    for flag, names, known in (
+        ("--lost", lost, [agent.name for agent in opened.mission.agents]),
+        ("--give-up", given_up, [goal.name for goal in opened.kernel.requirements]),
+    ):
+        for name in names:
+            if name not in known:
+                near = nearest(name, known)
+                what = "agent" if flag == "--lost" else "requirement"
+                hint = f"did you mean `{near}`?" if isinstance(near, str) else f"it has {', '.join(known[:8])}"
+                return Diagnostic(NOT_TO_BE_CHANGED, f"`{flag} {name}`: the mission has no such {what}", None, help=hint)
+    return None
+
+
+def _refused(*findings: Diagnostic) -> Replanned:
+    return Replanned(Way.NONE, findings)

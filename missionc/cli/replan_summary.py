@@ -1,0 +1,64 @@
+"""Summary of a replanning: how the rest of the mission is flown, and from when on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from missionc.base.figures import counted
+from missionc.cli.plan_summary import who_flies, worst_margins
+from missionc.ir.wording import listed
+from missionc.output.folder.file_names import REPORT
+from missionc.pipeline.replan.request import Replanned, Way
+from missionc.pipeline.results import Verified
+
+
+def replanned_lines(replanned: Replanned, output: str) -> list[str]:
+    """The summary; ``output`` is the folder written, or empty."""
+    rest = replanned.rest
+    if replanned.way is Way.NONE or rest is None or rest.mission is None:
+        return []
+    mission, begins = rest.mission, replanned.begins or 0.0
+    lines = [f"{mission.name}: {replanned.way.value}: {replanned.seconds:.2f} s, {_rest(replanned)}"]
+    if replanned.way is Way.KEPT:
+        assert replanned.certificate is not None
+        return [*lines, *worst_margins(replanned.certificate.judgements, replanned.certificate)]
+    assert replanned.compiled is not None
+    outcome = replanned.compiled.outcome
+    assert isinstance(outcome, Verified)
+    stops = f"everybody stops, and begins the new plan at {begins:g} s: the stops are proven too"
+    return [
+        *lines,
+        *worst_margins(outcome.plan.judgements, outcome.certificate),
+        f"  {stops}",
+        f"  {who_flies(mission)}",
+        *([f"  {Path(output) / REPORT} plays it"] if output else []),
+    ]
+
+
+def _rest(replanned: Replanned) -> str:
+    """Who goes on, and for how long."""
+    assert replanned.rest is not None
+    assert replanned.rest.mission is not None
+    mission, past = replanned.rest.mission, replanned.rest.past
+    lost = past.flown[-1].stretch.lost if past else ()
+    without = f", without {listed(lost)}" if lost else ""
+    given_up = past.flown[-1].stretch.given_up if past else ()
+    dropped = f", `{'`, `'.join(given_up)}` given up" if given_up else ""
+    return f"{counted(len(mission.agents), 'agent')} for the last {mission.horizon:g} s{without}{dropped}"
+
+
+def replanned_document(replanned: Replanned, output: str | None) -> dict[str, object]:
+    """The same for programs."""
+    compiled = replanned.compiled
+    verified = compiled.outcome if compiled is not None and isinstance(compiled.outcome, Verified) else None
+    certificate = verified.certificate if verified else replanned.certificate
+    judgements = certificate.judgements if certificate else ()
+    return {
+        "outcome": replanned.way.name.lower(),
+        "begins": replanned.begins,
+        "changed": list(replanned.changed),
+        "seconds": round(replanned.seconds, 3),
+        "requirements": [each.as_verdict() for each in judgements],
+        "stops": dict(replanned.stops),
+        "output": output,
+    }

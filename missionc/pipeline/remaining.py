@@ -1,0 +1,111 @@
+"""The rest of a mission of which something was flown: checked, progressed, and ready to be planned or verified.
+
+in   Checked, the Past
+out  Checked of the rest: its mission begins where the past ends
+says MC719 MC723
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from missionc.base.limits import Limits
+from missionc.diagnostics.code import NOT_SAID, PAST_DOES_NOT_FIT
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.ir import Mission
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import ANY_BACKEND, check
+from missionc.pipeline.provenance import inputs
+from missionc.progression.formula_progression import TooEntangledError
+from missionc.progression.past_document import Past
+from missionc.progression.stretches import Remaining, after
+from missionc.syntax.read_file import held
+
+
+def remaining(checked: Checked, past: Past, limits: Limits, stretch: float = 1.0) -> Checked | Diagnostic:
+    """The checked mission with the past taken off.
+
+    What is said of it is in ``rest``; ``mission`` and ``kernel`` are what is left to be planned.
+
+    Args:
+        checked: the mission as it is written now, whole.
+        stretch: how many times as long as written it lasts.
+    """
+    assert checked.mission is not None
+    written: list[Mission] = []
+    rest: Remaining | None = None
+    for flown in past.flown:
+        then = earlier(checked, flown.texts, limits, stretch) if flown.texts else checked
+        if then.mission is None or then.kernel is None:
+            return unfit("its mission, as it was then, has errors")
+        written.append(then.mission)
+        rest = rest or Remaining(then.mission, then.kernel)
+    assert rest is not None
+    for number, flown in enumerate(past.flown):
+        if flown.agents != tuple(agent.name for agent in rest.mission.agents):
+            return unfit("it has other agents than the mission")
+        if abs(flown.stretch.trace.step - rest.mission.step) > 1e-9 or flown.stretch.steps >= rest.mission.steps:
+            return unfit("it has other steps than the mission, or leaves none")
+        if flown.stretch.trace.position.shape[2] != rest.mission.dimension:
+            return unfit("its states have other coordinates than the mission")
+        now = written[number + 1] if number + 1 < len(written) else checked.mission
+        if wrong := _differ(rest.mission, now):
+            return unfit(wrong)
+        try:
+            rest = after(rest, flown.stretch, now)
+        except TooEntangledError as error:
+            return not_said(error)
+    return replace(checked, mission=rest.mission, kernel=rest.kernel, rest=rest, past=past)
+
+
+def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits, stretch: float) -> Checked:
+    """The mission as it was read when some of its files had other texts."""
+    own = dict(inputs(checked))
+    main = next(iter(own))
+    own.update({name: text.encode() for name, text in texts.items() if name in own})
+    source, load = held(main, str(Path(checked.file).parent), own, limits)
+    if isinstance(source, Diagnostic):
+        return Checked(checked.file, (source,))
+    return check(
+        source,
+        overrides=checked.overrides,
+        backend=ANY_BACKEND,
+        limits=limits,
+        stretch=stretch,
+        vehicle=checked.vehicle,
+        load=load,
+    )
+
+
+def _differ(before: Mission, now: Mission) -> str:
+    """In what a mission cannot go on as the other one; empty where it can."""
+    names = {agent.name for agent in now.agents}
+    if any(agent.name not in names for agent in before.agents):
+        return "the mission has no longer all of its agents"
+    if before.step != now.step or before.dimension != now.dimension:
+        return "the mission has another step or another world since"
+    return ""
+
+
+def unfit(why: str) -> Diagnostic:
+    """What to say of a past that is none of this mission."""
+    return Diagnostic(
+        PAST_DOES_NOT_FIT,
+        f"what was flown is no past of this mission: {why}",
+        None,
+        help="replan from the folder that was flown, with what was flown of it",
+    )
+
+
+def not_said(error: TooEntangledError) -> Diagnostic:
+    """What to say where no formula tells what is left of a requirement."""
+    span = getattr(error.node, "span", None)
+    return Diagnostic(
+        NOT_SAID,
+        "what is left of this cannot be said: it asks for a route at a step that is over, along agents of whom "
+        "something is still to come",
+        None if span is None else Label(span),
+        help="ask for the route, and for what is to come, in requirements of their own",
+    )

@@ -1,0 +1,1 @@
+"""Replanning: the rest of a mission planned anew while it is flown."""

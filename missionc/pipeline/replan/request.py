@@ -1,0 +1,99 @@
+"""What is asked of a replanning, and what it came to, as values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from missionc.backends.options import Options
+from missionc.base.trace import Trace
+from missionc.base.units import Seconds
+from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.monitoring.read_flown import FlownSoFar
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.results import Compiled
+from missionc.verify.certificate import Certificate
+
+IN_TIME = Seconds(5.0)
+"""Seconds in which another plan has to be ready, where nobody says otherwise."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flying:
+    """A plan that is being flown.
+
+    Args:
+        checked: its mission, with a choice of engines: what is left of it where it was planned in flight itself.
+        trace: the plan.
+        flights: the text of each agent's polynomials, by the agent's name.
+    """
+
+    checked: Checked
+    trace: Trace
+    flights: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Request:
+    """What happened, and what is asked.
+
+    Args:
+        so_far: what was flown of the plan.
+        lost: the names of agents that are lost.
+        texts: the mission's files as they read now, by their names; those that are missing read as before.
+        given_up: names of requirements that nothing is asked of any more.
+        in_time: seconds after which another plan is of no use; everybody is at rest by then, at the latest.
+        exports: names of forms that the new flight is written in as well.
+    """
+
+    so_far: FlownSoFar
+    lost: tuple[str, ...] = ()
+    texts: Mapping[str, str] = field(default_factory=dict)
+    given_up: tuple[str, ...] = ()
+    in_time: Seconds = IN_TIME
+    options: Options = field(default_factory=Options)
+    seed: int = 0
+    exports: tuple[str, ...] = ()
+
+
+class Way(Enum):
+    """How the rest of a mission is flown."""
+
+    KEPT = "the plan still holds, and is flown on"
+    REPAIRED = "the plan was repaired"
+    ANEW = "planned anew"
+    NONE = "no plan"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Replanned:
+    """How a replanning ended.
+
+    Args:
+        rest: the mission that is left.
+        certificate: of the rest of the plan, where that is kept.
+        compiled: the plan of the rest; absent where the old one is kept, or where nothing was planned.
+        begins: seconds after the beginning of the plan that was flown, at which the rest begins.
+        changed: the agents that fly another way than they would have.
+        seconds: that all of it took.
+    """
+
+    way: Way
+    findings: tuple[Diagnostic, ...]
+    rest: Checked | None = None
+    certificate: Certificate | None = None
+    compiled: Compiled | None = None
+    begins: float | None = None
+    changed: tuple[str, ...] = ()
+    stops: Mapping[str, str] = field(default_factory=dict)
+    seconds: float = 0.0
+
+    @property
+    def ok(self) -> bool:
+        return self.way is not Way.NONE and not has_errors(list(self.findings))
+
+    @property
+    def files(self) -> tuple[tuple[str, bytes], ...]:
+        """The folder of the new plan; nothing where there is none."""
+        return self.compiled.files if self.compiled is not None and self.ok else ()

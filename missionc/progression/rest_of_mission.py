@@ -1,0 +1,113 @@
+"""The rest of a mission: it begins after some of its steps, with the agents that are left, where they are then.
+
+    in   the mission with its world as it is now, how many steps are over, the states then; levels and who is left
+    out  Mission, whose step 0 is the one after those that are over
+
+Obstacles go on from where they are then, and as large as they have grown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from missionc import ir
+from missionc.base.trace import Array
+from missionc.base.units import Seconds, Steps
+from missionc.ir.shapes import Vector
+
+
+def rest_of(
+    mission: ir.Mission, elapsed: int, position: Array, left: tuple[str, ...], levels: Mapping[tuple[str, str], float]
+) -> ir.Mission:
+    """What of a mission is still to come.
+
+    Args:
+        elapsed: steps that are over, fewer than the mission has.
+        position: (agents that are left, dim), metres: where they are then.
+        left: their names, in the order of the mission.
+        levels: what is left of a resource, by its name and its agent's.
+    """
+    places = dict(zip(left, position.tolist(), strict=True))
+    index = {agent.index: number for number, agent in enumerate(each for each in mission.agents if each.name in places)}
+    agents = tuple(
+        replace(agent, index=index[agent.index], start=ir.Exactly(tuple(places[agent.name]), agent.start.span))
+        for agent in mission.agents
+        if agent.index in index
+    )
+
+    def those(indices: tuple[int, ...]) -> tuple[int, ...]:
+        return tuple(index[each] for each in indices if each in index)
+
+    def sets(some: tuple[ir.AgentSet, ...]) -> tuple[ir.AgentSet, ...]:
+        return tuple(replace(each, agents=those(each.agents)) for each in some)
+
+    seconds = mission.step * elapsed
+    return replace(
+        mission,
+        steps=Steps(mission.steps - elapsed),
+        obstacles=tuple(_later(obstacle, seconds) for obstacle in mission.obstacles),
+        agents=agents,
+        teams=sets(mission.teams),
+        groups=sets(mission.groups),
+        graphs=tuple(_graph(graph, index) for graph in mission.graphs),
+        formations=tuple(_formation(formation, index) for formation in mission.formations),
+        tolerances=tuple(replace(each, agents=those(each.agents)) for each in mission.tolerances),
+        resources=tuple(
+            replace(resource, agents=(index[agent],), start=levels[resource.name, mission.agents[agent].name])
+            for resource in mission.resources
+            for agent in resource.agents
+            if agent in index
+        ),
+        flags=tuple(replace(flag, agents=those(flag.agents)) for flag in mission.flags),
+        requirements=(),
+        preferences=(),
+        lets=(),
+    )
+
+
+def counted_from(mission: ir.Mission, seconds: float) -> ir.Mission:
+    """The mission with its obstacles as they are so many seconds on, and nothing else of it changed."""
+    return replace(mission, obstacles=tuple(_later(obstacle, seconds) for obstacle in mission.obstacles))
+
+
+def _later(obstacle: ir.Obstacle, seconds: float) -> ir.Obstacle:
+    """The obstacle with its times counted from so many seconds on."""
+    motion = obstacle.motion
+    if isinstance(motion, ir.Path):
+        motion = ir.Path(tuple(Seconds(time - seconds) for time in motion.times), motion.offsets)
+    return replace(obstacle, motion=motion, age=obstacle.age + seconds)
+
+
+def _graph(graph: ir.Graph, index: Mapping[int, int]) -> ir.Graph:
+    """The graph of those that are left, with the ranges and weights of their pairs."""
+
+    def some(indices: frozenset[int]) -> frozenset[int]:
+        return frozenset(index[each] for each in indices if each in index)
+
+    members = tuple(index[each] for each in graph.agents if each in index)
+    weights = tuple(
+        replace(
+            weight,
+            pairs=tuple(
+                replace(pair, senders=some(pair.senders), receivers=some(pair.receivers)) for pair in weight.pairs
+            ),
+        )
+        for weight in graph.weights
+    )
+    if isinstance(graph, ir.BeaconCover):
+        return replace(graph, agents=members, weights=weights)
+    ranges = tuple(
+        replace(each, senders=some(each.senders), receivers=some(each.receivers)) for each in graph.ranges
+    )
+    return replace(graph, agents=members, weights=weights, ranges=ranges)
+
+
+def _formation(formation: ir.Formation, index: Mapping[int, int]) -> ir.Formation:
+    """The formation of those that are left."""
+    edges = tuple(
+        replace(edge, first=index[edge.first], second=index[edge.second])
+        for edge in formation.edges
+        if edge.first in index and edge.second in index
+    )
+    return replace(formation, agents=tuple(index[each] for each in formation.agents if each in index), edges=edges)

@@ -1,0 +1,66 @@
+"""Verification of stops: what everybody flies until a plan that was made in flight begins.
+
+    in   the mission that begins with that plan, each agent's polynomials up to its beginning
+    out  Checks: nobody touches anything on the way, and all are at rest where the plan begins
+
+Bodies alone count, not the distances that are kept beside them: those are for flights that were planned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from missionc.base.units import Metres
+from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.piecewise_polynomials import Curves, values
+from missionc.ir import Exactly, Mission
+from missionc.verify.certificate import Check
+from missionc.verify.plan.agent_separation import check_separation
+from missionc.verify.plan.obstacle_clearance import check_obstacles
+from missionc.verify.tolerances import WAYPOINT
+
+ENDS = 1e-3
+"""Metres a second, and metres: who is so slow rests."""
+
+
+def verify_stops(mission: Mission, files: Mapping[str, str]) -> list[Check]:
+    """The stops of all agents together.
+
+    Args:
+        mission: its step 0 is when the stops are over.
+        files: the text of each agent's polynomials, by the agent's name.
+    """
+    own = {name: read(text) for name, text in files.items()}
+    wrong = [name for name, pieces in own.items() if isinstance(pieces, str)]
+    flown = [own.get(agent.name) for agent in mission.agents]
+    pieces = [each for each in flown if isinstance(each, Pieces)]
+    alike = {each.duration.tobytes() for each in pieces}
+    if wrong or len(pieces) != len(mission.agents) or len(alike) != 1:
+        detail = "there is one for each agent, and all have pieces that last as long"
+        return [Check("stop", "files", 0.0, "", 0.0, False, detail=detail)]
+    return list(checks(mission, pieces))
+
+
+def checks(mission: Mission, pieces: list[Pieces]) -> Iterator[Check]:
+    """The checks of stops, all of the same durations."""
+    curves = stop_curves(mission, pieces)
+    bare = replace(mission, separation=Metres(0.0), clearance=Metres(0.0))
+    for check in (*check_separation(bare, curves), *check_obstacles(bare, curves)):
+        yield replace(check, name=f"stop {check.name}", detail=f"until the plan begins, nobody touches: {check.detail}")
+    for agent, own in zip(mission.agents, pieces, strict=True):
+        last, lasting = own.coefficients[-1, :3], np.asarray(own.duration[-1])
+        ends = values(last, lasting)[: mission.dimension]
+        speed = float(np.linalg.norm(values(last[:, 1:] * np.arange(1, last.shape[1]), lasting)))
+        off = float(np.linalg.norm(ends - agent.start.point)) if isinstance(agent.start, Exactly) else np.inf
+        margin = min(WAYPOINT - off, ENDS - speed)
+        detail = "it ends at rest where the plan begins"
+        yield Check("stop", agent.name, margin, "m", 0.0, margin >= 0, 0.0, (agent.name,), detail)
+
+
+def stop_curves(mission: Mission, pieces: list[Pieces]) -> Curves:
+    """The motion, its times counted to the mission's step 0, where it ends."""
+    times = pieces[0].times - pieces[0].times[-1]
+    return Curves(times, np.stack([own.coefficients[:, : mission.dimension] for own in pieces]))
