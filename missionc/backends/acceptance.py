@@ -15,6 +15,7 @@ from missionc.monitoring.monitor import monitor
 from missionc.world.clearance import Motions, clear_motions, clear_of_movers, standing_solids
 from missionc.world.dynamics import UNIT_OF, States, check_step, motion_of
 from missionc.world.relative_motion import closest_approach
+from missionc.world.required_separation import SpacingTable
 from missionc.world.signed_distance import signed_distance
 
 ROUNDING = 1e-9
@@ -91,10 +92,11 @@ def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
 def _apart(mission: Mission, trace: Trace) -> list[Fault]:
     faults: list[Fault] = []
     count = len(mission.agents)
-    radius = np.array([agent.radius for agent in mission.agents])
+    spacing = SpacingTable.of(mission)
     position, velocity, acceleration = _motion(mission, trace)
     for one in range(count - 1):
-        rest = slice(one + 1, count)
+        rest = np.arange(one + 1, count)
+        metric = spacing.metric(np.array(one), rest)
         nearest = closest_approach(
             position[one],
             velocity[one],
@@ -103,8 +105,9 @@ def _apart(mission: Mission, trace: Trace) -> list[Fault]:
             velocity[rest],
             acceleration[rest],
             mission.step,
+            None if metric is None else metric[:, None],
         )
-        margin = nearest - (radius[one] + radius[rest] + mission.separation)[:, None]
+        margin = nearest - spacing.between(np.array(one), rest)[:, None]
         for other, step in np.argwhere(margin < 0):
             who = mission.agents[one].name, mission.agents[int(other) + one + 1].name
             faults.append(Fault("separation", who, int(step), float(margin[other, step])))

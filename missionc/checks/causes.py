@@ -278,7 +278,7 @@ def _suspect(bits: int) -> Cause | None:
 def _least_spacing(mission: Mission, agents: Sequence[int]) -> float:
     """How far apart two of the agents have to be, at least: the least of all pairs, or less where they are many."""
     if len(agents) <= 32:
-        return min(mission.spacing(*pair) for pair in combinations(agents, 2))
+        return min(mission.spacing(*pair).least for pair in combinations(agents, 2))
     return 2 * min(mission.agents[each].radius for each in agents) + mission.separation
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import pairwise
+from operator import sub
 
 from missionc.diagnostics.code import (
     FORMATION_TOO_SMALL,
@@ -19,7 +20,7 @@ from missionc.diagnostics.code import (
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Connectivity, Formation, Graph, Holds, Mission, Obstacle, Sight, Still
 from missionc.ir.pair_ranges import directed
-from missionc.ir.wording import listed, metres
+from missionc.ir.wording import listed, metres, spaced
 from missionc.language.walk_formulas import formulas
 
 FEWEST = 2
@@ -55,25 +56,29 @@ def _connected(mission: Mission) -> list[Graph]:
 
 def _tight(mission: Mission, formation: Formation) -> Iterator[tuple[int, int, float]]:
     """Pairs that the formation keeps too close, with the most it lets them be apart in metres."""
-    for first, second, apart in _reaches(formation):
-        if apart <= mission.spacing(first, second):
-            yield first, second, apart
+    for first, second, target, tolerance in _reaches(formation):
+        spacing = mission.spacing(first, second)
+        if isinstance(target, tuple):
+            most = spacing.measured(target) + tolerance * max(1.0, spacing.flatness)
+            if most <= spacing.sideways:
+                yield first, second, math.hypot(*target) + tolerance
+        elif target + tolerance <= spacing.least:
+            yield first, second, target + tolerance
 
 
-def _reaches(formation: Formation) -> Iterator[tuple[int, int, float]]:
-    """How far apart, at most, the formation lets two agents be: the pair of each edge, and neighbours by offset."""
+def _reaches(formation: Formation) -> Iterator[tuple[int, int, float | tuple[float, ...], float]]:
+    """Where the formation has two agents see each other, or how far apart, and its tolerance in metres: the pair of
+    each edge, and neighbours by offset."""
     tolerance = formation.tolerance
     offsets: list[tuple[tuple[float, ...], int]] = []
     for edge in formation.edges:
+        yield edge.first, edge.second, edge.target, tolerance
         if isinstance(edge.target, tuple):
-            yield edge.first, edge.second, math.hypot(*edge.target) + tolerance
             offsets.append((edge.target, edge.second))
-        else:
-            yield edge.first, edge.second, edge.target + tolerance
     offsets.sort()
     both = tolerance if formation.total else 2 * tolerance
     for (here, first), (there, second) in pairwise(offsets):
-        yield first, second, math.dist(here, there) + both
+        yield first, second, tuple(map(sub, here, there)), both
 
 
 # ------------------------------------------------------------------ messages
@@ -130,10 +135,10 @@ def _forbidden(mission: Mission, formation: Formation, first: int, second: int, 
     needed = mission.spacing(first, second)
     takes = (
         f"the radii {metres(one.radius)} and {metres(other.radius)} and the separation {metres(mission.separation)}"
-        f" take {metres(needed)}, and agents never touch"
+        f" take {spaced(needed)}, and agents never touch"
     )
-    if needed > one.radius + other.radius + mission.separation:
-        takes = f"what their vehicles keep from each other takes {metres(needed)}, from centre to centre"
+    if needed.most > one.radius + other.radius + mission.separation:
+        takes = f"what their vehicles keep from each other takes {spaced(needed)}, from centre to centre"
     more = () if pairs == 1 else (f"{pairs - 1:,} more {'pair' if pairs == 2 else 'pairs'} of it would be too close",)
     return Diagnostic(
         FORMATION_TOO_TIGHT,

@@ -18,7 +18,7 @@ from missionc.checks.free_space import FreeSpace, Lies
 from missionc.diagnostics.code import AGENTS_OVERLAP, IN_OBSTACLE, NO_ROOM, OUTSIDE_WORLD
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Obstacle, Place, Region, Still
-from missionc.ir.wording import at_least_metres, listed, metres, number
+from missionc.ir.wording import at_least_metres, listed, metres, number, spaced
 from missionc.world.configuration_space import common, empty
 from missionc.world.surely_clear import all_apart, near_to
 
@@ -95,9 +95,9 @@ def _overlapping(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diag
     if all_apart(points, who, mission):
         return []
     from missionc.world.placement_conflicts import too_close  # with numpy and shapely
-    from missionc.world.required_separation import Spacing
+    from missionc.world.required_separation import SpacingTable
 
-    pairs = too_close(points, who, Spacing.of(mission), MOST_PAIRS)
+    pairs = too_close(points, who, SpacingTable.of(mission), MOST_PAIRS)
     by_spans: dict[tuple[Span, Span], list[tuple[int, int, float]]] = {}
     for first, second, distance in pairs:
         by_spans.setdefault((exact[first][1].span, exact[second][1].span), []).append((first, second, distance))
@@ -224,16 +224,16 @@ def _too_close(
     where = f"{metres(distance)} apart" if distance > 0 else "at the same point"
     counted = f"more than {pairs - 1:,}" if pairs >= MOST_PAIRS else f"{pairs - 1:,}"
     more = () if pairs == 1 else (f"{counted} more {'pair' if pairs == 2 else 'pairs'} of these places are too close",)
-    takes = f"the radii and the separation take {metres(needed)}, and agents never touch"
-    if needed > one.radius + other.radius + mission.separation:
-        takes = f"what their vehicles keep from each other takes {metres(needed)}, from centre to centre"
+    takes = f"the radii and the separation take {spaced(needed)}, and agents never touch"
+    if needed.most > one.radius + other.radius + mission.separation:
+        takes = f"what their vehicles keep from each other takes {spaced(needed)}, from centre to centre"
     return Diagnostic(
         AGENTS_OVERLAP,
         f"`{one.name}` and `{other.name}` {stage.verb} {where}",
         Label(there.span, f"`{other.name}`" if there.span != here.span else ""),
         (Label(here.span, f"`{one.name}`"),) if there.span != here.span else (),
         (takes, *more),
-        f"put them more than {metres(needed)} apart",
+        f"put them more than {spaced(needed)} apart",
     )
 
 

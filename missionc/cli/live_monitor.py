@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 import sys
+import threading
 from collections.abc import Iterable
+from contextlib import nullcontext, suppress
 
 import click
 
 from missionc.base.figures import decimals
 from missionc.base.signals import Stopped
+from missionc.cli.browser import said
 from missionc.cli.exit_status import Status, columns, in_colour, say_line
+from missionc.cli.flight_page import FlightPage
 from missionc.diagnostics.code import UNUSABLE_SAMPLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import render_json, render_text
 from missionc.diagnostics.sanitize import as_json
-from missionc.monitoring.live.session import Change, Event, Outrun, Presence, Session, Unusable
+from missionc.monitoring.live.session import Change, Event, Judged, Outrun, Presence, Session, Unusable
 from missionc.monitoring.live.verdicts import Standing, Verdict
 
 MOST_UNUSABLE = 20
@@ -26,32 +30,49 @@ STATUS = {Verdict.SATISFIED: Status.DONE, Verdict.VIOLATED: Status.VIOLATED, Ver
 HELP = 'a line is `{"t": 1.25, "agent": "drone[0]", "position": [1, 2]}`, in seconds and metres'
 
 
-def run(session: Session, lines: Iterable[str], form: str) -> Status:
-    """Judge the lines until the mission, the stream or somebody's patience ends."""
-    voice = _Voice(session, form)
-    try:
-        for line in lines:
-            voice.tell(session.feed(line))
-            if session.over:
-                break
-    except (KeyboardInterrupt, Stopped):
-        pass
-    voice.tell(session.finish())
-    voice.sum_up()
+def run(
+    session: Session, lines: Iterable[str], form: str, page: FlightPage | None = None, no_open: bool = True
+) -> Status:
+    """Judge the lines until the mission, the stream or somebody's patience ends.
+
+    Args:
+        page: shows what is said, and stays when the stream has ended, until somebody's patience does.
+    """
+    voice = _Voice(session, form, page)
+    with page or nullcontext():
+        if page:
+            voice.say_page(page.address, no_open)
+        patient = True
+        try:
+            for line in lines:
+                voice.tell(session.feed(line))
+                if page:
+                    page.heard(session.steps.newest)
+                if session.over:
+                    break
+        except (KeyboardInterrupt, Stopped):
+            patient = False
+        voice.tell(session.finish())
+        voice.sum_up()
+        if page and patient:
+            page.end("the mission is over" if session.over else "the stream has ended")
+            voice.wait()
     return STATUS[session.verdict]
 
 
 class _Voice:
     """How a session is told, event by event."""
 
-    def __init__(self, session: Session, form: str) -> None:
-        self.session, self.json = session, form == "json"
+    def __init__(self, session: Session, form: str, page: FlightPage | None) -> None:
+        self.session, self.json, self.page = session, form == "json", page
         self.step = float(session.mission.step)
         self.width = max((len(goal.name) for goal in session.judge.goals), default=0)
         self.unusable = 0
 
     def tell(self, events: Iterable[Event]) -> None:
         for event in events:
+            if self.page:
+                self.page.publish(event)
             match event:
                 case Unusable(line, reason):
                     self._unusable(Diagnostic(UNUSABLE_SAMPLE, f"line {line}: {reason}", None, help=HELP))
@@ -69,6 +90,25 @@ class _Voice:
                 case Outrun(step, agents):
                     words = f"{', '.join(agents)} moved faster than the top speed: what rested on it is taken back"
                     self._say(step, words, {"outrun": list(agents)})
+                case Judged():
+                    pass
+
+    def say_page(self, address: str, no_open: bool) -> None:
+        """Where the page is; it is opened, unless nobody wants that."""
+        words = said(address, no_open, address, "the page")
+        if self.json:
+            _line({"page": address})
+        else:
+            say_line(words)
+            sys.stdout.flush()
+
+    def wait(self) -> None:
+        """Wait for Ctrl-C."""
+        if not self.json:
+            say_line("the page stays until Ctrl-C")
+        sys.stdout.flush()
+        with suppress(KeyboardInterrupt, Stopped):
+            threading.Event().wait()
 
     def sum_up(self) -> None:
         """How every goal stands, and what became of the samples."""

@@ -149,16 +149,18 @@ def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) 
 
 def _between(mission: Mission, near: Near, second: int, relative: Array, safe: float) -> list[Plane]:
     """``relative``: (2, dim), the first agent as the second sees it, at both ends of its straight motion."""
-    need = mission.agents[near.first].radius + mission.agents[second].radius + mission.separation
-    start, along = relative[0], relative[1] - relative[0]
+    spacing = mission.spacing(near.first, second)
+    # Where two keep an ellipsoid from each other, it is a ball in this metric, and the plane touches it.
+    metric = np.array([1.0, 1.0, spacing.flatness])[: relative.shape[1]]
+    start, along = relative[0] * metric, (relative[1] - relative[0]) * metric
     square = float(along @ along)
     share = float(np.clip(-float(start @ along) / square, 0.0, 1.0)) if square > 0 else 0.0
     closest = start + share * along
     distance = float(np.linalg.norm(closest))
     if distance <= LENIENT:
         return []
-    offset = np.full(DEGREE + 1, min(need + safe, distance - LENIENT))
-    return [Plane(near.leg, (0.0, 1.0), near.first, second, closest / distance, offset)]
+    offset = np.full(DEGREE + 1, min(spacing.sideways + safe, distance - LENIENT))
+    return [Plane(near.leg, (0.0, 1.0), near.first, second, closest / distance * metric, offset)]
 
 
 def _beside(

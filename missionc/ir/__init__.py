@@ -33,7 +33,7 @@ from missionc.ir.formulas import (
     Without,
 )
 from missionc.ir.lanes import Lane, LaneNode, Lanes
-from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith, Tolerance
+from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith, Spacing, Tolerance
 from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
 from missionc.ir.predicates import (
     Altitude,
@@ -126,6 +126,7 @@ __all__ = [
     "Sight",
     "SingleIntegrator",
     "SolveWith",
+    "Spacing",
     "Speed",
     "Still",
     "Tolerance",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import field
 from enum import Enum
 
@@ -39,6 +41,34 @@ class Tolerance:
     agents: tuple[int, ...]
     steps: Steps
     span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Spacing:
+    """How far apart the centres of two agents have to be: their difference is not within an upright ellipsoid of these
+    half axes, in metres."""
+
+    sideways: Metres
+    height: Metres
+
+    @property
+    def least(self) -> Metres:
+        """In the direction in which they may be nearest to each other."""
+        return min(self.sideways, self.height)
+
+    @property
+    def most(self) -> Metres:
+        """In every direction that is far enough."""
+        return max(self.sideways, self.height)
+
+    @property
+    def flatness(self) -> float:
+        """By how much heights count where two centres that are ``sideways`` apart are far enough: 1 for a ball."""
+        return self.sideways / self.height if self.height > 0 else 1.0
+
+    def measured(self, offset: Sequence[float]) -> Metres:
+        """A difference of two centres, in metres sideways."""
+        return Metres(math.hypot(*offset[:2], *(self.flatness * each for each in offset[2:])))
 
 
 class Objective(Enum):
@@ -99,27 +129,35 @@ class Mission:
     resources: tuple[Resource, ...] = ()
     flags: tuple[Flag, ...] = ()
     tolerances: tuple[Tolerance, ...] = ()
+    drift: tuple[Metres, ...] = ()
+    """What each agent may be off by, beside its tracking margin, for it starts a little before others or after them.
+    Of missions that are planned for (``lower.tighten``); of all others nobody's is known."""
 
     @property
     def dimension(self) -> int:
         return self.world.dimension
 
-    def spacing(self, first: int, second: int) -> Metres:
+    def spacing(self, first: int, second: int) -> Spacing:
         """How far apart the centres of two agents have to be, at least.
 
-        Their bodies with the separation, or what their vehicles keep and may miss:
-        the pair distance and the sideways axes of their downwash, each with both
-        tracking margins. Agents without a vehicle keep their separation alone.
+        Their bodies with the separation, in every direction; and besides what their vehicles keep and may miss. Bodies
+        and pair distance grow by both tracking margins, and so does the ellipsoid of their downwash, by a little more
+        in height (``verify.flight.joint_claims.downwash`` says why). Agents without a vehicle keep their separation
+        alone. In a plane nobody is above another: both half axes are the one sideways.
         """
         one, other = self.agents[first], self.agents[second]
-        bodies = one.radius + other.radius + self.separation
+        bodies = one.radius + other.radius
         missed = one.vehicle.tracking + other.vehicle.tracking
-        apart = max(
-            one.vehicle.pair_distance,
-            other.vehicle.pair_distance,
-            one.vehicle.downwash_radius + other.vehicle.downwash_radius,
-        )
-        return Metres(max(bodies, apart + missed))
+        if self.drift:
+            missed += self.drift[first] + self.drift[second]
+        apart = max(bodies, one.vehicle.pair_distance, other.vehicle.pair_distance) + missed
+        sideways = height = max(bodies + self.separation, apart)
+        wide = one.vehicle.downwash_radius + other.vehicle.downwash_radius
+        tall = one.vehicle.downwash_height + other.vehicle.downwash_height
+        if wide > 0 and tall > 0:
+            sideways = max(sideways, wide + missed)
+            height = max(height, math.sqrt(tall**2 * (1 + missed / wide) + missed**2 + missed * wide))
+        return Spacing(Metres(sideways), Metres(height if self.dimension == 3 else sideways))
 
     def room(self, agent: int) -> tuple[Vector, Vector]:
         """Opposite corners of where a plan may have an agent: the world less its vehicle's fence inset and what it may

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from missionc.ir import Mission
+from missionc.ir import Mission, Spacing
 
 SHOWN = 3
 """Names of a long list that are spelt out; the others are counted."""
@@ -18,6 +18,13 @@ def number(value: float) -> str:
 def metres(value: float) -> str:
     """A length to a tenth of a millimetre: ``3.6056 m``."""
     return f"{number(round(value, 4))} m"
+
+
+def spaced(spacing: Spacing) -> str:
+    """How far apart two centres are to be: ``0.4 m``, ``0.4 m sideways or 0.72 m in height``."""
+    if spacing.sideways == spacing.height:
+        return metres(spacing.sideways)
+    return f"{at_least_metres(spacing.sideways)} sideways or {at_least_metres(spacing.height)} in height"
 
 
 def at_least_metres(value: float) -> str:

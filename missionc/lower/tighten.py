@@ -17,6 +17,7 @@ import math
 from collections.abc import Sequence, Set
 from dataclasses import replace
 from itertools import combinations
+from operator import sub
 from typing import assert_never
 
 from missionc.base.units import Metres
@@ -26,6 +27,7 @@ from missionc.ir import (
     Difference,
     Disc,
     Dynamics,
+    Exactly,
     Formation,
     Graph,
     Intersection,
@@ -48,6 +50,10 @@ MITRE = 2.0
 
 PEAK, START = 1.5, 4.6
 """Measured on straight starts from rest: of the plan's speed, and of its speed over a step's duration."""
+SHARES = (1.0, 0.5, 0.25)
+"""Shares of what agents may be off by at their top speeds: the largest that leaves room where they start and finish."""
+SURELY = 1e-5
+"""Metres beyond their spacing that they are there, so that no rounding of a backend brings them nearer."""
 SPARE = 0.8
 """The share of a vehicle's limits for plans that come to speed by themselves: rounded corners take the rest."""
 
@@ -59,36 +65,53 @@ def tracking_margin(mission: Mission) -> Metres:
 
 def with_vehicle_room(mission: Mission) -> Mission:
     """The mission with the room its vehicles want: the same object where none wants any."""
-    few = _few_of_each_kind(mission)
-    extra = max((_beyond(mission, *pair) for pair in combinations(few, 2)), default=0.0)
-    rooms = [mission.room(agent) for agent in few]
+    rooms = [mission.room(agent.index) for agent in mission.agents]
     # Where vehicles differ, the widest room: a narrower one is judged on the flight.
     low = tuple(min(axis) for axis in zip(*(room[0] for room in rooms), strict=True))
     high = tuple(max(axis) for axis in zip(*(room[1] for room in rooms), strict=True))
     wanted = replace(
         mission,
         world=replace(mission.world, low=low, high=high),
-        separation=Metres(max(mission.separation, extra)),
         clearance=Metres(mission.clearance + tracking_margin(mission)),
+        drift=_drift(mission),
     )
-    before = mission.world, mission.separation, mission.clearance
-    return mission if (wanted.world, wanted.separation, wanted.clearance) == before else wanted
+    before = mission.world, mission.clearance, mission.drift
+    return mission if (wanted.world, wanted.clearance, wanted.drift) == before else wanted
 
 
-def _few_of_each_kind(mission: Mission) -> list[int]:
-    """Two agents, or the only one, of each radius, vehicle and dynamics: what any two of all keep, two of these do."""
-    kinds: dict[object, list[int]] = {}
-    for agent in mission.agents:
-        kinds.setdefault((agent.radius, agent.vehicle, agent.dynamics), []).append(agent.index)
-    return [index for alike in kinds.values() for index in alike[:2]]
+def _drift(mission: Mission) -> tuple[Metres, ...]:
+    """What each agent is off by at its top speed, for it starts at another time than the others; less where they start
+    or finish too near for that, since who comes from rest is slow there. Empty where nobody is."""
+    drift = [
+        agent.vehicle.start_skew * min(agent.vehicle.speed, PEAK * agent.dynamics.top_speed) for agent in mission.agents
+    ]
+    if not any(drift):
+        return ()
+    for share in SHARES:
+        some = replace(mission, drift=tuple(Metres(share * each) for each in drift))
+        if all(_apart(some, places) for places in _ends(mission)):
+            return some.drift
+    return ()
 
 
-def _beyond(mission: Mission, one: int, other: int) -> float:
-    """What two agents keep between their bodies, metres: one of them may be off by the skew of their starts."""
-    first, second = mission.agents[one], mission.agents[other]
-    skew = max(first.vehicle.start_skew, second.vehicle.start_skew)
-    drift = skew * sum(min(each.vehicle.speed, PEAK * each.dynamics.top_speed) for each in (first, second))
-    return float(mission.spacing(one, other)) - first.radius - second.radius + drift
+def _ends(mission: Mission) -> list[list[tuple[int, Vector]]]:
+    """The exact places to start at, and those to finish at, each with its agent."""
+    return [
+        [(agent.index, place.point) for agent, place in places if isinstance(place, Exactly)]
+        for places in (
+            [(agent, agent.start) for agent in mission.agents],
+            [(agent, agent.finish) for agent in mission.agents],
+        )
+    ]
+
+
+def _apart(mission: Mission, places: Sequence[tuple[int, Vector]]) -> bool:
+    """Whether all that are in these places keep the mission's spacing."""
+    for (one, here), (other, there) in combinations(places, 2):
+        spacing = mission.spacing(one, other)
+        if spacing.measured(tuple(map(sub, here, there))) < spacing.sideways + SURELY:
+            return False
+    return True
 
 
 def with_flyable_speeds(mission: Mission, calm: float = 1.0) -> Mission:

@@ -10,7 +10,7 @@ import shapely
 from missionc.ir import Obstacle, Vector
 from missionc.world.clearance import clear_of, solids
 from missionc.world.displacement import displaced
-from missionc.world.required_separation import Spacing
+from missionc.world.required_separation import SpacingTable
 from missionc.world.signed_distance import signed_distance
 
 CHUNK = 32
@@ -33,7 +33,7 @@ def too_near(
 
 
 def too_close(
-    places: Sequence[Vector], agents: Sequence[int], spacing: Spacing, most: int
+    places: Sequence[Vector], agents: Sequence[int], spacing: SpacingTable, most: int
 ) -> list[tuple[int, int, float]]:
     """Pairs of places no further apart than the agents in them have to be, with their distance.
 
@@ -49,8 +49,10 @@ def too_close(
         first, second = tree.query(flat[begin : begin + CHUNK], predicate="dwithin", distance=spacing.widest)
         first = first + begin
         first, second = first[first < second], second[first < second]
-        apart = np.linalg.norm(points[first] - points[second], axis=1)
-        close = np.flatnonzero(apart <= spacing.between(who[first], who[second]))
+        between, metric = points[first] - points[second], spacing.metric(who[first], who[second])
+        apart = np.linalg.norm(between, axis=1)
+        seen = apart if metric is None else np.linalg.norm(between * metric, axis=1)
+        close = np.flatnonzero(seen <= spacing.between(who[first], who[second]))
         pairs.extend((int(first[pair]), int(second[pair]), float(apart[pair])) for pair in close[: most - len(pairs)])
         if len(pairs) >= most:
             break

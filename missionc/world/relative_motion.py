@@ -24,6 +24,7 @@ def closest_approach(
     second_velocity: Array,
     second_acceleration: Array,
     step: float,
+    metric: Array | None = None,
 ) -> Array:
     """The least distance of two centres over one step, each moving with constant acceleration.
 
@@ -33,13 +34,16 @@ def closest_approach(
         first_velocity: (..., dim), m/s, at the start of the step.
         first_acceleration: (..., dim), m/s²; zero for straight motion.
         step: how long the step lasts, seconds.
+        metric: (..., dim), by what each axis of their difference counts; 1 where there is none.
 
     Returns:
-        (...), metres: the minimum over the whole step, both ends included.
+        (...), metres, of the metric: the minimum over the whole step, both ends included.
     """
     offset = np.asarray(second_position - first_position, dtype=float)
     velocity = np.asarray(second_velocity - first_velocity, dtype=float) * step
     bend = np.asarray(second_acceleration - first_acceleration, dtype=float) * (0.5 * step * step)
+    if metric is not None:
+        offset, velocity, bend = offset * metric, velocity * metric, bend * metric
     offset, velocity, bend = np.broadcast_arrays(offset, velocity, bend)
     nearest = _straight(offset, velocity)
     bends = np.abs(bend) > NEGLIGIBLE

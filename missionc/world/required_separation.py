@@ -1,6 +1,8 @@
-"""Required separation of agents, for many pairs at once."""
+"""Required separation of agents, for many pairs at once: the ellipsoids of ``Mission.spacing`` as a metric."""
 
 from __future__ import annotations
+
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,31 +13,74 @@ from missionc.ir import Mission
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spacing:
-    """``Mission.spacing`` as a table: agents with one radius and one vehicle are of one kind."""
+class SpacingTable:
+    """``Mission.spacing`` as a table: agents of one radius, vehicle and drift are of one kind.
+
+    Two agents are far enough apart where their difference, each axis times ``metric``, is at least ``between`` long.
+
+    Args:
+        kind: (agents,).
+        sideways: (kinds, kinds), metres.
+        flatness: (kinds, kinds), the half axis sideways over that in height.
+        dimension: of the mission's world.
+    """
 
     kind: NDArray[np.int64]
-    table: Array
+    sideways: Array
+    flatness: Array
+    dimension: int
 
     @staticmethod
-    def of(mission: Mission) -> Spacing:
-        kinds: dict[object, int] = {}
-        first: list[int] = []
-        kind = []
-        for agent in mission.agents:
-            key = (agent.radius, agent.vehicle)
-            if key not in kinds:
-                kinds[key] = len(kinds)
-                first.append(agent.index)
-            kind.append(kinds[key])
-        table = [[float(mission.spacing(one, other)) for other in first] for one in first]
-        return Spacing(np.array(kind, dtype=np.int64), np.array(table).reshape(len(first), len(first)))
+    def of(mission: Mission) -> SpacingTable:
+        """The table of a mission, made once."""
+        if mission not in _TABLES:
+            _TABLES[mission] = _made(mission)
+        return _TABLES[mission]
 
     def between(self, first: NDArray[np.int64], second: NDArray[np.int64]) -> Array:
-        """Metres from centre to centre, of agents by their numbers: two arrays that broadcast to one."""
-        return np.asarray(self.table[self.kind[first], self.kind[second]])
+        """Metres sideways from centre to centre, of agents by their numbers: two arrays that broadcast to one."""
+        return np.asarray(self.sideways[self.kind[first], self.kind[second]])
+
+    def metric(self, first: NDArray[np.int64], second: NDArray[np.int64]) -> Array | None:
+        """By what each axis of their difference is multiplied, (..., dim); None where all directions are alike."""
+        if self.round:
+            return None
+        factors = np.ones((*np.broadcast_shapes(np.shape(first), np.shape(second)), self.dimension))
+        factors[..., 2] = self.flatness[self.kind[first], self.kind[second]]
+        return factors
+
+    @property
+    def round(self) -> bool:
+        """Whether any two keep the same distance in all directions."""
+        return bool((self.flatness == 1).all())
 
     @property
     def widest(self) -> float:
-        """The largest of any two, metres; 0 where there is no agent."""
-        return float(self.table.max(initial=0.0))
+        """The largest of any two in any direction, metres; 0 where there is no agent."""
+        return float((self.sideways * np.maximum(1.0, 1.0 / self.flatness)).max(initial=0.0))
+
+    def among(self, agents: NDArray[np.int64]) -> float:
+        """The largest sideways of any two of these agents, metres, or of one and another that is like it."""
+        kinds = self.kind[agents]
+        return float(self.sideways[np.ix_(kinds, kinds)].max(initial=0.0))
+
+
+_TABLES: WeakKeyDictionary[Mission, SpacingTable] = WeakKeyDictionary()
+
+
+def _made(mission: Mission) -> SpacingTable:
+    kinds: dict[object, int] = {}
+    first: list[int] = []
+    kind = []
+    for agent in mission.agents:
+        key = (agent.radius, agent.vehicle, mission.drift[agent.index] if mission.drift else 0.0)
+        if key not in kinds:
+            kinds[key] = len(kinds)
+            first.append(agent.index)
+        kind.append(kinds[key])
+    table = [[mission.spacing(one, other) for other in first] for one in first]
+    sideways, flatness = (
+        np.array([[getattr(each, axis) for each in row] for row in table], dtype=float).reshape(len(first), len(first))
+        for axis in ("sideways", "flatness")
+    )
+    return SpacingTable(np.array(kind, dtype=np.int64), sideways, flatness, mission.dimension)

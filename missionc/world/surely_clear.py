@@ -41,4 +41,5 @@ def all_apart(places: Sequence[Vector], agents: Sequence[int], mission: Mission)
     if len(places) > MANY:
         return False
     pairs = combinations(zip(places, agents, strict=True), 2)
-    return all(math.dist(here, there) > mission.spacing(one, other) + SURE for (here, one), (there, other) in pairs)
+    most = ((math.dist(here, there), mission.spacing(one, other).most) for (here, one), (there, other) in pairs)
+    return all(apart > needed + SURE for apart, needed in most)

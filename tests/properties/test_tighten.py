@@ -140,8 +140,10 @@ def test_vehicles_get_the_room_they_want() -> None:
     assert found.mission is not None, found.findings
     vehicle = found.mission.agents[0].vehicle
     wanted = with_vehicle_room(found.mission)
-    drift = vehicle.start_skew * 2 * vehicle.speed
-    assert wanted.separation + 0.1 == pytest.approx(float(found.mission.spacing(0, 1)) + drift)
+    drift = vehicle.start_skew * vehicle.speed
+    assert wanted.drift == (drift,) * len(wanted.agents)
+    assert wanted.separation == found.mission.separation
+    assert wanted.spacing(0, 1).sideways == pytest.approx(found.mission.spacing(0, 1).sideways + 2 * drift)
     assert wanted.clearance == pytest.approx(vehicle.tracking)
     assert wanted.world.low == pytest.approx((vehicle.fence_inset + vehicle.tracking,) * 2)
     assert tracking_margin(found.mission) == vehicle.tracking
@@ -162,27 +164,14 @@ def test_plans_are_no_faster_than_a_vehicle_flies_from_rest() -> None:
     assert peaks["peak acceleration"] <= vehicle.acceleration
 
 
-def test_what_a_few_of_each_kind_want_all_of_them_want() -> None:
-    text = HEAD.replace(
-        "team drone[3] { radius 0.1 m", "team drone[3] { radius 0.1 m  vehicle crazyflie21  altitude 1 m"
-    )
-    text += (
-        "team wide[2] { radius 0.4 m  dynamics single_integrator(speed <= 1 m/s)  start in left }\n"
-        "agent quick { radius 0.2 m  vehicle crazyflie21 { pair_distance 0.9 m }  altitude 1 m"
-        "  dynamics single_integrator(speed <= 2 m/s)  start in left }\n"
-    )
-    found = driver.check(Source("a.mission", text + "require up: some drone: eventually[0, 4 s] pond\n"), backend="any")
-    mission = found.mission
-    assert mission is not None, found.findings
-
-    def drift(one: ir.Agent, other: ir.Agent) -> float:
-        speeds = [min(each.vehicle.speed, 1.5 * each.dynamics.top_speed) for each in (one, other)]
-        return max(one.vehicle.start_skew, other.vehicle.start_skew) * sum(speeds)
-
-    every = [
-        float(mission.spacing(one.index, other.index)) - one.radius - other.radius + drift(one, other)
-        for one in mission.agents
-        for other in mission.agents
-        if one.index != other.index
-    ]
-    assert with_vehicle_room(mission).separation == pytest.approx(max(every))
+def test_who_starts_nearer_than_speed_takes_is_planned_as_near() -> None:
+    text = HEAD.replace("radius 0.1 m", "radius 0.05 m  vehicle crazyflie21  altitude 1 m")
+    text = text.replace("team drone[3]", "team drone[2]")
+    for apart, share in ((0.6, 1.0), (0.47, 0.5), (0.43, 0.25), (0.405, 0.0)):
+        starts = text.replace("start in left", f"start at (2, 2), ({2 + apart:g}, 2)")
+        starts += "require up: drone[0]: eventually[0, 4 s] pond\n"
+        found = driver.check(Source("a.mission", starts), backend=driver.ANY_BACKEND)
+        assert found.mission is not None, found.findings
+        wanted = with_vehicle_room(found.mission)
+        assert wanted.drift == pytest.approx((share * 0.05,) * 2 if share else ())
+        assert wanted.spacing(0, 1).sideways < apart

@@ -11,7 +11,8 @@ import click
 from missionc.base.limits import Limits
 from missionc.cli import sample_lines, summary
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import Number, Pairs, existing, files, of_mission, pair, read_limits
+from missionc.cli.flight_page import FlightPage
+from missionc.cli.options import Number, Pairs, existing, files, no_open, of_mission, pair, read_limits
 from missionc.diagnostics.code import NOT_LISTENING
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline import driver
@@ -35,6 +36,8 @@ from missionc.pipeline import driver
 @click.option(
     "--skew", type=pair, multiple=True, metavar="NAME=SECONDS", help="With --live: an agent's clock is ahead."
 )
+@click.option("--page", is_flag=True, help="With --live: show it on a page in the browser, until Ctrl-C.")
+@no_open
 def command(
     file: Path,
     trace: str | None,
@@ -46,6 +49,8 @@ def command(
     udp: tuple[str, int] | None,
     wait: float | None,
     skew: Pairs,
+    page: bool,
+    no_open: bool,
 ) -> Status:
     """Judge a trace: a plan.json, a CSV file with agent,t,x,y[,z], or with --live states as they come."""
     if live:
@@ -53,9 +58,11 @@ def command(
             raise click.UsageError(
                 "`--live` reads states as they come, at the steps: it takes no trace and no `--continuous`"
             )
-        return _live(file, overrides, read_limits(limits), form, udp, wait, skew)
-    if udp is not None or wait is not None or skew:
-        raise click.UsageError("`--udp`, `--wait` and `--skew` are for `--live`")
+        if no_open and not page:
+            raise click.UsageError("`--no-open` is for `--page`, which opens it")
+        return _live(file, overrides, read_limits(limits), form, udp, wait, skew, page, no_open)
+    if udp is not None or wait is not None or skew or page or no_open:
+        raise click.UsageError("`--udp`, `--wait`, `--skew` and `--page` are for `--live`")
     if trace is None:
         raise click.UsageError("Missing argument 'TRACE'.")
     judged = driver.monitor(
@@ -75,13 +82,15 @@ def _live(
     udp: tuple[str, int] | None,
     wait: float | None,
     skew: Pairs,
+    page: bool,
+    no_open: bool,
 ) -> Status:
     ahead = {name: _seconds(name, text) for name, text in skew}
     try:
         checked, session = driver.live_session(file, overrides=dict(overrides), limits=limits, wait=wait, skew=ahead)
     except KeyError as error:
         raise click.UsageError(f"`--skew` names `{error.args[0]}`; the mission has no such agent") from None
-    if session is None:
+    if session is None or checked.kernel is None:
         say(checked.findings, [], form, {})
         return Status.MISSION_ERRORS
     lines: Iterable[str] = sample_lines.of_standard_input()
@@ -99,7 +108,8 @@ def _live(
     if form == "text":
         say(checked.findings, [], form, {})
         sys.stdout.flush()
-    return live_monitor.run(session, lines, form)
+    shown = FlightPage(session.mission, checked.kernel) if page else None
+    return live_monitor.run(session, lines, form, shown, no_open)
 
 
 def _seconds(name: str, text: str) -> float:

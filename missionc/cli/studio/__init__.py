@@ -10,7 +10,6 @@ workplace      what all pages share
 planning       compilations in a thread beside the page
 compilation    the compilations of one page's text
 session        one page's requests, and their answers
-guard          who may ask at all
-local_server   the pages and their sockets
+local_server   the pages and their sockets, for whom the guard (cli/guard) lets in
 serve          all of it together, for ``missionc studio``
 """

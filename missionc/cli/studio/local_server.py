@@ -15,7 +15,7 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from missionc.cli.studio.guard import ALWAYS, NAMES, PAGE, REPORT, Guard
+from missionc.cli.guard import ALWAYS, NAMES, Guard
 from missionc.cli.studio.session import Session
 from missionc.cli.studio.workplace import Workplace
 
@@ -25,6 +25,19 @@ FILES = {"": "index.html", "studio.js": "studio.js", "studio.css": "studio.css",
 """The files of the page, by what they are asked for as: nothing else is looked for on the disk."""
 SOCKET = "socket"
 NONCE = "%%NONCE%%"
+
+PAGE = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'nonce-{nonce}'; style-src-attr 'unsafe-inline'; "
+    "img-src 'self' data:; frame-src 'self'; connect-src 'self' ws://127.0.0.1:{port} ws://localhost:{port}; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""The policy of the page.
+
+What CodeMirror says of colours and sizes carries the nonce; browsers themselves style words that are put into a text.
+"""
+
+REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
+"""The policy of a report, beside its own: of no origin, so that it can ask this server for nothing."""
 
 MOST_PAGES = 8
 """Pages that are open at once, each with a language server."""

@@ -1,7 +1,8 @@
 """A session of online monitoring: lines of samples to what changes in the verdicts.
 
 in   lines of JSON, one after the other
-out  changes of verdicts, agents that go missing and come back, lines that cannot be used; at the end how all stands
+out  changes of verdicts, agents that go missing and come back, lines that cannot be used, each step as it is judged; at
+     the end how all stands
 """
 
 from __future__ import annotations
@@ -55,7 +56,15 @@ class Unusable:
     reason: str
 
 
-Event = Change | Presence | Outrun | Unusable
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A step that was judged: where the team was, and how every goal stands, requirements first."""
+
+    state: StepState
+    standings: tuple[Standing, ...]
+
+
+Event = Change | Presence | Outrun | Unusable | Judged
 
 
 class Session:
@@ -143,6 +152,7 @@ class Session:
         for number, standing in enumerate(self.standings):
             if not before or _said(standing) != _said(before[number]):
                 yield Change(state.step, standing, self.units[number], number >= self.requirements)
+        yield Judged(state, self.standings)
 
     def _names(self, agents: set[int] | frozenset[int]) -> tuple[str, ...]:
         return tuple(self.mission.agents[agent].name for agent in sorted(agents))

@@ -126,7 +126,7 @@ def _validation(flight: Flight, curves: Curves) -> dict[str, float]:
         "maxAltitude": _tenths(float(places[:, :, 2].max())),
         "maxVelocityXY": _tenths(float(np.linalg.norm(points[:, :, :2], axis=-2).max())),
         "maxVelocityZ": _tenths(float(np.abs(points[:, :, 2]).max())),
-        "minDistance": round(min((flight.mission.spacing(*pair) for pair in pairs), default=0.0), 6),
+        "minDistance": round(min((flight.mission.spacing(*pair).sideways for pair in pairs), default=0.0), 6),
     }
 
 

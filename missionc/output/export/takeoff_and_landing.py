@@ -137,7 +137,7 @@ def _ends(part: Part) -> Iterator[tuple[str, tuple[float, float, float], bool]]:
 def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
     """Two vehicles that would take off, or land, through each other."""
     for first, second in combinations(flight.parts, 2):
-        need = flight.mission.spacing(first.agent.index, second.agent.index)
+        need = flight.mission.spacing(first.agent.index, second.agent.index).sideways
         for (verb, one, _), (_, other, _) in zip(_ends(first), _ends(second), strict=True):
             apart = math.dist(one[:2], other[:2])
             # A flight need not end nearer than this to where the plan ends.

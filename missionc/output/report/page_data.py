@@ -17,20 +17,19 @@ from numpy.typing import NDArray
 
 from missionc.base.source import Span
 from missionc.base.trace import Array, Plan
-from missionc.ir import Agent, Formation, Graph, Mission, Obstacle, Path
+from missionc.ir import Formation, Graph, Mission
 from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import Kernel
 from missionc.language.margins.links import all_links, pieces
 from missionc.language.margins.predicate_margins import formation_margin
 from missionc.output.folder.file_names import input_name
-from missionc.output.region_roles import region_roles
 from missionc.output.report.charts import charts
 from missionc.output.report.flight_tracks import Flights, flights
-from missionc.output.report.outlines import inner_point, solids
-from missionc.output.report.pack import PER_METRE, pack, thousandths
+from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.requirement_lanes import Places, lanes
 from missionc.output.report.sample_tracks import Placed
 from missionc.output.report.tightest_margins import checks
+from missionc.output.report.world_data import world_data
 from missionc.verify.certificate import Between, Certificate, Verdict
 from missionc.version import __version__
 
@@ -63,26 +62,15 @@ def data(plotted: Plotted) -> dict[str, Any]:
     moving = flights(mission, plan.trace, plotted.flights, plotted.simulation)
     flown = moving.simulated.checks if moving.simulated else ()
     judged = plotted.certificate.joined(Certificate(mission.name, flown))
-    roles = region_roles(mission, plotted.kernel)
     rows, tree = lanes(mission, plotted.kernel, plan.trace, places(plotted))
     return {
         "schema": "missionc.report/1",
-        "mission": mission.name,
         "backend": plan.backend,
         "seed": plan.seed,
         "version": __version__,
         "digest": plotted.digest,
         "proven": str(plan.proven) if plan.proven else "",
-        "step": mission.step,
-        "steps": mission.steps,
-        "per_metre": PER_METRE,
-        "world": {"low": list(mission.world.low), "high": list(mission.world.high)},
-        "regions": [
-            {**_shape(mission, region.name, region.shape), "role": roles[region.name]} for region in mission.regions
-        ],
-        "obstacles": [_obstacle(mission, obstacle) for obstacle in mission.obstacles],
-        "beacons": [{"name": beacon.name, "position": list(beacon.position)} for beacon in mission.beacons],
-        "agents": [_agent(agent) for agent in mission.agents],
+        **world_data(mission, plotted.kernel),
         "graphs": [_graph(graph, plan.trace.position) for graph in mission.graphs],
         "formations": [_formation(formation, plan.trace.position) for formation in mission.formations],
         "motion": _motion(moving),
@@ -152,25 +140,6 @@ def places(plotted: Plotted) -> Places:
         return [numbers[name], span.start, span.end] if name in numbers else None
 
     return place
-
-
-def _agent(agent: Agent) -> dict[str, Any]:
-    return {"name": agent.name, "team": agent.team, "radius": agent.radius}
-
-
-def _shape(mission: Mission, name: str, shape: Any) -> dict[str, Any]:
-    parts = solids(mission.world, shape)
-    return {"name": name, "parts": parts, "inner": inner_point(mission.world, parts)}
-
-
-def _obstacle(mission: Mission, obstacle: Obstacle) -> dict[str, Any]:
-    path = obstacle.motion
-    moves = (
-        {"times": list(path.times), "offsets": [list(each) for each in path.offsets]}
-        if isinstance(path, Path)
-        else None
-    )
-    return {**_shape(mission, obstacle.name, obstacle.shape), "path": moves, "growth": obstacle.growth}
 
 
 def _graph(graph: Graph, position: Array) -> dict[str, Any]:

@@ -59,18 +59,18 @@ def page(title: str, data: dict[str, Any]) -> str:
     parts = {
         "POLICY": POLICY.format(digest),
         "TITLE": html.escape(title),
-        "STYLE": _asset("style.css"),
+        "STYLE": asset("style.css"),
         "DATA": embedded(data),
         "SCRIPT": script,
     }
-    pieces = _asset("page.html").split("%%")
+    pieces = asset("page.html").split("%%")
     return "".join(parts[piece] if number % 2 else piece for number, piece in enumerate(pieces))
 
 
 def scripts(names: Sequence[str]) -> str:
     """Scripts put together, with the palette that they draw in before them."""
     palette = embedded({"light": LIGHT, "dark": DARK, "marks": MARKS})
-    return "\n".join([f"const PALETTE = {palette};", *map(_asset, names)])
+    return "\n".join([f"const PALETTE = {palette};", *map(asset, names)])
 
 
 def embedded(data: object) -> str:
@@ -79,5 +79,6 @@ def embedded(data: object) -> str:
     return text.translate(ESCAPED)
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """The text of a part of the page."""
     return (ASSETS / name).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Separation of agents: every two bodies keep their distance, at every moment."""
+"""Separation of agents: every two bodies keep their distance, and vehicles their ellipsoid, at every moment."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from scipy.spatial import cKDTree
 
 from missionc.base.trace import Array
 from missionc.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
-from missionc.ir import Mission
+from missionc.ir import PLAIN, Mission
 from missionc.verify.certificate import Check
 from missionc.verify.plan.conservative_advancement import least
 from missionc.verify.tolerances import CERTAIN, CONTACT
+from missionc.world.required_separation import SpacingTable
 from missionc.world.vectors import norm
 
 
@@ -33,6 +34,8 @@ def check_separation(mission: Mission, curves: Curves, tolerance: float = CONTAC
     passed = lower >= -tolerance - slack and upper >= -tolerance
     names = (mission.agents[pair[0]].name, mission.agents[pair[1]].name)
     detail = f"every two bodies stay {mission.separation:g} m apart throughout"
+    if any(agent.vehicle != PLAIN for agent in mission.agents):
+        detail += ", and vehicles as far as theirs keep"
     return [Check("separation", "all pairs", lower, "m", tolerance + slack, passed, at, names, detail)]
 
 
@@ -41,20 +44,21 @@ def near_pairs(mission: Mission, curves: Curves, spare: float | None) -> Iterato
 
     Absent ``spare``, the pairs among which the nearest of the piece is.
     """
-    radii = np.array([agent.radius for agent in mission.agents])
+    spacing = SpacingTable.of(mission)
+    widest, flattest = float(spacing.sideways.max()), min(1.0, float(spacing.flatness.min()))
     reach = speed_bounds(curves) * curves.durations / 2
     middles = values(curves.coefficients, np.broadcast_to(curves.durations / 2, reach.shape))
     for piece in range(reach.shape[1]):
         middle = middles[:, piece]
         tree = cKDTree(middle)
-        widest = 2 * float(radii.max()) + mission.separation
         if spare is None:
             # Some pair is no further apart than this, so that no pair beyond it can be the nearest.
-            distance, neighbour = (np.asarray(column)[:, 1] for column in tree.query(middle, k=2))
-            apart = distance - radii - radii[neighbour] - mission.separation
-            within = max(0.0, float(apart.min())) + widest + 2 * float(reach[:, piece].max())
+            one, other = np.arange(len(middle)), np.asarray(tree.query(middle, k=2)[1])[:, 1]
+            between, metric = middle[one] - middle[other], spacing.metric(one, other)
+            apart = norm(between if metric is None else between * metric) - spacing.between(one, other)
+            within = (max(0.0, float(apart.min())) + widest) / flattest + 2 * float(reach[:, piece].max())
         else:
-            within = spare + widest + 2 * float(reach[:, piece].max())
+            within = (spare + widest) / flattest + 2 * float(reach[:, piece].max())
         pairs = tree.query_pairs(within * (1 + 1e-12), output_type="ndarray").astype(np.int64)
         if pairs.size:
             pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
@@ -64,11 +68,16 @@ def near_pairs(mission: Mission, curves: Curves, spare: float | None) -> Iterato
 def pair_margins(
     mission: Mission, curves: Curves, piece: int, first: Indices, second: Indices, ceiling: float | None
 ) -> tuple[Array, Array, Array]:
-    """Lower and upper bounds on pairs' margins within a piece, and when the upper one is taken: (pairs,) each."""
-    radii = np.array([agent.radius for agent in mission.agents])
-    need = radii[first] + radii[second] + mission.separation
-    one = Curves(curves.times[piece : piece + 2], curves.coefficients[:, piece : piece + 1])
-    return relative_margins(one.between(first, second), need, ceiling)
+    """Lower and upper bounds on pairs' margins within a piece, and when the upper one is taken: (pairs,) each.
+
+    Margins are metres sideways: where two keep more in height, heights count the less.
+    """
+    spacing = SpacingTable.of(mission)
+    metric = spacing.metric(first, second)
+    relative = Curves(curves.times[piece : piece + 2], curves.coefficients[:, piece : piece + 1]).between(first, second)
+    if metric is not None:
+        relative = Curves(relative.times, relative.coefficients * metric[:, None, :, None])
+    return relative_margins(relative, spacing.between(first, second), ceiling)
 
 
 def relative_margins(relative: Curves, need: Array, ceiling: float | None) -> tuple[Array, Array, Array]:

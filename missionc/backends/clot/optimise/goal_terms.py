@@ -17,6 +17,7 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
 from missionc.kernel.nodes import Atom, Node, UntilNode, WindowNode
 from missionc.kernel.walk import children, graph_of, postorder
+from missionc.world.required_separation import SpacingTable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,8 +83,8 @@ class Demand:
         robustness, values = self._evaluated(position, velocity)
         graphs = {graph for node in self.order if (graph := graph_of(node))}
         links = {graph: robustness.links(graph)[0].numpy() for graph in graphs}
-        radius = np.array([agent.radius for agent in self.mission.agents])
-        closest = radius[:, None] + radius + self.mission.separation
+        everyone = np.arange(len(self.mission.agents))
+        closest = SpacingTable.of(self.mission).between(everyone[:, None], everyone)
         return activate(self.order, self.roots, values, links, position, self.choices, False, witness, closest, whole)
 
     def _evaluated(self, position: Array, velocity: Array) -> tuple[Robustness, Mapping[Node, Array]]:

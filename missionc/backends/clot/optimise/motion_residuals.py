@@ -24,6 +24,7 @@ from missionc.base.trace import Array
 from missionc.ir import Anywhere, Mission
 from missionc.ir import Box as BoxShape
 from missionc.world.dynamics import speeds
+from missionc.world.required_separation import SpacingTable
 from missionc.world.signed_distance import signed_distance
 
 OBSTACLES, SEPARATION = "obstacles", "separation"
@@ -194,32 +195,43 @@ class Costs:
         made, mission = self.splines, self.mission
         if len(mission.agents) < 2:
             return
-        radius = np.array([one.radius for one in mission.agents])
         position, _ = made.states(control)
         here, there = (position[:, :-1], position[:, 1:]) if made.steps else (position, position)
         reach = np.linalg.norm(there - here, axis=-1)
         middle = (here + there) / 2
-        first, second = np.triu_indices(len(radius), 1)
+        first, second = np.triu_indices(len(mission.agents), 1)
+        spacing = SpacingTable.of(mission)
+        least, metric = spacing.between(first, second), spacing.metric(first, second)
         square = np.zeros((len(first), middle.shape[1]))
         for axis in range(mission.dimension):
-            square += (middle[first, :, axis] - middle[second, :, axis]) ** 2
-        within = (radius[first] + radius[second])[:, None] + mission.separation + CLOSE / 4
-        within = within + (reach[first] + reach[second]) / 2
+            between = middle[first, :, axis] - middle[second, :, axis]
+            square += (between if metric is None else between * metric[:, axis, None]) ** 2
+        within = least[:, None] + CLOSE / 4
+        within = within + max(1.0, float(spacing.flatness.max())) * (reach[first] + reach[second]) / 2
         pair, step_of = np.nonzero(square < within**2)
         one, other = first[pair], second[pair]
         if one.size == 0:
             return
-        need = torch.from_numpy(radius[one] + radius[other] + mission.separation + self.spare.bodies)
+        need = torch.from_numpy(least[pair] + self.spare.bodies)
+        factors = None if metric is None else torch.from_numpy(metric[pair])
         part = np.zeros(len(one))
         ends = [made.position(agent, step_of, part) for agent in (one, other)]
         if made.steps == 0:
             yield Group(
-                SEPARATION, tuple(ends), lambda a, b: need - norm(a - b), self.weights.bodies, self.spare.bodies
+                SEPARATION,
+                tuple(ends),
+                lambda a, b: need - norm(_measured(a - b, factors)),
+                self.weights.bodies,
+                self.spare.bodies,
             )
             return
         ends += [made.position(agent, step_of, part + 1) for agent in (one, other)]
         yield Group(
-            SEPARATION, tuple(ends), lambda *points: need - _approach(*points), self.weights.bodies, self.spare.bodies
+            SEPARATION,
+            tuple(ends),
+            lambda a, b, c, d: need - _approach(a, b, c, d, factors),
+            self.weights.bodies,
+            self.spare.bodies,
         )
 
     def _grid(self, count: int) -> tuple[Indices, Indices]:
@@ -244,9 +256,16 @@ def _samples(mission: Mission, made: Splines, start: int) -> Samples:
     )
 
 
-def _approach(one: Tensor, other: Tensor, one_next: Tensor, other_next: Tensor) -> Tensor:
-    """The least distance of two points that each move straight: (rows, dim) four times -> (rows,)."""
-    apart, change = other - one, (other_next - other) - (one_next - one)
+def _measured(between: Tensor, factors: Tensor | None) -> Tensor:
+    """Differences, each axis by its factor: (rows, dim) twice."""
+    return between if factors is None else between * factors
+
+
+def _approach(
+    one: Tensor, other: Tensor, one_next: Tensor, other_next: Tensor, factors: Tensor | None = None
+) -> Tensor:
+    """The least distance of two points that each move straight: (rows, dim) four times, and factors -> (rows,)."""
+    apart, change = _measured(other - one, factors), _measured((other_next - other) - (one_next - one), factors)
     with torch.no_grad():
         square = (change * change).sum(dim=1)
         when = (-(apart * change).sum(dim=1) / square.clamp_min(1e-18)).clamp(0.0, 1.0)

@@ -34,6 +34,7 @@ from missionc.kernel.analysis import about_whom
 from missionc.kernel.nodes import Atom, Node, UntilNode, WindowNode
 from missionc.kernel.walk import postorder
 from missionc.world.dynamics import can_wait, turn_in_step
+from missionc.world.required_separation import SpacingTable
 from missionc.world.signed_distance import signed_distance
 
 Indices = NDArray[np.int64]
@@ -170,7 +171,8 @@ class _Calm:
     tight: Flags = field(init=False)
     """The steps at which a goal holds by no more than it does, (steps + 1,)."""
     apart: Array = field(init=False)
-    """How far two agents are to be apart, (agents, agents), metres."""
+    """How far two agents are to be apart, (agents, agents), metres of ``metric``, (agents, agents, dim)."""
+    metric: Array = field(init=False)
     room: float = field(init=False)
     """Metres to spare that are as good as any."""
     work: int = WORK
@@ -191,7 +193,7 @@ class _Calm:
         for need in self.needs:
             for asked in need.asked:
                 self.tight[asked.steps[asked.worst(need.demand, batch)[0] <= need.worst + ROUNDING]] = True
-        self.apart = _apart(self.costs, states[0])
+        self.apart, self.metric = _apart(self.costs, states[0])
         self.room = with_room(mission).task
 
     def tune(self, group: tuple[int, ...]) -> None:
@@ -283,7 +285,7 @@ class _Calm:
             here, there = position[met, step], position[met, step + 1]
             square = max(float((there - here) @ (there - here)), ROUNDING)
             share = np.clip((nodes - here) @ (there - here) / square, 0.0, 1.0)[:, None]
-            away = np.linalg.norm(nodes - here - share * (there - here), axis=1)
+            away = np.linalg.norm((nodes - here - share * (there - here)) * self.metric[agent, met], axis=1)
             allowed[:, step : step + 2] &= away >= self.apart[agent, met] + min(short, self.room)
 
     def _cut(
@@ -332,7 +334,7 @@ class _Calm:
         others = np.setdiff1d(np.arange(len(position)), members)
         for number, agent in enumerate(members):
             for other in others:
-                away = np.linalg.norm(nodes[number] - position[other][:, None], axis=2)
+                away = np.linalg.norm((nodes[number] - position[other][:, None]) * self.metric[agent, other], axis=2)
                 allowed &= away >= self.apart[agent, other] - ROUNDING
             finish = mission.agents[agent].finish
             if isinstance(finish, Anywhere):
@@ -340,12 +342,14 @@ class _Calm:
         return allowed
 
 
-def _apart(costs: Costs, position: Array) -> Array:
+def _apart(costs: Costs, position: Array) -> tuple[Array, Array]:
     """How far two agents are to be apart, (agents, agents), metres: no nearer than they come, (agents, steps + 1, dim),
-    or so near that there is room."""
-    mission = costs.mission
-    radius = np.array([agent.radius for agent in mission.agents])
-    nearest = np.full((len(radius), len(radius)), np.inf)
+    or so near that there is room; and by what each axis of their difference counts, (agents, agents, dim)."""
+    mission, spacing = costs.mission, SpacingTable.of(costs.mission)
+    pairs = np.arange(len(position))[:, None], np.arange(len(position))
+    factors = spacing.metric(*pairs)
+    metric = np.ones((len(position), len(position), position.shape[2])) if factors is None else factors
+    nearest = np.full(metric.shape[:2], np.inf)
     for places in position.transpose(1, 0, 2):
-        nearest = np.minimum(nearest, np.linalg.norm(places[:, None] - places, axis=2))
-    return np.asarray(np.minimum(nearest, radius[:, None] + radius + mission.separation + with_room(mission).bodies))
+        nearest = np.minimum(nearest, np.linalg.norm((places[:, None] - places) * metric, axis=2))
+    return np.asarray(np.minimum(nearest, spacing.between(*pairs) + with_room(mission).bodies)), metric

@@ -14,6 +14,7 @@ from torch import Tensor
 from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.paper.kept_distance import kept_from
 from missionc.backends.clot.torch_device import places
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import postorder
@@ -61,8 +62,8 @@ def prefix_margin(
         bend = torch.linalg.vector_norm(moved.diff(dim=1), dim=-1).amax(dim=1)
         margin = torch.minimum(margin, one.dynamics.top_acceleration * step * step - bend)
     if others:
-        need = one.radius + team.radius[places(others, candidates.device), 0] + mission.separation
-        apart = _approach(candidates[:, None], planned).amin(dim=-1) - need
+        need, factors = kept_from(mission, agent, others, candidates)
+        apart = _approach(candidates[:, None], planned, factors[:, None]).amin(dim=-1) - need
         margin = torch.minimum(margin, apart.amin(dim=1))
     if goals:
         position = candidates.new_zeros(batch, count, *candidates.shape[1:])
@@ -74,9 +75,13 @@ def prefix_margin(
     return margin
 
 
-def _approach(one: Tensor, other: Tensor) -> Tensor:
-    """The least distance within each step of points that move straight: (..., steps, dim) -> (..., steps - 1)."""
-    apart = other - one
+def _approach(one: Tensor, other: Tensor, factors: Tensor) -> Tensor:
+    """The least distance within each step of points that move straight: (..., steps, dim) -> (..., steps - 1).
+
+    Args:
+        factors: (..., dim), by what each axis of a difference counts.
+    """
+    apart = (other - one) * factors
     change = apart.diff(dim=-2)
     apart = apart[..., :-1, :]
     square = (change * change).sum(dim=-1)

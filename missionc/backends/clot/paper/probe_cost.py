@@ -21,6 +21,7 @@ from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import Team
 from missionc.backends.clot.cost_weights import ProbeWeights
 from missionc.backends.clot.optimise.free_distance import Surroundings
+from missionc.backends.clot.paper.kept_distance import kept_from
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import SparsityPattern, sparsity_pattern
 from missionc.backends.clot.torch_device import places as at
@@ -94,20 +95,21 @@ class ProbeCost:
 
     def _apart(self, waypoints: Tensor, places: tuple[Tensor, ...], planned: Tensor) -> Tensor:
         planned = planned.expand(len(waypoints), -1, -1, -1)
-        radius = self.team.radius[at(self.others, waypoints.device), 0]
-        need = self.mission.agents[self.agent].radius + radius + self.mission.separation + self.weights.room
-        need = need[None, :, None].expand(planned.shape[:-1])
-        distance = torch.linalg.vector_norm(planned - waypoints[:, None], dim=-1) - need
+        least, factors = kept_from(self.mission, self.agent, self.others, waypoints)
+        need = (least + self.weights.room)[None, :, None].expand(planned.shape[:-1])
+        scale = factors[None, :, None].expand(planned.shape)
+        distance = torch.linalg.vector_norm((planned - waypoints[:, None]) * scale, dim=-1) - need
         near = distance.topk(min(NEAREST, len(self.others)), dim=1, largest=False).indices
         need = need.gather(1, near)[..., None]
         before = torch.cat([planned[:, :, :1], planned[:, :, :-1]], dim=2)
         after = torch.cat([planned[:, :, 1:], planned[:, :, -1:]], dim=2)
         cost = torch.zeros_like(places[0][..., 0])
         rows = near[..., None].expand(*near.shape, planned.shape[-1])
+        scale = scale.gather(1, rows)[:, :, :, None]
         for (weight, _), points, other in zip(
             PLACES, places, (planned, (planned + before) / 2, (planned + after) / 2), strict=True
         ):
-            apart = torch.linalg.vector_norm(points[:, None] - other.gather(1, rows)[:, :, :, None], dim=-1)
+            apart = torch.linalg.vector_norm((points[:, None] - other.gather(1, rows)[:, :, :, None]) * scale, dim=-1)
             cost = cost + weight * (need - apart).clamp_min(0.0).sum(dim=1)
         return cost
 

@@ -20,6 +20,7 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.ir.pair_ranges import all_ranges
 from missionc.kernel.nodes import Atom
+from missionc.world.required_separation import SpacingTable
 from missionc.world.signed_distance import signed_distance
 
 MIDDLES = 400
@@ -226,6 +227,7 @@ class FirstGuesses:
         middles = np.concatenate([middle[None], cells[:: max(1, len(cells) // MIDDLES)]])
         radius = np.array([self.mission.agents[agent].radius for agent in team])
         needed = radius + self.mission.clearance + ROOM
+        spacing = SpacingTable.of(self.mission).among(np.array(team))
         asked = [
             (region, [number for number, agent in enumerate(team) if agent in agents])
             for region, agents in places.items()
@@ -239,7 +241,7 @@ class FirstGuesses:
                     lacking = lacking + np.maximum(outside, 0.0).max(axis=-1)
             if len(others):
                 apart = np.linalg.norm(points[:, :, None] - others, axis=-1).min(axis=(1, 2))
-                lacking = lacking + np.maximum(2 * radius.max() + self.mission.separation - apart, 0.0)
+                lacking = lacking + np.maximum(spacing - apart, 0.0)
             far = np.linalg.norm(points - before[team], axis=-1).max(axis=-1)
             total: Array = LACKING * lacking + far
             return total

@@ -25,6 +25,7 @@ from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
 from missionc.world.displacement import displaced
+from missionc.world.required_separation import SpacingTable
 from missionc.world.signed_distance import signed_distance
 
 CELLS = 20_000
@@ -61,12 +62,14 @@ def give_way(mission: Mission, position: Array, begin: int, alone: Sequence[int]
 @dataclass(frozen=True, slots=True)
 class _Layers:
     """Args:
-    apart: metres that the centres of bodies are to be apart.
+    apart: metres that the centres of bodies are to be apart sideways.
+    metric: what each axis of their difference is multiplied by to tell that, (dim,).
     share: of the time between the two steps, of each layer, (layers,).
     low: the middle of the first cell, (dim,), metres.
     """
 
     apart: float
+    metric: Array
     share: Array
     cell: float
     low: Array
@@ -75,7 +78,9 @@ class _Layers:
     @staticmethod
     def of(mission: Mission, position: Array, alone: Sequence[int]) -> _Layers | None:
         agents = [mission.agents[agent] for agent in alone]
-        apart = 2 * max(agent.radius for agent in agents) + mission.separation + ROOM
+        spacing = SpacingTable.of(mission)
+        apart, metric = spacing.among(np.array(alone)) + ROOM, np.ones(position.shape[2])
+        metric[2:] = spacing.flatness.min()
         speed = max(float(agent.dynamics.top_speed) for agent in agents)
         count = max(2, int(np.ceil((position.shape[1] - 1) * mission.step * speed / apart)))
         around = position[list(alone)]
@@ -85,7 +90,7 @@ class _Layers:
         shape = tuple(int(each) + 1 for each in np.floor((high - low) / cell))
         if np.prod(shape) > CELLS:
             return None
-        return _Layers(apart, np.linspace(0.0, 1.0, count + 1), cell, low, shape)
+        return _Layers(apart, metric, np.linspace(0.0, 1.0, count + 1), cell, low, shape)
 
 
 class _GiveWay:
@@ -113,7 +118,7 @@ class _GiveWay:
         self.room = geodesics.room_at(self.points)
         duration = (position.shape[1] - 1) * mission.step
         self.seconds = duration / (len(share) - 1)
-        reach = int(np.ceil(layers.apart / layers.cell)) + 1
+        reach = int(np.ceil(layers.apart / min(1.0, layers.metric.min()) / layers.cell)) + 1
         self.near = np.array(list(product(range(-reach, reach + 1), repeat=position.shape[2])))
         self.taken = self._of_movers(begin * mission.step + share * duration)
 
@@ -148,7 +153,7 @@ class _GiveWay:
         found: set[int] = set()
         for layer in range(1, self.way.shape[1] - 1):
             points = self.way[:, layer]
-            apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
+            apart = np.linalg.norm((points[:, None] - points[None]) * self.layers.metric, axis=-1)
             np.fill_diagonal(apart, np.inf)
             found.update(np.flatnonzero((apart < self.layers.apart - 2 * ROOM).any(axis=1)).tolist())
         return [agent for agent in self.alone if agent in found]
@@ -158,7 +163,7 @@ class _GiveWay:
         way, cell = self.way[agent], self.layers.cell
         index = np.round((way - self.layers.low) / cell).astype(np.int64)[:, None] + self.near
         inside = ((index >= 0) & (index < np.array(self.layers.shape))).all(axis=2)
-        apart = np.linalg.norm(self.layers.low + index * cell - way[:, None], axis=2)
+        apart = np.linalg.norm((self.layers.low + index * cell - way[:, None]) * self.layers.metric, axis=2)
         much = np.where(inside, np.maximum(0.0, 1.0 - apart / self.layers.apart), 0.0)
         layer, which = np.nonzero(much)
         np.add.at(self.taken, (layer, *index[layer, which].T), sign * much[layer, which])

@@ -26,6 +26,7 @@ from missionc.ir import Mission, Predicate
 from missionc.kernel.evaluate import evaluate
 from missionc.kernel.nodes import Atom, Node
 from missionc.world.dynamics import Indices, speeds
+from missionc.world.required_separation import SpacingTable
 from missionc.world.vectors import norm
 
 INSIDE = 0.3
@@ -230,8 +231,7 @@ class GoalSets:
     def _parted(self, agents: Sequence[int], points: Array, here: Array, within: float) -> Array:
         """The points where some meet, (members, dim), with those who would be in one point apart, as they come."""
         middle = points.mean(axis=0)
-        radius = [self.mission.agents[agent].radius for agent in agents]
-        needed = max(radius) + self.mission.separation / 2
+        needed = SpacingTable.of(self.mission).among(np.array(agents)) / 2
         parted = points.copy()
         for number, point in enumerate(points):
             if (

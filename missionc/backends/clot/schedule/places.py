@@ -16,6 +16,7 @@ from missionc.base.trace import Array
 from missionc.ir import Ball, Beacon, Box, Compare, Disc, Intersection, Mission, Polygon, Prism, Region, Shape
 from missionc.ir.predicates.features import DistanceTo
 from missionc.kernel.nodes import Atom, Node, Not
+from missionc.world.required_separation import SpacingTable
 from missionc.world.sampling import points_in
 from missionc.world.signed_distance import signed_distance
 
@@ -84,7 +85,7 @@ class Places:
     def slots(self, region: Region, agents: list[int], pitch: float) -> Array:
         """As many places in a region as agents, spread on a grid, nearest to its middle first."""
         widest = max(self.mission.agents[agent].radius for agent in agents)
-        apart = 2 * widest + self.mission.separation + 0.3 * pitch
+        apart = SpacingTable.of(self.mission).among(np.array(agents)) + 0.3 * pitch
         centre = self.centre(region)
         count = int(np.ceil(np.sqrt(len(agents)))) + 4
         line = (np.arange(2 * count + 1) - count) * apart

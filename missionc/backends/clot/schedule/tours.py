@@ -25,6 +25,7 @@ from missionc.backends.clot.schedule.visits import Escort, Schedule
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Inside, Mission, Region
 from missionc.kernel.nodes import Atom
+from missionc.world.required_separation import SpacingTable
 from missionc.world.signed_distance import signed_distance
 
 ROOM = 0.3
@@ -118,8 +119,8 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
             case None:
                 own[-1] = replace(own[-1][0], end=last), own[-1][1]
     stops: list[list[Stop]] = [[] for _ in mission.agents]
-    radius = np.array([each.radius for each in mission.agents])
-    apart = radius[:, None] + radius + mission.separation
+    everyone = np.arange(len(mission.agents))
+    apart = SpacingTable.of(mission).between(everyone[:, None], everyone)
     for first, second, least in schedule.company.apart:
         apart[first, second] = apart[second, first] = max(least, apart[first, second])
     order = [(stop.begin, agent, stop, goal) for agent, own in enumerate(wanted) for stop, goal in own]

@@ -24,7 +24,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from missionc.backends.smt.prioritized.progression import Residual, TooComplex
-from missionc.backends.smt.prioritized.reservations import ReservationTable
+from missionc.backends.smt.prioritized.reservations import ReservationTable, within
 from missionc.backends.smt.prioritized.single_agent_search import HASTE
 from missionc.backends.smt.prioritized.single_agent_sweep import FAR, Mover
 from missionc.backends.smt.roadmap.roadmap import Indices
@@ -101,15 +101,21 @@ class JointSearch:
     """The search for one joint motion.
 
     Args:
-        apart: (agents, agents), metres that the centres of each two must keep.
+        apart: (agents, agents), metres that the centres of each two must keep sideways.
+        metric: (agents, agents, dim), as of ``closest_approach``.
     """
 
-    def __init__(self, movers: Sequence[Mover], apart: Array, step: float) -> None:
+    def __init__(self, movers: Sequence[Mover], apart: Array, metric: Array | None, step: float) -> None:
         self.movers, self._step = movers, step
         self._haste = HASTE * max(mover.table.longest for mover in movers)
         self._pairs = [(one, other) for other in range(len(movers)) for one in range(other)]
         self._clear = {
-            (one, other): self._clear_moves(movers[one].table, movers[other].table, float(apart[one, other]))
+            (one, other): self._clear_moves(
+                movers[one].table,
+                movers[other].table,
+                float(apart[one, other]),
+                None if metric is None else metric[one, other],
+            )
             for one, other in self._pairs
         }
         self._untimed = [Untimed.of(mover) for mover in movers]
@@ -117,17 +123,27 @@ class JointSearch:
         self._to_go = self._distances()
         """Metres that all have to go at least, by their spots, (joint spots,); infinite where there is no way."""
 
-    def _clear_moves(self, one: ReservationTable, other: ReservationTable, least: float) -> Flags:
+    def _clear_moves(
+        self, one: ReservationTable, other: ReservationTable, least: float, factors: Array | None
+    ) -> Flags:
         """Which moves of the one are clear of which of the other, (moves, moves)."""
         if len(one.length) * len(other.length) > EDGES:
             raise TooComplex
         clear = np.ones((len(one.length), len(other.length)), dtype=np.bool_)
-        near = cKDTree(other.middle).query_ball_point(one.middle, one.reach + other.reach.max(initial=0.0) + least)
+        reach = one.reach + other.reach.max(initial=0.0) + within(least, factors)
+        near = cKDTree(other.middle).query_ball_point(one.middle, reach)
         first = np.repeat(np.arange(len(near)), [len(moves) for moves in near])
         second = np.concatenate([np.array(moves, dtype=np.int64) for moves in near])
         (here, going, turning), (there, coming, bending) = one.moves, other.moves
         nearest = closest_approach(
-            here[first], going[first], turning[first], there[second], coming[second], bending[second], self._step
+            here[first],
+            going[first],
+            turning[first],
+            there[second],
+            coming[second],
+            bending[second],
+            self._step,
+            factors,
         )
         clear[first[nearest < least], second[nearest < least]] = False
         return clear

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.refine.collisions import kinematics, needed
+from missionc.backends.smt.refine.collisions import each_step, kinematics, metric, needed
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.backends.smt.shorten.minimize_distance import travelled
 from missionc.base.trace import Array, Flags
@@ -88,8 +88,10 @@ class Reservations:
         if not others.size:
             return []
         theirs = kinematics(self.states[others], others, self.motion, self.mission)
-        nearest = closest_approach(*self._track(agent, way), *theirs, self.mission.step)
-        least = needed(np.full_like(others, agent), others, self.mission)
+        pairs = np.full_like(others, agent), others
+        factors = each_step(metric(*pairs, self.mission))
+        nearest = closest_approach(*self._track(agent, way), *theirs, self.mission.step, factors)
+        least = needed(*pairs, self.mission)
         met: list[int] = others[(nearest < least[:, None]).any(axis=1)].tolist()
         return met
 
@@ -99,9 +101,11 @@ class Reservations:
         near = np.zeros(len(roadmap.position), dtype=np.bool_)
         others = sorted(self.known - {agent}) if self.moved[agent] else []
         for other in others:
-            least = float(needed(np.array([agent]), np.array([other]), self.mission)[0])
+            pair = np.array([agent]), np.array([other])
             way = np.unique(self.motion.roadmap(other).position[self.states[other]], axis=0)
-            near |= cKDTree(way).query(roadmap.position)[0] < least
+            factors = metric(*pair, self.mission)
+            scale = 1.0 if factors is None else factors[0]
+            near |= cKDTree(way * scale).query(roadmap.position * scale)[0] < float(needed(*pair, self.mission)[0])
         return near
 
     def _track(self, agent: int, way: Indices) -> tuple[Array, Array, Array]:
@@ -175,16 +179,18 @@ class ReservationTable:
             track: its position, velocity and acceleration at the start of each step, (steps, dim) each.
             weight: ``FIXED`` where it cannot be moved.
         """
-        least = float(needed(np.array([self.roadmap.agents[0]]), np.array([agent]), self.mission)[0])
+        pair = np.array([self.roadmap.agents[0]]), np.array([agent])
+        least, factors = float(needed(*pair, self.mission)[0]), metric(*pair, self.mission)
+        widest = within(least, factors)
         middle, reach = _disc(*track, self.mission.step)
-        around = self._tree.query_ball_point(middle, reach + self.reach.max(initial=0.0) + least)
+        around = self._tree.query_ball_point(middle, reach + self.reach.max(initial=0.0) + widest)
         step = np.repeat(np.arange(len(middle)), [len(moves) for moves in around])
         move = np.concatenate([np.array(moves, dtype=np.int64) for moves in around])
-        near = norm(self.middle[move] - middle[step]) < self.reach[move] + reach[step] + least
+        near = norm(self.middle[move] - middle[step]) < self.reach[move] + reach[step] + widest
         step, move = step[near], move[near]
         (here, going, turning), (there, coming, bending) = self.moves, track
         nearest = closest_approach(
-            here[move], going[move], turning[move], there[step], coming[step], bending[step], self.mission.step
+            here[move], going[move], turning[move], there[step], coming[step], bending[step], self.mission.step, factors
         )
         cells = np.sort((step * len(self.leads_on) + move)[nearest < least])
         self._near[agent] = cells, weight
@@ -211,6 +217,12 @@ class ReservationTable:
 
     def open_roadmap(self) -> Roadmap:
         return replace(self.roadmap, allowed=self.roadmap.allowed & (self._taken == 0))
+
+
+def within(least: float, factors: Array | None) -> float:
+    """Metres beyond which two are far enough apart in every direction, where ``least`` counts by the factors,
+    (..., dim)."""
+    return least if factors is None else least / min(1.0, float(factors.min()))
 
 
 def _disc(position: Array, velocity: Array, acceleration: Array, step: float) -> tuple[Array, Array]:

@@ -40,7 +40,7 @@ from missionc.backends.smt.prioritized.requirement_parts import (
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
 from missionc.backends.smt.prioritized.single_agent_search import HASTE, SingleAgentSearch
-from missionc.backends.smt.refine.collisions import needed
+from missionc.backends.smt.refine.collisions import metric, needed
 from missionc.backends.smt.refine.problem import Setting
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
@@ -244,7 +244,8 @@ class SingleAgentPlanning:
     def plan_jointly(self, agents: tuple[int, ...]) -> bool:
         """Settles agents, the first of whom is settled, on the best joint motion, if that comes off; or refuses."""
         setting, formulas = self.setting, [self.own_parts(agent) for agent in agents]
-        apart = np.stack([needed(np.full(len(agents), one), np.array(agents), setting.mission) for one in agents])
+        one, other = np.array(agents)[:, None], np.array(agents)
+        apart, factors = needed(one, other, setting.mission), metric(one, other, setting.mission)
         with setting.account.stage("alone"), suppress(TooComplex):
             free = SingleAgentSearch(self.order.labels, {}, self.reservations, 1)
             nothing: list[list[Node]] = [[]] * len(agents)
@@ -254,14 +255,14 @@ class SingleAgentPlanning:
             )
             for search, asked, names in questions if frozenset(agents) not in self.compatible else ():
                 movers = [search.mover(*each, None) for each in zip(agents, asked, strict=True)]
-                if not self.chosen and JointSearch(movers, apart, setting.mission.step).refused:
+                if not self.chosen and JointSearch(movers, apart, factors, setting.mission.step).refused:
                     self.refused = names
                     return False
             self.compatible.add(frozenset(agents))
             rest = self.reservations.copy()
             rest.release(set(agents).intersection(rest.agents))
             movers = [self.single_agent.mover(*each, rest) for each in zip(agents, formulas, strict=True)]
-            found = JointSearch(movers, apart, setting.mission.step).find()
+            found = JointSearch(movers, apart, factors, setting.mission.step).find()
             states = rest.states.copy()
             states[list(agents)] = 0 if found is None else found
             if found is not None and self.single_agent.admits(agents, states, rest):

@@ -18,6 +18,7 @@ from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.world.dynamics import States, motion_of
 from missionc.world.relative_motion import closest_approach
+from missionc.world.required_separation import SpacingTable
 
 CUSHION = 1e-6
 """Metres that agents keep beyond what they must, so that no rounding makes them touch."""
@@ -52,6 +53,7 @@ def too_near(states: Indices, agents: Indices, motion: Motion, mission: Mission)
         velocity[second],
         acceleration[second],
         mission.step if motion.steps else 0.0,
+        each_step(metric(agents[first], agents[second], mission)),
     )
     first, second = agents[first], agents[second]
     pair, step = np.nonzero(least < needed(first, second, mission)[:, None])
@@ -59,9 +61,18 @@ def too_near(states: Indices, agents: Indices, motion: Motion, mission: Mission)
 
 
 def needed(first: Indices, second: Indices, mission: Mission) -> Array:
-    """How far apart the centres of pairs of agents must be, (pairs,), metres."""
-    radii = np.array([agent.radius for agent in mission.agents])
-    return np.asarray(radii[first] + radii[second] + mission.separation + CUSHION)
+    """How far apart the centres of pairs of agents must be sideways, (pairs,), metres."""
+    return SpacingTable.of(mission).between(first, second) + CUSHION
+
+
+def metric(first: Indices, second: Indices, mission: Mission) -> Array | None:
+    """What the axes of their differences are multiplied by to tell that, (pairs, dim); None where all count alike."""
+    return SpacingTable.of(mission).metric(first, second)
+
+
+def each_step(factors: Array | None) -> Array | None:
+    """The same for each step: (pairs, dim) to (pairs, 1, dim)."""
+    return None if factors is None else factors[:, None]
 
 
 def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Mission) -> tuple[Array, Array, Array]:
@@ -143,9 +154,11 @@ class Separation:
         return int(state) + int(self.motion.places_of(agent).start)
 
     def _touch(self, first: int, one: int, second: int, other: int) -> bool:
-        radii = self.mission.agents[first].radius + self.mission.agents[second].radius
-        here, there = self.motion.roadmap(first).position[one], self.motion.roadmap(second).position[other]
-        return float(np.linalg.norm(here - there)) < radii + self.mission.separation + CUSHION
+        pair = np.array([first]), np.array([second])
+        between = self.motion.roadmap(first).position[one] - self.motion.roadmap(second).position[other]
+        factors = metric(*pair, self.mission)
+        apart = between if factors is None else between * factors[0]
+        return float(np.linalg.norm(apart)) < float(needed(*pair, self.mission)[0])
 
     def _one_at(self, place: int) -> None:
         """At most one agent in a place, at every step."""

@@ -196,7 +196,7 @@ def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
 def _resting_places(ground: Ground, goal: Goal) -> Array:
     """Places to rest in where it holds, one for each agent it is asked of, and for relays where it is deep."""
     margin = _margin(ground, goal.predicate, goal.points)
-    pitch = 2 * ground.agents[0].radius + ground.mission.separation
+    pitch = ground.passing
     chosen = goal.points[:1]
     for share, agents in ((DEEP, max(goal.agents, goal.relays)), (EDGE, goal.agents)):
         roomy = goal.points[margin >= goal.depth * share]
@@ -226,8 +226,7 @@ def _corners(ground: Ground, kernel: Kernel) -> Array:
     ]
     shapes += [(solid, ground.agents[0].radius) for region in denied for solid in solids(region.shape)]
     made = [np.zeros((0, dimension))]
-    passing = 2 * ground.agents[0].radius + ground.mission.separation
-    for spare in (0.0, _spare(ground), _spare(ground) + passing):
+    for spare in (0.0, _spare(ground), _spare(ground) + ground.passing):
         for solid, margin in shapes:
             room = margin * (1 + TOUCHING) + TOUCHING + spare
             if isinstance(solid, Ball):
@@ -320,7 +319,7 @@ def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, I
     It is come to from the waypoint itself, and from those before and after it where that is clear.
     """
     degree = np.bincount(used.ravel(), minlength=len(nodes))
-    passing = (2 * ground.agents[0].radius + ground.mission.separation) * (1 + NEAR / 10)
+    passing = ground.passing * (1 + NEAR / 10)
     neighbours: dict[int, list[int]] = {}
     for one, other in used.tolist():
         neighbours.setdefault(one, []).append(other)

@@ -40,7 +40,7 @@ class Roadmap:
     """States and one-step moves that every agent in ``agents`` can make.
 
     Args:
-        agents: mission indices that share it (equal dynamics, radius and altitude).
+        agents: mission indices that share it (equal dynamics, radius, altitude and vehicle).
         position: (states, dim), metres.
         velocity: (states, dim), m/s; the state's own velocity for a double
             integrator, zero where the dynamics are of first order.
@@ -82,7 +82,7 @@ def build_roadmaps(
     passages: bool = False,
     kernel: Kernel | None = None,
 ) -> tuple[Roadmap, ...] | NoRoadmap:
-    """One roadmap for each kind of agent: equal dynamics, radius and altitude.
+    """One roadmap for each kind of agent: equal dynamics, radius, altitude and vehicle.
 
     Args:
         nodes: how many nodes each has, if places and regions need no more.
@@ -120,7 +120,7 @@ def _of_each_kind(
 ) -> tuple[Roadmap, ...] | NoRoadmap:
     kinds: dict[object, list[Agent]] = {}
     for agent in mission.agents:
-        kinds.setdefault((agent.dynamics, agent.radius, agent.altitude), []).append(agent)
+        kinds.setdefault((agent.dynamics, agent.radius, agent.altitude, agent.vehicle), []).append(agent)
     roadmaps: list[Roadmap] = []
     for agents in kinds.values():
         ground = free_ground(mission, tuple(agents))

@@ -63,6 +63,12 @@ class Ground:
         """What a centre keeps from every obstacle, metres."""
         return self.agents[0].radius + self.mission.clearance - ROUNDING
 
+    @property
+    def passing(self) -> float:
+        """How far apart two of these agents are at least, side by side, metres."""
+        one = self.agents[0].index
+        return float(self.mission.spacing(one, one).sideways)
+
     def is_free(self, points: Array) -> Flags:
         """Which points, (points, dim), are in the world and clear of what stands still."""
         world, margin = self.mission.world, np.full(len(points), self.margin)
@@ -174,7 +180,7 @@ def _crowd(ground: Ground, crowd: Crowd, taken: Array, generator: np.random.Gene
     free = _points_to_be_at(ground, crowd.step, crowd.region, generator)
     agents = len(crowd.agents)
     chosen = free[far_apart(free, agents + max(4, agents), taken)]
-    pitch = 2 * ground.agents[0].radius + ground.mission.separation + ASIDE
+    pitch = ground.passing + ASIDE
     if len(chosen) and np.min(pdist(chosen[:agents]), initial=np.inf) < pitch:
         grid = packed(crowd.region.shape, ground.mission.world, pitch)
         grid = grid[ground.is_free_at(crowd.step, grid)]

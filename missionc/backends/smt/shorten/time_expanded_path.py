@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.refine.collisions import kinematics, needed
+from missionc.backends.smt.refine.collisions import each_step, kinematics, metric, needed
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.minimize_distance import move_lengths
 from missionc.base.trace import Array, Flags
@@ -81,7 +81,8 @@ class JointPaths:
         everyone = np.arange(motion.agents)
         self.expanded = [TimeExpandedRoadmap(mission, motion, number) for number in range(len(motion.roadmaps))]
         self.tracks = kinematics(self.states, everyone, motion, mission)
-        self.apart = [needed(np.full(motion.agents, agent), everyone, mission) for agent in everyone.tolist()]
+        pairs = [(np.full(motion.agents, agent), everyone, mission) for agent in everyone.tolist()]
+        self.apart, self.metric = [needed(*pair) for pair in pairs], [each_step(metric(*pair)) for pair in pairs]
 
     def cost(self, agent: int) -> float:
         """The cost of the agent's path as it is now, metres."""
@@ -101,7 +102,7 @@ class JointPaths:
             room: (steps + 1, states), where it may lead.
             still_from: from this step on it stays where it is.
         """
-        expanded, least = self.expanded_of(agent), self.apart[agent]
+        expanded, least, factors = self.expanded_of(agent), self.apart[agent], self.metric[agent]
         free = expanded.allowed.copy()
         free[still_from:, expanded.source != expanded.target] = False
         enough = self.cost(agent) - gain
@@ -109,20 +110,21 @@ class JointPaths:
             taken = expanded.taken(way)
             if expanded.cost_of(way) >= enough:
                 return None
-            nearest = self._nearest(tuple(part[taken] for part in expanded.moves), self.tracks)
+            nearest = self._nearest(tuple(part[taken] for part in expanded.moves), self.tracks, factors)
             nearest[agent] = np.inf
             met, step = np.nonzero(nearest < least[:, None])
             if not met.size:
                 return way
             theirs = tuple(part[met, step][:, None] for part in self.tracks)
-            clear = self._nearest(expanded.moves, theirs) >= least[met][:, None]
+            others = None if factors is None else factors[met]
+            clear = self._nearest(expanded.moves, theirs, others) >= least[met][:, None]
             for moment, moves in zip(step.tolist(), clear, strict=True):
                 free[moment] &= moves
         return None
 
-    def _nearest(self, one: tuple[Array, ...], other: tuple[Array, ...]) -> Array:
+    def _nearest(self, one: tuple[Array, ...], other: tuple[Array, ...], factors: Array | None) -> Array:
         """Least distance of motions of one step, as position, velocity, acceleration: (..., dim) thrice -> (...), m."""
-        return closest_approach(one[0], one[1], one[2], other[0], other[1], other[2], self.mission.step)
+        return closest_approach(one[0], one[1], one[2], other[0], other[1], other[2], self.mission.step, factors)
 
     def take(self, agent: int, way: Indices) -> None:
         """The agent goes another way."""

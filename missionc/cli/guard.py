@@ -1,4 +1,4 @@
-"""The guard: who may ask the studio at all.
+"""The guard of a local server: who may ask it at all.
 
 A stranger's page in the same browser can send requests to any port of this machine. It does not know the token; it
 is told apart by its origin too, and by the host that it believes to speak to, where a name of its own leads here
@@ -9,10 +9,7 @@ from __future__ import annotations
 
 import hmac
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from websockets.datastructures import Headers
+from typing import Protocol
 
 NAMES = ("127.0.0.1", "localhost")
 OWN_SITES = ("same-origin", "none")
@@ -28,18 +25,11 @@ ALWAYS = {
 }
 """Headers of every answer."""
 
-PAGE = (
-    "default-src 'none'; script-src 'self'; style-src 'self' 'nonce-{nonce}'; style-src-attr 'unsafe-inline'; "
-    "img-src 'self' data:; frame-src 'self'; connect-src 'self' ws://127.0.0.1:{port} ws://localhost:{port}; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
-"""The policy of the page.
 
-What CodeMirror says of colours and sizes carries the nonce; browsers themselves style words that are put into a text.
-"""
+class Headers(Protocol):
+    """The headers of a request: of each name all that it is given."""
 
-REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
-"""The policy of a report, beside its own: of no origin, so that it can ask this server for nothing."""
+    def get_all(self, name: str, /) -> list[str] | None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,16 +43,18 @@ class Guard:
 
     def path(self, target: str, headers: Headers) -> str | None:
         """What is asked for, below the token; nothing where the asker may have nothing."""
+        if not target.startswith("/"):
+            return None
         _, token, *rest = target.partition("?")[0].split("/")
         known = hmac.compare_digest(token.encode("utf-8", "surrogateescape"), self.token.encode("ascii"))
         return "/".join(rest) if known and rest and self._from_here(headers) else None
 
     def opens(self, headers: Headers) -> bool:
         """Whether a request to open a socket comes from a page of this server."""
-        return headers.get_all("Origin") == [f"http://{headers.get('Host')}"]
+        return headers.get_all("Origin") == [f"http://{host}" for host in headers.get_all("Host") or [""]]
 
     def _from_here(self, headers: Headers) -> bool:
-        hosts = headers.get_all("Host")
+        hosts = headers.get_all("Host") or []
         if len(hosts) != 1 or hosts[0] not in [f"{name}:{self.port}" for name in NAMES]:
             return False
-        return all(site in OWN_SITES for site in headers.get_all("Sec-Fetch-Site"))
+        return all(site in OWN_SITES for site in headers.get_all("Sec-Fetch-Site") or [])

@@ -1,0 +1,197 @@
+"""The page of a flight that goes on: a local web server that shows what a session of online monitoring says.
+
+It is on this machine alone, behind the guard. All that is known is kept here, so that a page that is opened late, or
+loaded again, shows the same; each open page listens to one stream of events (server-sent events).
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+import threading
+import time
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import TYPE_CHECKING, Self
+
+from missionc.cli.guard import ALWAYS, NAMES, Guard
+
+if TYPE_CHECKING:  # loads arrays
+    from missionc.base.trace import Trace
+    from missionc.ir import Mission
+    from missionc.kernel.nodes import Kernel
+    from missionc.monitoring.live.session import Event
+    from missionc.output.flight_page.flight_record import Seen, Tone
+
+PAUSE = 0.1
+"""Seconds between two messages to a page, however fast steps come."""
+
+SILENCE = 1.0
+"""Seconds after which a page hears of it that nothing new has come."""
+
+MOST_PAGES = 16
+
+
+class FlightPage:
+    """A context in which the page of one flight is served at ``address``.
+
+    Whoever flies, or listens to who flies, tells it what there is; each call takes microseconds, from any thread::
+
+        session = Session(mission, kernel)
+        with FlightPage(mission, kernel) as page:
+            page.set_plan(trace)              # the plan that is followed, drawn as paths; again when it changes
+            for event in session.feed(line):
+                page.publish(event)           # steps, verdicts, agents that go missing: all that a session says
+            page.heard(session.steps.newest)  # a sample has come, also where it closed no step
+            page.tell("`north` is closed", "risk", t=12.0)  # a line among the news, at a time of the mission
+            page.set_world(changed, kernel)   # other regions or obstacles; the same agents, steps and goals
+            page.end("the mission is over")   # nothing more will come; the page stays as long as the context
+
+    Verdicts that are for good, agents that are missing and speeds above the top speed become news by themselves.
+    """
+
+    def __init__(self, mission: Mission, kernel: Kernel) -> None:
+        from missionc.output.flight_page.flight_record import FlightRecord
+
+        self._record = FlightRecord(mission, kernel)
+        self._changed = threading.Condition()
+        self._count = 0
+        self._server = _Server((NAMES[0], 0), _Handler)
+        self._server.page = self
+        self.guard = Guard(secrets.token_urlsafe(24), self._server.server_port)
+        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+
+    @property
+    def address(self) -> str:
+        """Where the page is, with the token in it: whoever knows it may look."""
+        return self.guard.address
+
+    # ------------------------------------------------------------------ writing
+
+    def publish(self, event: Event) -> None:
+        """Show what a session of online monitoring says."""
+        with self._changed:
+            self._record.take(event)
+            self._news()
+
+    def heard(self, newest: float) -> None:
+        """A sample has come; ``newest`` is the latest time of any, in seconds of the mission."""
+        with self._changed:
+            self._record.hear(newest)
+
+    def tell(self, says: str, tone: Tone = "plain", t: float | None = None) -> None:
+        """A line among the news; ``tone`` is ``plain``, ``good``, ``risk`` or ``bad``, ``t`` seconds of the mission."""
+        with self._changed:
+            self._record.tell(says, tone, t)
+            self._news()
+
+    def set_plan(self, trace: Trace | None) -> None:
+        """The plan that is followed from now on; None for none."""
+        with self._changed:
+            self._record.set_plan(trace)
+            self._news()
+
+    def set_world(self, mission: Mission, kernel: Kernel) -> None:
+        """The world as it is from now on: the same agents, steps and goals, perhaps other regions and obstacles."""
+        with self._changed:
+            self._record.set_world(mission, kernel)
+            self._news()
+
+    def end(self, says: str) -> None:
+        """Nothing more will come; ``says`` how it ended."""
+        with self._changed:
+            self._record.end(says)
+            self._news()
+
+    def _news(self) -> None:
+        self._count += 1
+        self._changed.notify_all()
+
+    # ------------------------------------------------------------------ reading
+
+    def since(self, seen: Seen | None, count: int) -> tuple[Seen, int, bytes]:
+        """What a page has to be told that knows ``seen``, once there is more than ``count``, or a while without.
+
+        Returns:
+            What the page knows then, the count, and the message: JSON.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._count != count, SILENCE)
+            count = self._count
+            known, told = self._record.since(seen)
+        return known, count, json.dumps(told(), separators=(",", ":"), allow_nan=False).encode()
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    block_on_close = False
+    page: FlightPage
+
+    def __init__(self, place: tuple[str, int], handler: type[BaseHTTPRequestHandler]) -> None:
+        from missionc.output.flight_page.flight_html import flight_html
+
+        super().__init__(place, handler)
+        self.html, self.policy = flight_html()
+        self.places = threading.BoundedSemaphore(MOST_PAGES)
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """A browser that hangs up is no news."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Server
+    timeout = 30
+
+    def do_GET(self) -> None:
+        match self.server.page.guard.path(self.path, self.headers):
+            case "":
+                self._begin(HTTPStatus.OK, "text/html; charset=utf-8")
+                self.send_header("Content-Security-Policy", self.server.policy)
+                self.send_header("Content-Length", str(len(self.server.html)))
+                self.end_headers()
+                self.wfile.write(self.server.html)
+            case "news":
+                self._stream()
+            case None:
+                self._refuse(HTTPStatus.FORBIDDEN)
+            case _:
+                self._refuse(HTTPStatus.NOT_FOUND)
+
+    def _stream(self) -> None:
+        if not self.server.places.acquire(blocking=False):
+            self._refuse(HTTPStatus.SERVICE_UNAVAILABLE)
+            return
+        try:
+            self._begin(HTTPStatus.OK, "text/event-stream")
+            self.end_headers()
+            seen, count = None, -1
+            while True:
+                seen, count, message = self.server.page.since(seen, count)
+                self.wfile.write(b"data: " + message + b"\n\n")
+                time.sleep(PAUSE)
+        finally:
+            self.server.places.release()
+
+    def _refuse(self, status: HTTPStatus) -> None:
+        content = f"{status.phrase.lower()}\n".encode()
+        self._begin(status, "text/plain")
+        self.send_header("Content-Length", str(len(content)))
+        self.end_headers()
+        self.wfile.write(content)
+
+    def _begin(self, status: HTTPStatus, kind: str) -> None:
+        self.send_response_only(status)
+        self.send_header("Content-Type", kind)
+        for name, value in ALWAYS.items():
+            self.send_header(name, value)
+
+    def log_message(self, format: str, *words: object) -> None:
+        """The terminal is for findings."""

@@ -1,0 +1,32 @@
+"""A small flight that is judged while it is flown: its mission, its session, and lines of samples."""
+
+from __future__ import annotations
+
+import json
+
+from missionc.base.source import Source
+from missionc.monitoring.live.session import Session
+from missionc.pipeline import driver
+from missionc.pipeline.checked import Checked
+
+FLIGHT = """mission flight
+time  step 1 s, horizon 4 s
+world (0, 0) to (6, 6)
+region goal = box (4, 4) to (5.5, 5.5)
+team drone[2] {
+  dynamics single_integrator(speed <= 2 m/s)
+  start    line (1, 1) to (2, 1)
+}
+require there: drone[0]: eventually[0, 4 s] goal
+require apart: always[0, 4 s] distance(drone[0], drone[1]) >= 0.5
+"""
+
+
+def session_of(text: str = FLIGHT) -> tuple[Checked, Session]:
+    checked, session = driver.live_session(Source("flight.mission", text))
+    assert session is not None
+    return checked, session
+
+
+def line(time: float, *places: tuple[float, float]) -> str:
+    return json.dumps({"t": time, "agents": {f"drone[{agent}]": place for agent, place in enumerate(places)}})
