@@ -166,6 +166,7 @@ NOT_TO_BE_CHANGED = Code("MC721", "a change in flight is none that can be made")
 NO_SAFE_STOP = Code("MC722", "the agents cannot stop without touching something")
 NOT_SAID = Code("MC723", "what is left of a requirement cannot be said")
 NOT_BY_THEN = Code("MC724", "no other plan was ready in time")
+SCENARIO_UNUSABLE = Code("MC751", "a scenario cannot be used")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

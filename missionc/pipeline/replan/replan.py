@@ -15,12 +15,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.backends.api import Budget
+from missionc.backends.api import Budget, Impossible
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
 from missionc.curves.crazyflie_csv import Pieces, read, written
-from missionc.curves.piecewise_polynomials import Curves, refined
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.stop_and_hover import state_at
 from missionc.ir import Mission
@@ -31,7 +30,7 @@ from missionc.pipeline.provenance import texts
 from missionc.pipeline.remaining import earlier, remaining
 from missionc.pipeline.replan.cannot_replan import no_longer_kept, no_plan_in_time, no_safe_stop, nobody_left
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
-from missionc.pipeline.replan.stop_all import Stopped, ends, resting_state, stop_all
+from missionc.pipeline.replan.stop_all import Stopped, ends, flown_on, from_moment, resting_state, stop_all
 from missionc.pipeline.results import Compiled, Verified
 from missionc.progression.past_document import Flown, Past
 from missionc.progression.rest_of_mission import counted_from, rest_of
@@ -41,7 +40,7 @@ from missionc.verify.verify_plan import verify, verify_polynomials
 
 OFF = 0.25
 """Metres: who is further from where its flight has it is told to stay where it is."""
-SHARE = 0.5
+SHARE = 0.4
 """The share of the time that a repair may take, before everything is planned anew."""
 
 
@@ -57,10 +56,15 @@ class _Replanning:
         self.flying, self.request, self.limits, self.began = flying, request, limits, began
         assert flying.checked.mission is not None
         self.mission: Mission = flying.checked.mission
+        self.must_stop = False
         self.names = [agent.name for agent in self.mission.agents]
         self.left = [agent.index for agent in self.mission.agents if agent.name not in request.lost]
 
     def run(self) -> Replanned:
+        found = self._run()
+        return replace(found, must_stop=self.must_stop)
+
+    def _run(self) -> Replanned:
         if not self.left:
             return self._none(nobody_left(self.mission))
         now = self._now()
@@ -78,7 +82,9 @@ class _Replanning:
             return self._none(rest)
         lost = no_longer_kept(self.flying.checked, rest, self.request)
         if lost:
-            return replace(self._none(*lost), rest=rest, begins=stopped.until)
+            assert rest.rest is not None
+            cannot = (*rest.rest.violated, *rest.rest.nobodys)
+            return replace(self._none(*lost), rest=rest, begins=stopped.until, stops=self._stops(stopped), cannot=cannot)
         return self._planned(rest, stopped)
 
     def _none(self, *findings: Diagnostic) -> Replanned:
@@ -158,7 +164,7 @@ class _Replanning:
         assert rest.mission is not None
         assert rest.kernel is not None
         flights = self._flights()
-        files = {self.names[agent]: written(_cut(flights[agent], steps * self.mission.step)) for agent in self.left}
+        files = {self.names[agent]: written(from_moment(flights[agent], steps * self.mission.step)) for agent in self.left}
         proven = verify_polynomials(rest.mission, rest.kernel, ahead, files)
         return replace(proven, checks=tuple(check for check in proven.checks if check.name != "rest"))
 
@@ -169,7 +175,7 @@ class _Replanning:
         whole, so_far = self.now.mission, self.request.so_far
         elapsed = self.flying.checked.past.steps if self.flying.checked.past else 0
         flights = self._flights()
-        moment = so_far.until
+        moment = self.request.moment
         levels = {
             (resource.name, agent.name): 0.0
             for resource in whole.resources
@@ -183,14 +189,26 @@ class _Replanning:
                 off[place] = resting_state(so_far.last[agent], yaw, float(self.mission.agents[agent].altitude))
         own = [flights[agent] for agent in self.left]
         least = float(self.request.in_time)
-        return stop_all(counted_from(team, moment), own, moment, off, least, int(self.mission.steps))
+        team = counted_from(team, moment)
+        self.must_stop = not all(check.passed for check in flown_on(team, own, moment))
+        return stop_all(team, own, moment, off, least, int(self.mission.steps))
+
+    def _stops(self, stopped: Stopped) -> dict[str, str]:
+        """The text of each agent's stop."""
+        return {self.names[agent]: written(own) for agent, own in zip(self.left, stopped.pieces, strict=True)}
 
     def _told(self, stopped: Stopped) -> Trace:
         """What was flown, and what everybody is told until the new plan begins; the lost stay where they were seen."""
         seen, dimension = self.request.so_far.trace, self.mission.dimension
         flown = seen.position.shape[1]
         steps: Array = np.arange(flown, stopped.step + 1, dtype=np.float64) * self.mission.step
-        position, velocity, heading = stopped.states(self.request.so_far.until, steps, dimension)
+        position, velocity, heading = stopped.states(self.request.moment, steps, dimension)
+        flights = self._flights()
+        for number in np.flatnonzero(steps < self.request.moment).tolist():
+            for row, agent in enumerate(self.left):
+                state = state_at(flights[agent], float(steps[number]))
+                position[row, number], velocity[row, number] = state[0, :dimension], state[1, :dimension]
+                heading[row, number] = state[0, 3]
         shape = (len(self.names), steps.size)
         whole = [
             np.repeat(seen.position[:, -1:], steps.size, axis=1),
@@ -212,15 +230,18 @@ class _Replanning:
     def _planned(self, rest: Checked, stopped: Stopped) -> Replanned:
         deadline = self.began + float(self.request.in_time)
         budget = Budget(deadline, seed=self.request.seed, limits=self.limits)
-        stops = {self.names[agent]: written(own) for agent, own in zip(self.left, stopped.pieces, strict=True)}
+        stops = self._stops(stopped)
         rest = replace(rest, stops=tuple(stops.items()))
-        way, compiled = Way.REPAIRED, self._repaired(rest, stopped, budget)
+        # Where somebody is lost the way on is another one; a repair finds what is near.
+        way, compiled = Way.REPAIRED, None if self.request.lost else self._repaired(rest, stopped, budget)
         if compiled is None:
             way = Way.ANEW
             compiled = driver.plan(rest, self.request.options, budget, exports=self.request.exports)
         if not isinstance(compiled.outcome, Verified):
-            findings = no_plan_in_time(rest, compiled)
-            return Replanned(Way.NONE, findings, rest, compiled=compiled, begins=stopped.until, stops=stops)
+            findings, outcome = no_plan_in_time(rest, compiled), compiled.outcome
+            cannot = outcome.conflict[:1] if isinstance(outcome, Impossible) else ()
+            ended = Replanned(Way.NONE, findings, rest, compiled=compiled, begins=stopped.until)
+            return replace(ended, stops=stops, cannot=cannot)
         changed = tuple(self.names[agent] for agent in self.left)
         return Replanned(way, compiled.findings, rest, None, compiled, stopped.until, changed, stops)
 
@@ -260,10 +281,3 @@ def _at(flights: list[Pieces], moment: float, dimension: int) -> Array:
 
 def _yaw(flight: Pieces, moment: float) -> float:
     return float(state_at(flight, moment)[0, 3])
-
-
-def _cut(flight: Pieces, moment: float) -> Pieces:
-    """The flight from a moment on."""
-    whole = refined(Curves(flight.times, flight.coefficients[None]), np.array([moment]))
-    chosen = whole.times[:-1] > moment - 1e-6
-    return Pieces(whole.durations[chosen], whole.coefficients[0, chosen])

@@ -15,7 +15,7 @@ from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled
 from missionc.verify.certificate import Certificate
 
-IN_TIME = Seconds(5.0)
+IN_TIME = Seconds(3.0)
 """Seconds in which another plan has to be ready, where nobody says otherwise."""
 
 
@@ -43,7 +43,8 @@ class Request:
         lost: the names of agents that are lost.
         texts: the mission's files as they read now, by their names; those that are missing read as before.
         given_up: names of requirements that nothing is asked of any more.
-        in_time: seconds after which another plan is of no use; everybody is at rest by then, at the latest.
+        at: seconds after the beginning of the plan, when everybody is told to stop; when it was seen last, if left out.
+        in_time: seconds after that by which another plan has to be ready.
         exports: names of forms that the new flight is written in as well.
     """
 
@@ -51,10 +52,16 @@ class Request:
     lost: tuple[str, ...] = ()
     texts: Mapping[str, str] = field(default_factory=dict)
     given_up: tuple[str, ...] = ()
+    at: float | None = None
     in_time: Seconds = IN_TIME
     options: Options = field(default_factory=Options)
     seed: int = 0
     exports: tuple[str, ...] = ()
+
+    @property
+    def moment(self) -> float:
+        """When everybody is told to stop."""
+        return self.so_far.until if self.at is None else self.at
 
 
 class Way(Enum):
@@ -76,6 +83,9 @@ class Replanned:
         compiled: the plan of the rest; absent where the old one is kept, or where nothing was planned.
         begins: seconds after the beginning of the plan that was flown, at which the rest begins.
         changed: the agents that fly another way than they would have.
+        stops: the text of the polynomials that each agent flies until the rest begins, by the agent's name.
+        cannot: the names of requirements without which there may be a plan, where there is none.
+        must_stop: whether somebody touches something where everybody flies on.
         seconds: that all of it took.
     """
 
@@ -87,6 +97,8 @@ class Replanned:
     begins: float | None = None
     changed: tuple[str, ...] = ()
     stops: Mapping[str, str] = field(default_factory=dict)
+    cannot: tuple[str, ...] = ()
+    must_stop: bool = False
     seconds: float = 0.0
 
     @property

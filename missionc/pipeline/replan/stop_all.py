@@ -21,8 +21,10 @@ from missionc.progression.rest_of_mission import counted_from
 from missionc.verify.certificate import Check
 from missionc.verify.flight.verify_stops import checks
 
-WAITS = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0)
-"""Seconds that everybody may fly on before stopping, in turn: where all stop at once somebody may be in the way."""
+SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
+"""In turn, shares of the time in which everybody may fly on before stopping: as long as can be, else sooner."""
+SPARE = 1.25
+"""Times what a stop takes now that it may take later."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +68,9 @@ def stop_all(
     """
     failed: tuple[Check, ...] = ()
     vehicles = [agent.vehicle for agent in mission_at.agents]
-    for wait in WAITS:
+    now = stop_together([off.get(index, state_at(own, moment)) for index, own in enumerate(flights)], vehicles)
+    longest = max(0.0, least - SPARE * float(now[0].duration[0])) if now else least
+    for wait in (share * longest for share in SHARES):
         states = [off.get(index, state_at(own, moment + wait)) for index, own in enumerate(flights)]
         stops = stop_together(states, vehicles)
         if stops is None:
@@ -91,6 +95,21 @@ def _bodies(mission: Mission, pieces: list[Pieces]) -> list[Check]:
     """The checks of bodies, with times counted from the beginning of the stops."""
     later = float(pieces[0].duration.sum())
     return [check for check in checks(counted_from(mission, later), pieces) if check.name != "stop"]
+
+
+def flown_on(mission_at: Mission, flights: list[Pieces], moment: float) -> list[Check]:
+    """The checks of bodies where everybody flies on to the end; arguments as of ``stop_all``."""
+    end = float(flights[0].duration.sum())
+    if moment >= end - 1e-6:
+        return []
+    return _bodies(mission_at, [from_moment(own, moment) for own in flights])
+
+
+def from_moment(flight: Pieces, moment: float) -> Pieces:
+    """The flight from a moment on, seconds."""
+    whole = refined(Curves(flight.times, flight.coefficients[None]), np.array([moment]))
+    chosen = whole.times[:-1] > moment - 1e-6
+    return Pieces(whole.durations[chosen], whole.coefficients[0, chosen])
 
 
 def _whole(own: Pieces, stop: Pieces, moment: float, wait: float, hover: float, is_off: bool) -> Pieces:

@@ -1,0 +1,114 @@
+"""Evaluation of a flight in a closed loop: requirements over all of it, and bodies at every moment.
+
+    in   the mission, what happened, the paths flown
+    out  Outcome
+
+What happened is judged as it was: an agent that is lost is asked nothing from then on, and a world that has changed is
+another one from then on. Whether anybody planned anew makes no difference here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from missionc.base.limits import Limits
+from missionc.base.trace import Array, Trace
+from missionc.base.units import Metres
+from missionc.curves.piecewise_polynomials import Curves
+from missionc.ir import Mission
+from missionc.monitoring.monitor import monitor
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.remaining import earlier
+from missionc.progression.rest_of_mission import counted_from, rest_of
+from missionc.progression.stretches import Remaining, Stretch, after
+from missionc.simulate.judge_flight import at_steps
+from missionc.verify.plan.agent_separation import check_separation
+from missionc.verify.plan.obstacle_clearance import check_obstacles
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """From a step on somebody is lost, and files of the mission read otherwise."""
+
+    time: float
+    lost: tuple[str, ...] = ()
+    texts: Mapping[str, str] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """How a flight went.
+
+    Args:
+        requirements: by its name, whether it was kept.
+        room: the least room between two bodies, or a body and an obstacle, m; negative where they touch.
+    """
+
+    requirements: Mapping[str, bool]
+    room: float
+
+    @property
+    def satisfied(self) -> bool:
+        return all(self.requirements.values())
+
+    @property
+    def untouched(self) -> bool:
+        return self.room >= 0
+
+
+def judge(
+    checked: Checked, cuts: list[Cut], times: Array, position: Array, velocity: Array, heading: Array, limits: Limits
+) -> Outcome:
+    """Judge a flight.
+
+    Args:
+        checked: the whole mission as it was planned at first.
+        cuts: in the order of their times.
+        times: (samples,), s, from 0 to the end of the mission.
+        position, velocity: (agents, samples, 3), m and m/s; heading: (agents, samples), rad.
+    """
+    mission, kernel = checked.mission, checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    whole = at_steps(mission, times, position, velocity, heading)
+    rest, now, written = Remaining(mission, kernel), checked, mission
+    rows, begin, room = list(range(len(mission.agents))), 0, math.inf
+    names = [agent.name for agent in mission.agents]
+    for cut in cuts:
+        step = min(math.ceil(cut.time / mission.step - 1e-9), int(mission.steps) - 1)
+        room = min(room, _room(rest.mission, written, times, position[rows], begin * mission.step, cut.time))
+        if cut.texts:
+            now = earlier(now, cut.texts, limits, 1.0)
+            assert now.mission is not None
+            written = now.mission
+        rest = after(rest, Stretch(_part(whole, rows, begin, step), cut.lost), written)
+        rows = [names.index(agent.name) for agent in rest.mission.agents]
+        begin = step
+    room = min(room, _room(rest.mission, written, times, position[rows], begin * mission.step, float(times[-1])))
+    judged = monitor(rest.mission, rest.kernel, _part(whole, rows, begin, int(mission.steps)))
+    return Outcome({each.name: each.satisfied for each in judged.requirements}, room)
+
+
+def _part(trace: Trace, rows: list[int], begin: int, end: int) -> Trace:
+    part = slice(begin, end + 1)
+    return Trace(trace.step, trace.position[rows, part], trace.velocity[rows, part], trace.heading[rows, part])
+
+
+def _room(left: Mission, written: Mission, times: Array, position: Array, begin: float, end: float) -> float:
+    """The least room of those that are left, from one time to another, straight from sample to sample."""
+    chosen = (times >= begin - 1e-9) & (times <= end + 1e-9)
+    if chosen.sum() < 2:
+        return math.inf
+    dimension = left.dimension
+    when, place = times[chosen], position[:, chosen, :dimension]
+    curves = Curves(when, np.stack([place[:, :-1], np.diff(place, axis=1) / np.diff(when)[:, None]], axis=-1))
+    levels = {(resource.name, agent.name): 0.0 for resource in written.resources for agent in written.agents}
+    names = tuple(agent.name for agent in left.agents)
+    team = rest_of(written, 0, place[:, 0], names, levels)
+    bare = replace(counted_from(team, 0.0), separation=Metres(0.0), clearance=Metres(0.0))
+    checks = [*check_separation(bare, curves), *check_obstacles(bare, curves)]
+    return min((check.margin for check in checks), default=math.inf)
