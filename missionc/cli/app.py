@@ -28,6 +28,7 @@ MODULES = (
     "demo",
     "explain",
     "export",
+    "fly",
     "fmt",
     "init",
     "lsp",

@@ -76,7 +76,9 @@ def _unknown(opened: OutputFolder, lost: tuple[str, ...], given_up: tuple[str, .
                 near = nearest(name, known)
                 what = "agent" if flag == "--lost" else "requirement"
                 hint = f"did you mean `{near}`?" if isinstance(near, str) else f"it has {', '.join(known[:8])}"
-                return Diagnostic(NOT_TO_BE_CHANGED, f"`{flag} {name}`: the mission has no such {what}", None, help=hint)
+                return Diagnostic(
+                    NOT_TO_BE_CHANGED, f"`{flag} {name}`: the mission has no such {what}", None, help=hint
+                )
     return None
 
 

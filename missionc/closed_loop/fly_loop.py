@@ -3,8 +3,8 @@
     in   what is flown, a Scenario, a seed
     out  LoopFlight
 
-Time stands still while the ground plans: a plan is uploaded for the moment by which it had to be ready, and one that was
-not ready by then is none.
+Time stands still while the ground plans: a plan is uploaded for the moment by which it had to be ready, and one that
+was not ready by then is none.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from missionc.closed_loop.reports import PERIOD, Reports
 from missionc.closed_loop.scenario import Event, Scenario
 from missionc.closed_loop.told import Told
 from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.monitoring.live.session import Judged
+from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.replan.patch import patched
 from missionc.pipeline.replan.request import Flying
@@ -36,11 +36,11 @@ from missionc.simulate.firmware_setpoints import POSITION, SETPOINTS_PER_SECOND,
 TICKS = round(PERIOD * SETPOINTS_PER_SECOND)
 """Setpoints between two reports."""
 
-Listen = Callable[[float, Array, Ground, list[Judged]], None]
-"""Is told of the time, of everybody's position, (3, agents), of the ground, and of the steps that it judged."""
+Listen = Callable[[float, Array, Ground, list[str]], None]
+"""Is told of the time, of everybody's position, (3, agents), of the ground, and of the lines that it heard."""
 
 
-def nobody(time: float, position: Array, ground: Ground, judged: list[Judged]) -> None:
+def nobody(time: float, position: Array, ground: Ground, lines: list[str]) -> None:
     """The listener of those who do not watch."""
 
 
@@ -95,9 +95,9 @@ def fly_loop(
             _happen(waiting.pop(0), time, air, ground, told, lost, cuts, limits)
         silent = np.array([name in lost for name in names])
         reports.send(time, air.position, air.velocity, air.heading, silent)
-        judged = ground.hear(reports.heard(time))
+        lines = ground.hear(reports.heard(time))
         ground.look(time)
-        listen(time, air.position, ground, judged)
+        listen(time, air.position, ground, lines)
         count = min(TICKS, ticks + 1 - tick)
         reference = told.setpoints((tick + np.arange(count)) / SETPOINTS_PER_SECOND)
         for number in range(count):
@@ -131,9 +131,9 @@ def _happen(
         cuts.append(Cut(time, texts=dict(ground.texts)))
 
 
-def unreadable_changes(checked: Checked, scenario: Scenario, limits: Limits) -> list[object]:
+def unreadable_changes(checked: Checked, scenario: Scenario, limits: Limits) -> list[Diagnostic]:
     """What is wrong with the patches of a scenario, before anything is flown."""
-    found: list[object] = []
+    found: list[Diagnostic] = []
     for event in scenario.events:
         edited = patched(checked, Source("change", event.change), limits) if event.change else {}
         found += edited if isinstance(edited, list) else []

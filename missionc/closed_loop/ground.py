@@ -15,10 +15,10 @@ import numpy as np
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.closed_loop.reports import PERIOD, Report
+from missionc.closed_loop.reports import Report
 from missionc.closed_loop.told import Told
 from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.monitoring.live.session import Judged, Session
+from missionc.monitoring.live.session import Session
 from missionc.monitoring.live.verdicts import Verdict
 from missionc.monitoring.read_flown import read_flown
 from missionc.pipeline.replan.patch import patched
@@ -66,7 +66,7 @@ class Ground:
     replans: bool = True
     began: float = 0.0
     lost: list[str] = field(default_factory=list)
-    log: list[str] = field(default_factory=list)
+    log: list[tuple[str, Report]] = field(default_factory=list)
     heard: dict[str, float] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
     causes: list[str] = field(default_factory=list)
@@ -94,26 +94,25 @@ class Ground:
         assert self.flying.checked.mission is not None
         return [agent.name for agent in self.flying.checked.mission.agents]
 
-    def hear(self, reports: list[Report]) -> list[Judged]:
-        """Take in reports; the steps that were judged by them."""
-        judged: list[Judged] = []
+    @property
+    def dimension(self) -> int:
+        assert self.flying.checked.mission is not None
+        return self.flying.checked.mission.dimension
+
+    def hear(self, reports: list[Report]) -> list[str]:
+        """Take in reports; what they say of the whole flight, as lines of samples."""
+        heard: list[str] = []
         for report in reports:
             name = self.names[report.agent]
             self.heard[name] = max(self.heard.get(name, 0.0), report.time)
+            heard.append(_line(name, report, 0.0, self.dimension))
             if name in self.team and report.time >= self.began - 1e-9:
-                line = self._line(name, report)
-                self.log.append(line)
+                self.log.append((name, report))
                 assert self.session is not None
-                for event in self.session.feed(line):
-                    judged += [event] if isinstance(event, Judged) else []
+                for _ in self.session.feed(_line(name, report, self.began, self.dimension)):
+                    pass
                 self.away[name] = report
-        return judged
-
-    def _line(self, name: str, report: Report) -> str:
-        axes = "xyz"
-        state: dict[str, object] = {"agent": name, "t": round(report.time - self.began, 9)}
-        state |= {axis: float(value) for axis, value in zip(axes, report.position, strict=True)}
-        return json.dumps({**state, "yaw": report.heading})
+        return heard
 
     def change(self, text: str) -> None:
         """The world is another one from now on."""
@@ -152,11 +151,7 @@ class Ground:
     def _replan(self, time: float, why: str) -> None:
         mission = self.flying.checked.mission
         assert mission is not None
-        header = "agent,t,x,y,z,yaw"
-        rows = [json.loads(line) for line in self.log]
-        keys = header.split(",")
-        table = "\n".join([header, *(",".join(str(row[key]) for key in keys) for row in rows)]) + "\n"
-        so_far, findings = read_flown(Source("flown.csv", table), mission, self.lost, self.limits)
+        so_far, findings = read_flown(Source("flown.csv", self._table()), mission, self.lost, self.limits)
         if so_far is None:
             self.happened.append(Happened(time, why, f"not understood: {findings[0].message}"))
             return
@@ -178,6 +173,14 @@ class Ground:
             given_up += [name for name in found.cannot if name not in given_up]
         self.given_up = given_up
         self._take(time, why, found, seconds)
+
+    def _table(self) -> str:
+        """What was flown of the plan, as a table that is read like any."""
+        rows = (
+            (name, round(report.time - self.began, 9), *report.position.tolist(), report.heading)
+            for name, report in self.log
+        )
+        return "\n".join(["agent,t,x,y,z,yaw", *(",".join(map(str, row)) for row in rows)]) + "\n"
 
     def _take(self, time: float, why: str, found: Replanned, seconds: float) -> None:
         """Upload what was found: the stops at once, the plan for when it begins.
@@ -218,4 +221,8 @@ def flights_of(agents: tuple[object, ...], files: Mapping[str, bytes]) -> dict[s
     return {name: files[polynomials_file(file)].decode() for name, file in names.items()}
 
 
-__all__ = ["PERIOD", "Ground", "Happened", "flights_of"]
+def _line(name: str, report: Report, began: float, dimension: int) -> str:
+    """A report as a line of samples, its time counted from then on."""
+    place, velocity = report.position[:dimension].tolist(), report.velocity[:dimension].tolist()
+    state = {"t": round(report.time - began, 9), "agent": name, "position": place, "velocity": velocity}
+    return json.dumps({**state, "heading": report.heading})

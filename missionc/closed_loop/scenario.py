@@ -83,10 +83,8 @@ def read_scenario(source: Source, agents: tuple[str, ...]) -> Scenario | list[Di
     except tomllib.TOMLDecodeError as error:
         where = re.search(r"line (\d+)", str(error))
         return [_wrong(source, int(where[1]) if where else 1, f"this is no TOML: {error}")]
-    findings: list[Diagnostic] = []
-    for key in document:
-        if key not in (*NUMBERS, "event"):
-            findings.append(_wrong(source, _line(source, key), f"a scenario has no `{key}`"))
+    strange = [key for key in document if key not in (*NUMBERS, "event")]
+    findings = [_wrong(source, _line(source, key), f"a scenario has no `{key}`") for key in strange]
     numbers = {
         name: _number(source, document.get(table), table, name, most, findings)
         for table, names in NUMBERS.items()

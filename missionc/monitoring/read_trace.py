@@ -56,9 +56,7 @@ def read_trace(source: Source, mission: Mission, limits: Limits | None = None) -
     return (None, findings) if findings else assemble(source, mission, states)
 
 
-def read_states(
-    source: Source, mission: Mission, limits: Limits | None = None
-) -> tuple[list[State], list[Diagnostic]]:
+def read_states(source: Source, mission: Mission, limits: Limits | None = None) -> tuple[list[State], list[Diagnostic]]:
     """Every agent's state at every time that a text has, or what keeps it from being read."""
     opening = source.text.lstrip()[:1]
     states, findings = _from_json(source) if opening in ("{", "[") else _from_csv(source, mission)

@@ -66,7 +66,7 @@ def emit(
     if provenance.stops:
         whole = whole.joined(Certificate(mission.name, tuple(verify_stops(mission, dict(provenance.stops)))))
         if not whole.passed:
-            return not_flyable(mission, [check for check in whole.failures])
+            return not_flyable(mission, list(whole.failures))
     files = {
         "plan.json": plan_json(mission, plan).encode(),
         "trajectories.csv": trajectories(mission, plan.trace).encode(),

@@ -82,8 +82,6 @@ class Lattice:
         span, dual = like.span, says_opposite(like)
         key = (kind, count, span, dual, *map(id, parts))
         if key not in self._made:
-            made: Node = (
-                AtLeast(count, parts, span, dual) if issubclass(kind, AtLeast) else kind(parts, span, dual)
-            )
+            made: Node = AtLeast(count, parts, span, dual) if issubclass(kind, AtLeast) else kind(parts, span, dual)
             self._made[key] = made, parts
         return self._made[key][0]

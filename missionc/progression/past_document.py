@@ -73,7 +73,7 @@ def past_json(past: Past) -> str:
             "given_up": list(each.stretch.given_up),
             "texts": dict(each.texts),
         }
-        entries = [f'     {_text(key)}: {_text(value)}' for key, value in head.items()]
+        entries = [f"     {_text(key)}: {_text(value)}" for key, value in head.items()]
         states = ",\n".join(f"       {_text(row)}" for row in rows)
         entries.append(f'     "agents": [\n{states}\n     ]')
         stretches.append("    {\n" + ",\n".join(entries) + "\n    }")

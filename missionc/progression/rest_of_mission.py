@@ -14,7 +14,6 @@ from dataclasses import replace
 from missionc import ir
 from missionc.base.trace import Array
 from missionc.base.units import Seconds, Steps
-from missionc.ir.shapes import Vector
 
 
 def rest_of(
@@ -97,9 +96,7 @@ def _graph(graph: ir.Graph, index: Mapping[int, int]) -> ir.Graph:
     )
     if isinstance(graph, ir.BeaconCover):
         return replace(graph, agents=members, weights=weights)
-    ranges = tuple(
-        replace(each, senders=some(each.senders), receivers=some(each.receivers)) for each in graph.ranges
-    )
+    ranges = tuple(replace(each, senders=some(each.senders), receivers=some(each.receivers)) for each in graph.ranges)
     return replace(graph, agents=members, weights=weights, ranges=ranges)
 
 

@@ -1,7 +1,7 @@
 """What is left of a mission after a stretch of it was flown, with the world and the team as they are now.
 
-    in   a mission and its kernel, the stretch, the mission as it is written now
-    out  Remaining: the mission and the kernel that are left, and what of it can no longer be kept
+in   a mission and its kernel, the stretch, the mission as it is written now
+out  Remaining: the mission and the kernel that are left, and what of it can no longer be kept
 """
 
 from __future__ import annotations

@@ -84,7 +84,9 @@ class _Replanning:
         if lost:
             assert rest.rest is not None
             cannot = (*rest.rest.violated, *rest.rest.nobodys)
-            return replace(self._none(*lost), rest=rest, begins=stopped.until, stops=self._stops(stopped), cannot=cannot)
+            return replace(
+                self._none(*lost), rest=rest, begins=stopped.until, stops=self._stops(stopped), cannot=cannot
+            )
         return self._planned(rest, stopped)
 
     def _none(self, *findings: Diagnostic) -> Replanned:
@@ -164,7 +166,9 @@ class _Replanning:
         assert rest.mission is not None
         assert rest.kernel is not None
         flights = self._flights()
-        files = {self.names[agent]: written(from_moment(flights[agent], steps * self.mission.step)) for agent in self.left}
+        files = {
+            self.names[agent]: written(from_moment(flights[agent], steps * self.mission.step)) for agent in self.left
+        }
         proven = verify_polynomials(rest.mission, rest.kernel, ahead, files)
         return replace(proven, checks=tuple(check for check in proven.checks if check.name != "rest"))
 
@@ -176,11 +180,7 @@ class _Replanning:
         elapsed = self.flying.checked.past.steps if self.flying.checked.past else 0
         flights = self._flights()
         moment = self.request.moment
-        levels = {
-            (resource.name, agent.name): 0.0
-            for resource in whole.resources
-            for agent in whole.agents
-        }
+        levels = {(resource.name, agent.name): 0.0 for resource in whole.resources for agent in whole.agents}
         team = rest_of(whole, elapsed, so_far.last[self.left], tuple(self.names[each] for each in self.left), levels)
         off = {}
         for place, agent in enumerate(self.left):
@@ -267,7 +267,9 @@ class _Replanning:
                 position[index, step] = position[index, step - 1] + way * min(1.0, reach / far if far else 1.0)
         velocity = np.zeros_like(position)
         velocity[:, :-1] = np.diff(position, axis=1) / rest.mission.step
-        return Trace(Seconds(rest.mission.step), position, velocity, self.flying.trace.heading[self.left, stopped.step :])
+        return Trace(
+            Seconds(rest.mission.step), position, velocity, self.flying.trace.heading[self.left, stopped.step :]
+        )
 
 
 def _arrays(trace: Trace) -> tuple[Array, Array, Array]:

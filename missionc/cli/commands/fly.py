@@ -1,0 +1,106 @@
+"""``missionc fly FOLDER --in simulation``: the loop of flying, watching and planning anew, closed in simulation."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+
+import click
+
+from missionc.base.units import Seconds
+from missionc.cli.exit_status import Status, say, say_line
+from missionc.cli.options import Number, existing, file_to_write, files, folder, folders, limits_and_form, read_limits
+from missionc.cli.progress import ProgressLine
+from missionc.simulate.trial_bounds import LARGEST_SEED
+
+MOST_FLIGHTS = 10_000
+
+
+@click.command("fly")
+@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@click.option("--in", "where", type=click.Choice(["simulation"]), required=True, help="Where: on this machine.")
+@click.option(
+    "--scenario", type=existing, shell_complete=files, metavar="FILE", help="What happens: a file in TOML, docs/fly.md."
+)
+@click.option("--flights", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
+@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True, metavar="N")
+@click.option(
+    "--within",
+    type=Number(0.1, 600),
+    default=3.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="So long after something happened the flight goes on by another plan.",
+)
+@click.option("--no-replan", is_flag=True, help="Watch, and plan nothing anew.")
+@click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
+@click.option("--page", is_flag=True, help="Show the first flight in the browser while it is flown, at its own pace.")
+@click.option("--pace", type=Number(0.1, 100), default=1.0, show_default=True, metavar="N", help="Times as fast.")
+@click.option("--no-open", is_flag=True, help="Say where the page is, and open nothing.")
+@click.option("--quiet", is_flag=True, help="No progress.")
+@limits_and_form
+def command(
+    path: Path,
+    where: str,
+    scenario: Path | None,
+    flights: int,
+    seed: int,
+    within: float,
+    no_replan: bool,
+    trace: Path | None,
+    page: bool,
+    pace: float,
+    no_open: bool,
+    quiet: bool,
+    limits: tuple[tuple[str, str], ...],
+    form: str,
+) -> Status:
+    """Fly a compiled folder in simulation, watch it, and plan the rest anew when something happens."""
+    assert where == "simulation", "there is nowhere else to fly to"
+    from missionc.cli.fly_folder import open_folder, paths_table, read_events
+    from missionc.cli.loop_summary import loop_document, loop_lines
+    from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
+    from missionc.output.folder.write_file import refuse_file, write_file
+
+    allowed = read_limits(limits)
+    refused = refuse_file(trace) if trace else None
+    flying = [refused] if refused else open_folder(path, allowed)
+    happening = flying if isinstance(flying, list) else read_events(scenario, flying, allowed)
+    if isinstance(flying, list) or isinstance(happening, list):
+        findings = flying if isinstance(flying, list) else happening
+        assert isinstance(findings, list)
+        say(findings, [], form, {"passed": None})
+        return Status.MISSION_ERRORS
+    mission, kernel = flying.checked.mission, flying.checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    shown = None
+    if page:
+        from missionc.cli.browser import said
+        from missionc.cli.show_loop import ShownLoop
+
+        shown = ShownLoop(mission, kernel, flying.trace, pace)
+    flown: list[LoopFlight] = []
+    silent = quiet or form == "json" or not sys.stderr.isatty()
+    with shown or nullcontext(), nullcontext() if silent else ProgressLine(sys.stderr) as line:
+        if shown:
+            say_line(said(shown.address, no_open, shown.address, "the page"))
+            sys.stdout.flush()
+        for number in range(flights):
+            listen = {"listen": shown.listen} if shown and number == 0 else {}
+            flown.append(
+                fly_loop(flying, happening, seed + number, Seconds(within), allowed, replans=not no_replan, **listen)
+            )
+            if line:
+                line.say(f"flying: {number + 1}/{flights} flights")
+            if shown and number == 0:
+                shown.over(flown[0])
+        document = loop_document(mission, flown, not no_replan)
+        failed = write_file(trace, paths_table(mission, flown[0])) if trace else None
+        say([failed] if failed else [], loop_lines(mission, flown, not no_replan), form, document)
+        if shown and flights == 1:
+            shown.wait()
+    if failed:
+        return Status.MISSION_ERRORS
+    return Status.DONE if document["passed"] else Status.VIOLATED
