@@ -43,6 +43,9 @@ PARTS = (1.0, 0.5, 0.0)
 SHARE, WORK = 0.25, 16.0
 """A share of the time that is left, and at most so many units of ``work``, for a plan that has a margin."""
 
+URGENT, MOST_OF_IT = 10.0, 0.75
+"""Of less than so many seconds, the share that such a try has: there is time for one."""
+
 FASTER = (1.5, 2.3)
 """Shares of the speeds that can be flown from rest to rest: with room to begin gently, others can be as well."""
 
@@ -146,8 +149,10 @@ def _plan_with_margin(
 
 def _short(budget: Budget, work: float) -> Budget:
     """A ``SHARE`` of the time that is left, and so many units of work at most, for a try that is not kept."""
-    now = time.monotonic()
-    return replace(budget, deadline=now + SHARE * (budget.deadline - now), work=work, keep=forget, resume=None)
+    left = budget.deadline - time.monotonic()
+    share = MOST_OF_IT if left < URGENT else SHARE
+    deadline = budget.deadline - (1 - share) * left
+    return replace(budget, deadline=deadline, work=work, keep=forget, resume=None)
 
 
 def _paces(mission: Mission, kernel: Kernel, calm: float, faster: Sequence[float]) -> list[Mission]:
