@@ -12,6 +12,7 @@ from missionc.diagnostics.code import NOT_TO_BE_CHANGED, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.suggest import nearest
 from missionc.monitoring.read_flown import FlownSoFar, read_flown
+from missionc.pipeline.replan.get_ready import get_ready
 from missionc.pipeline.replan.patch import patched
 from missionc.pipeline.replan.replan import replan
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
@@ -51,8 +52,10 @@ def replan_folder(
         if isinstance(edited, list):
             return _refused(*edited)
         texts = edited
-    request = Request(so_far, lost, texts, given_up, within, seed=seed, exports=exports)
-    return replan(Flying(opened.checked, opened.trace, opened.flights), request, limits)
+    request = Request(so_far, lost, texts, given_up, in_time=within, seed=seed, exports=exports)
+    flying = Flying(opened.checked, opened.trace, opened.flights)
+    get_ready(flying)
+    return replan(flying, request, limits)
 
 
 def _so_far(

@@ -27,6 +27,7 @@ from missionc.closed_loop.told import Told
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline.checked import Checked
+from missionc.pipeline.replan.get_ready import get_ready
 from missionc.pipeline.replan.patch import patched
 from missionc.pipeline.replan.request import Flying
 from missionc.simulate.default_engine import Airborne
@@ -81,6 +82,8 @@ def fly_loop(
     weather = Disturbance(wind=scenario.wind, gust=scenario.gust)
     wind = drawn(weather, seed, range(1), len(names), ticks + 1).wind[0]
     told = Told(pieces, scenario.skew * random.random(len(names)))
+    if replans:
+        get_ready(flying)
     ground = Ground(flying, told, names, within, limits, seed, replans)
     first = told.setpoints(np.zeros(1))
     air = Airborne(first[POSITION, 0], first[YAW, 0])

@@ -54,7 +54,7 @@ MOST_SECONDS = 3_600
 @click.option(
     "--within",
     type=Number(0.1, MOST_SECONDS),
-    default=5.0,
+    default=3.0,
     show_default=True,
     metavar="SECONDS",
     help="After so long another plan is of no use; everybody is at rest by then.",

@@ -16,7 +16,7 @@ from missionc.pipeline.replan.request import Request
 from missionc.pipeline.results import Compiled
 from missionc.verify.certificate import Check
 
-HOVER = "everybody is at rest meanwhile, which is proven: the polynomials of the stops are in the answer"
+HOVER = "until then everybody can stop, which is proven: `--format json` has the polynomials of the stops"
 
 
 def no_longer_kept(before: Checked, rest: Checked, request: Request) -> list[Diagnostic]:
