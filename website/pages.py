@@ -86,6 +86,8 @@ def navigation() -> tuple[Page | Section, ...]:
                             Page("Exports", "docs/exports.md"),
                             Page("Flights in simulation", "docs/simulate.md"),
                             Page("Missions judged in flight", "docs/live.md"),
+                            Page("Planning anew in flight", "docs/replan.md"),
+                            Page("Flights in a closed loop", "docs/fly.md"),
                             Page("Why impossible", "docs/impossible.md"),
                         ),
                     ),

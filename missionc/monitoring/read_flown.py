@@ -54,9 +54,9 @@ def read_flown(
     ends = [samples[-1].time for name, samples in own.items() if samples and name not in lost]
     end = mission.step * mission.steps
     until = min([*ends, end])
-    late = next((samples[-1] for samples in own.values() if samples and samples[-1].time > end + ON_TIME), None)
-    if late is not None and until >= end:
-        return None, [mismatch(late.span, f"the mission is over at {end:g} s: nothing of it is left to be planned")]
+    if ends and until >= end - ON_TIME:
+        over = next(samples[-1] for name, samples in own.items() if samples and name not in lost)
+        return None, [mismatch(over.span, f"the mission is over at {end:g} s: nothing of it is left to be planned")]
     kept = [_until(samples, until, name in lost, mission.step) for name, samples in own.items()]
     steps = math.floor(until / mission.step + ON_TIME)
     so_far = replace(mission, steps=Steps(max(steps, 0)))

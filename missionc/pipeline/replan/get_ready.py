@@ -1,4 +1,4 @@
-"""Readiness: everything that planning anew takes is loaded before the clock runs, for a library takes seconds to load."""
+"""Readiness: all that planning anew takes is loaded before the clock runs, for a library takes seconds to load."""
 
 from __future__ import annotations
 

@@ -1,0 +1,76 @@
+"""A small flight that is planned anew: its mission, its compiled folder, and what was flown of it."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from missionc.base.source import Source
+from missionc.output.folder.file_names import file_names, polynomials_file
+from missionc.pipeline.driver import compile
+from missionc.pipeline.replan.request import Flying
+from missionc.pipeline.results import Compiled, Verified
+
+SHELF = """mission shelf
+time  step 1 s, horizon 22 s
+world (0, 0) to (7, 5)
+region   pad  = box (0.5, 0.5) to (2, 4.5)
+region   look = box (4.8, 1) to (6.5, 4)
+obstacle rack = box (2.8, 1.5) to (3.4, 3.5)
+team drone[3] {
+  vehicle  crazyflie21
+  dynamics single_integrator(speed <= 1 m/s)
+  start    at (1, 1), (1, 2.5), (1, 4)
+}
+require inspect: some drone: eventually[0, end] look
+require home:    every drone: eventually[8 s, end] pad
+"""
+
+
+@cache
+def compiled() -> Compiled:
+    """The shelf as ``smt`` plans it."""
+    return compile(Source("shelf.mission", SHELF), backend="smt")
+
+
+def outcome() -> Verified:
+    found = compiled().outcome
+    assert isinstance(found, Verified), compiled().findings
+    return found
+
+
+def flying() -> Flying:
+    """Its plan, as it is flown."""
+    checked, verified = compiled().checked, outcome()
+    assert checked.mission is not None
+    names = file_names(checked.mission.agents)
+    files = dict(verified.files)
+    flights = {name: files[polynomials_file(file)].decode() for name, file in names.items()}
+    return Flying(checked, verified.plan.trace, flights)
+
+
+def inspector() -> str:
+    """The name of the drone that looks at the far end."""
+    checked, trace = compiled().checked, outcome().plan.trace
+    assert checked.mission is not None
+    return checked.mission.agents[int(trace.position[:, :, 0].max(axis=1).argmax())].name
+
+
+def folder(place: Path) -> Path:
+    """Its folder, written there."""
+    for name, content in outcome().files:
+        (place / name).parent.mkdir(parents=True, exist_ok=True)
+        (place / name).write_bytes(content)
+    return place
+
+
+def flown(until: int) -> str:
+    """A table of what was flown until then, seconds, as planned."""
+    checked, trace = compiled().checked, outcome().plan.trace
+    assert checked.mission is not None
+    rows = [
+        ",".join(map(str, (agent.name, float(number), *trace.position[agent.index, number])))
+        for agent in checked.mission.agents
+        for number in range(until + 1)
+    ]
+    return "\n".join(["agent,t,x,y", *rows]) + "\n"

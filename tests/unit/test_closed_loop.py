@@ -1,0 +1,138 @@
+"""Flights in a closed loop: what happens to them, what the ground hears and does, and what is kept in the end."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.cli.app import main
+from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
+from missionc.closed_loop.reports import Reports
+from missionc.closed_loop.scenario import Event, Scenario, read_scenario
+from missionc.closed_loop.told import Told
+from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.diagnostics.code import SCENARIO_UNUSABLE
+from missionc.simulate.firmware_setpoints import POSITION
+from tests.support.shelf_flight import flying, inspector
+
+LIMITS = Limits()
+DRONES = ("drone[0]", "drone[1]", "drone[2]")
+WHOLE = """[wind]
+mean = 0.2
+gust = 0.1
+[reports]
+noise = 0.01
+dropped = 0.05
+late = 0.1
+skew = 0.05
+[[event]]
+at = 8
+slow = "drone[1]"
+to = 0.5
+[[event]]
+at = 3.5
+lose = "drone[0]"
+[[event]]
+at = 4
+change = "obstacle debris = disc at (8, 2) radius 0.3"
+"""
+
+
+def test_a_scenario_is_read_with_its_events_in_order() -> None:
+    found = read_scenario(Source("s.toml", WHOLE), DRONES)
+    assert isinstance(found, Scenario)
+    assert (found.wind, found.dropped, found.skew) == (0.2, 0.05, 0.05)
+    assert [each.at for each in found.events] == [3.5, 4.0, 8.0]
+    assert found.events[2] == Event(8.0, slow="drone[1]", to=0.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("[wind\n", 1),
+        ("[weather]\n", 1),
+        ("[wind]\nmean = -1\n", 2),
+        ("[reports]\ndropped = 1\n", 2),
+        ("[reports]\nloud = 1\n", 1),
+        ('[[event]]\nat = 1\nlose = "nobody"\n', 1),
+        ("[[event]]\nat = 1\n", 1),
+        ('[[event]]\nat = -1\nlose = "drone[0]"\n', 1),
+        ('[[event]]\nat = 1\nlose = "drone[0]"\n[[event]]\nat = 1\nslow = "drone[0]"\nto = 2\n', 4),
+        ("event = 3\n", 1),
+    ],
+)
+def test_what_no_scenario_says_is_pointed_at(text: str, line: int) -> None:
+    found = read_scenario(Source("s.toml", text), DRONES)
+    assert isinstance(found, list)
+    assert {each.code for each in found} == {SCENARIO_UNUSABLE}
+    assert found[0].primary is not None
+    assert found[0].primary.span.source.place(found[0].primary.span.start)[0] == line
+
+
+def test_uploads_take_over_when_they_begin_and_slow_agents_lag() -> None:
+    pieces = [own for text in flying().flights.values() if isinstance(own := read(text), Pieces)]
+    told, slow = Told(pieces, np.zeros(3)), Told(pieces, np.zeros(3))
+    mover = DRONES.index(inspector())
+    slow.slow(mover, 0.5, 4.0)
+    at = np.array([10.0])
+    assert np.allclose(slow.setpoints(at)[POSITION, 0, mover], told.setpoints(np.array([7.0]))[POSITION, 0, mover])
+    here = Pieces(np.array([1.0, 1.0]), np.zeros((2, 4, 8)))
+    told.upload(mover, here, 12.0)
+    assert np.allclose(told.setpoints(np.array([12.5]))[POSITION, 0, mover], 0.0)
+    assert not np.allclose(told.setpoints(at)[POSITION, 0, mover], 0.0)
+
+
+def test_reports_are_late_and_some_never_come() -> None:
+    reports = Reports(Scenario(dropped=0.5, late=1.0, noise=0.1), np.random.default_rng(0))
+    silent = np.array([False, True])
+    for number in range(100):
+        reports.send(number / 10, np.zeros((3, 2)), np.zeros((3, 2)), np.zeros(2), silent)
+    heard = reports.heard(20.0)
+    assert 30 < len(heard) < 70
+    assert {each.agent for each in heard} == {0}
+    assert [each.time for each in heard] != sorted(each.time for each in heard)
+    assert 0.05 < np.std([each.position[0] for each in heard]) < 0.2
+
+
+def flight(*events: Event) -> LoopFlight:
+    scenario = Scenario(0.2, 0.1, 0.01, 0.05, 0.05, 0.02, events)
+    return fly_loop(flying(), scenario, 0, Seconds(6.0), LIMITS)
+
+
+def test_the_others_finish_what_a_lost_drone_has_begun() -> None:
+    alone = flight(Event(2.0, lose=inspector()))
+    assert alone.lost == (inspector(),)
+    assert any(each.begins is not None for each in alone.happened)
+    assert alone.outcome.satisfied
+    assert alone.outcome.untouched
+
+
+HOP = """mission hop
+time  step 1 s, horizon 4 s
+world (0, 0) to (4, 4)
+region there = box (2, 0.5) to (3.5, 1.5)
+agent scout { dynamics single_integrator(speed <= 1 m/s)  start at (1, 1) }
+require come: scout: eventually[0, end] there
+"""
+
+
+def test_a_flight_through_a_scenario_is_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "hop.mission").write_text(HOP)
+    assert main(["compile", str(tmp_path / "hop.mission"), "-o", str(tmp_path / "hop"), "--quiet"]) == 0
+    capsys.readouterr()
+    (tmp_path / "s.toml").write_text('[[event]]\nat = 1\nchange = "region there = box (0.5, 3) to (1.5, 3.5)"\n')
+    words = ["fly", str(tmp_path / "hop"), "--in", "simulation", "--scenario", str(tmp_path / "s.toml"), "--no-replan"]
+    assert main([*words, "--format", "json", "--trace", str(tmp_path / "flown.csv")]) == 3
+    document = json.loads(capsys.readouterr().out)
+    assert document["flights"][0]["requirements"] == {"come": False}
+    assert document["flights"][0]["happened"][0]["why"] == "the world has changed"
+    assert (tmp_path / "flown.csv").read_text().startswith("agent,t,x,y,z\n")
+    (tmp_path / "s.toml").write_text('[[event]]\nat = 3\nchange = "require x: scout: there"\n')
+    assert main(words) == 1
+    assert "MC721" in capsys.readouterr().err

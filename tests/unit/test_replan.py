@@ -1,0 +1,234 @@
+"""A mission that is being flown is planned anew: what was flown, and the new plan, satisfy it together."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.trace import Trace
+from missionc.base.units import Seconds
+from missionc.cli.app import main
+from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.diagnostics.code import NO_LONGER_KEPT, NOT_TO_BE_CHANGED
+from missionc.flight.stop_and_hover import state_at
+from missionc.monitoring.monitor import monitor
+from missionc.monitoring.read_flown import FlownSoFar, read_flown
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.remaining import remaining
+from missionc.pipeline.replan.patch import patched
+from missionc.pipeline.replan.replan import replan
+from missionc.pipeline.replan.request import Replanned, Request, Way
+from missionc.pipeline.results import Verified
+from missionc.progression.past_document import Past, past_json, read_past
+from missionc.replay.reverify import reverify
+from tests.support.shelf_flight import compiled, flown, flying, folder, inspector
+
+LIMITS = Limits()
+PATIENT = Seconds(8.0)
+
+
+def so_far(until: int, *lost: str) -> FlownSoFar:
+    mission = flying().checked.mission
+    assert mission is not None
+    found, findings = read_flown(Source("flown.csv", flown(until)), mission, lost)
+    assert found is not None, findings
+    return found
+
+
+def changed(text: str) -> dict[str, str]:
+    edited = patched(compiled().checked, Source("patch", text), LIMITS)
+    assert not isinstance(edited, list), edited
+    return dict(edited)
+
+
+def without_the_inspector(until: int = 4) -> Replanned:
+    lost = (inspector(),)
+    return replan(flying(), Request(so_far(until, *lost), lost, in_time=PATIENT), LIMITS)
+
+
+def joint(found: Replanned) -> Trace:
+    """What was flown and told, and the plan after it, of whoever is left."""
+    assert found.rest is not None
+    assert found.rest.past is not None
+    assert found.compiled is not None
+    assert isinstance(found.compiled.outcome, Verified)
+    past, plan = found.rest.past.flown[-1], found.compiled.outcome.plan.trace
+    rows = [index for index, name in enumerate(past.agents) if name not in past.stretch.lost]
+    old = past.stretch.trace
+
+    def whole(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        return np.concatenate([before[rows, :-1], after], axis=1)
+
+    return Trace(
+        plan.step,
+        whole(old.position, plan.position),
+        whole(old.velocity, plan.velocity),
+        whole(old.heading, plan.heading),
+    )
+
+
+def test_a_plan_that_still_holds_is_kept() -> None:
+    other = next(f"drone[{index}]" for index in range(3) if f"drone[{index}]" != inspector())
+    found = replan(flying(), Request(so_far(4, other), (other,)), LIMITS)
+    assert found.way is Way.KEPT
+    assert found.certificate is not None
+    assert found.certificate.passed
+    assert found.files == ()
+
+
+def test_who_is_left_finishes_the_mission(tmp_path: Path) -> None:
+    found = without_the_inspector()
+    assert found.way is Way.ANEW, found.findings
+    assert found.rest is not None
+    trace = joint(found)
+    # Judged once more by the mission as it was written, of a team that always was so small.
+    mission, kernel = compiled().checked.mission, compiled().checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    lone = [agent.name for agent in mission.agents].index(inspector())
+    assert trace.position.shape[1] == mission.steps + 1
+    three = Trace(
+        trace.step,
+        *(np.insert(each, lone, each[0], axis=0) for each in (trace.position, trace.velocity, trace.heading)),
+    )
+    assert all(each.satisfied for each in monitor(mission, kernel, three).requirements)
+    for name, content in found.files:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    verified = reverify(tmp_path)
+    assert verified.passed, verified.findings
+    assert verified.certificate is not None
+    assert {"stop", "stop separation", "stop obstacle"} <= {check.name for check in verified.certificate.checks}
+    (tmp_path / "past.json").write_text((tmp_path / "past.json").read_text().replace(inspector(), "drone[9]", 1))
+    assert not reverify(tmp_path).passed
+
+
+def test_stops_begin_as_the_plan_goes_on_and_end_at_rest_where_the_new_one_begins() -> None:
+    found = without_the_inspector()
+    assert found.begins is not None
+    assert isinstance(found.compiled and found.compiled.outcome, Verified)
+    old, files = flying().flights, dict(found.files)
+    for name, text in found.stops.items():
+        stop, before = read(text), read(old[name])
+        assert isinstance(stop, Pieces)
+        assert isinstance(before, Pieces)
+        # From position to snap nothing jumps where the stop takes over.
+        assert np.allclose(state_at(stop, 0.0)[:, :3], state_at(before, 4.0)[:, :3], atol=1e-4)
+        after = read(files[f"crazyflie/{name.replace('[', '').replace(']', '')}.csv"].decode())
+        assert isinstance(after, Pieces)
+        end, begin = state_at(stop, 100.0), state_at(after, 0.0)
+        assert np.allclose(end[0, :3], begin[0, :3], atol=1e-4)
+        assert np.allclose(end[1:4, :3], 0.0, atol=1e-3)
+        assert stop.duration.sum() == pytest.approx(found.begins - 4.0, abs=1e-4)
+
+
+def test_a_world_that_changes_is_another_one_from_then_on(tmp_path: Path) -> None:
+    texts = changed("region look = box (5.4, 0.5) to (6.5, 1.5)\nobstacle debris = disc at (4.2, 4.5) radius 0.2")
+    found = replan(flying(), Request(so_far(4), texts=texts, in_time=PATIENT), LIMITS)
+    assert found.ok, found.findings
+    for name, content in found.files:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    assert "obstacle debris" in (tmp_path / "mission/shelf.mission").read_text()
+    past = read_past((tmp_path / "past.json").read_text(), 1e9)
+    assert isinstance(past, Past)
+    assert "debris" not in past.flown[0].texts["shelf.mission"]
+    assert reverify(tmp_path).passed
+
+
+def test_what_is_impossible_is_said_and_what_else_can_be_done() -> None:
+    request = Request(so_far(4, inspector()), (inspector(),), in_time=Seconds(15.0))
+    found = replan(flying(), request, LIMITS)
+    assert found.way is Way.NONE
+    assert found.cannot == ("inspect",)
+    rest = replan(flying(), replace(request, given_up=("inspect",), in_time=Seconds(3.0)), LIMITS)
+    assert rest.ok
+
+
+def test_nothing_is_planned_for_nobody() -> None:
+    found = replan(flying(), Request(so_far(4), ("drone[0]", "drone[1]", "drone[2]")), LIMITS)
+    assert [each.code for each in found.findings] == [NO_LONGER_KEPT]
+
+
+def test_a_patch_changes_the_world_and_nothing_that_is_asked() -> None:
+    wrong = """time step 2 s, horizon 3 s
+team drone[4] { vehicle crazyflie21 }
+agent scout { start at (1, 1) }
+graph radio = proximity 3 m
+require x: some drone: pad
+"""
+    found = patched(compiled().checked, Source("patch", wrong), LIMITS)
+    assert isinstance(found, list)
+    assert {each.code for each in found} == {NOT_TO_BE_CHANGED}
+    assert len(found) == 5
+
+
+def test_a_patch_takes_the_place_of_what_it_names() -> None:
+    text = changed(
+        """obstacle rack = disc at (3.2, 2) radius 0.5
+region look = box (4.5, 1) to (6, 4)
+team drone[3] { dynamics single_integrator(speed <= 0.5 m/s) }
+"""
+    )["shelf.mission"]
+    assert "obstacle rack = disc at (3.2, 2) radius 0.5\n" in text
+    assert "box (4.8, 1)" not in text
+    assert "speed <= 0.5 m/s" in text
+    assert "start    at (1, 1), (1, 2.5), (1, 4)" in text
+
+
+def test_a_past_reads_back_as_it_was_written_and_no_other_text_does() -> None:
+    found = without_the_inspector()
+    assert found.rest is not None
+    assert found.rest.past is not None
+    text = past_json(found.rest.past)
+    again = read_past(text, 1e9)
+    assert isinstance(again, Past)
+    assert past_json(again) == text
+    document = json.loads(text)
+    for change in (
+        {"schema": "missionc.past/0"},
+        {"stretches": []},
+        {"stretches": [{**document["stretches"][0], "step": "1"}]},
+        {"stretches": [{**document["stretches"][0], "agents": []}]},
+        {"stretches": [{**document["stretches"][0], "more": 1}]},
+        {"stretches": [{**document["stretches"][0], "agents": [{"name": "a", "position": [[1e12, 0]]}]}]},
+    ):
+        assert isinstance(read_past(json.dumps({**document, **change}), 1e9), str)
+    past = replace(again, flown=(replace(again.flown[0], agents=("a", "b", "c")),))
+    assert not isinstance(remaining(compiled().checked, past, LIMITS), Checked)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--lost", "drone[7]"), "MC721"),
+        (("--give-up", "nothing"), "MC721"),
+    ],
+)
+def test_the_command_line_names_who_is_not_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], says: str
+) -> None:
+    place = folder(tmp_path / "shelf")
+    (tmp_path / "flown.csv").write_text(flown(3))
+    assert main(["replan", str(place), "--flown", str(tmp_path / "flown.csv"), *arguments]) == 1
+    assert says in capsys.readouterr().err
+
+
+def test_the_command_line_keeps_a_plan_that_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    place = folder(tmp_path / "shelf")
+    (tmp_path / "flown.csv").write_text(flown(3))
+    words = ["replan", str(place), "--flown", str(tmp_path / "flown.csv")]
+    assert main(words) == 0
+    assert "the plan still holds" in capsys.readouterr().out
+    assert not (tmp_path / "shelf-replan").exists()
+    assert main([*words, "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["outcome"] == "kept"
+    (tmp_path / "flown.csv").write_text(flown(22))
+    assert main(words) == 1
+    assert "MC705" in capsys.readouterr().err
