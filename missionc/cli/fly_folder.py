@@ -1,4 +1,4 @@
-"""What a flight in a closed loop begins with: a folder that is verified again, and a scenario."""
+"""Beginnings of flights in a closed loop: a folder that is verified again, and a scenario."""
 
 from __future__ import annotations
 

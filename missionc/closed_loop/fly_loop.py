@@ -70,9 +70,15 @@ def fly_loop(
     limits: Limits,
     *,
     replans: bool = True,
+    clock: Seconds | None = None,
     listen: Listen = nobody,
 ) -> LoopFlight:
-    """Fly a verified plan through a scenario, from rest at its start to its end."""
+    """Fly a verified plan through a scenario, from rest at its start to its end.
+
+    Args:
+        within: seconds after something happened, when the flight goes on by another plan.
+        clock: seconds that planning may take by the clock; ``within`` where it is None.
+    """
     mission = flying.checked.mission
     assert mission is not None
     names = tuple(agent.name for agent in mission.agents)
@@ -84,7 +90,7 @@ def fly_loop(
     told = Told(pieces, scenario.skew * random.random(len(names)))
     if replans:
         get_ready(flying)
-    ground = Ground(flying, told, names, within, limits, seed, replans)
+    ground = Ground(flying, told, names, within, limits, seed, replans, clock)
     first = told.setpoints(np.zeros(1))
     air = Airborne(first[POSITION, 0], first[YAW, 0])
     reports, waiting = Reports(scenario, random), list(scenario.events)

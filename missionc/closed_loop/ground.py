@@ -55,6 +55,7 @@ class Ground:
         names: of all agents of the flight, in order.
         within: seconds in which another plan has to be ready.
         replans: whether it plans anew at all, or only watches.
+        clock: seconds that planning may take by the clock; ``within`` where it is None.
     """
 
     flying: Flying
@@ -64,6 +65,7 @@ class Ground:
     limits: Limits
     seed: int
     replans: bool = True
+    clock: Seconds | None = None
     began: float = 0.0
     lost: list[str] = field(default_factory=list)
     log: list[tuple[str, Report]] = field(default_factory=list)
@@ -164,6 +166,7 @@ class Ground:
                 tuple(given_up),
                 at=time - self.began,
                 in_time=self.within,
+                clock=self.clock,
                 seed=self.seed,
             )
             found = replan(self.flying, request, self.limits)

@@ -1,4 +1,4 @@
-"""What agents are told: the polynomials that were uploaded to each, by its own clock.
+"""Uploads: the polynomials that each agent is told to fly, by its own clock.
 
 in   uploads, each with the time from which it is flown
 out  setpoints of all agents over a stretch of time

@@ -73,6 +73,7 @@ def check(
     vehicle: str = "",
     before: Callable[[str], None] = ignore,
     load: Loader | None = None,
+    begun: bool = False,
 ) -> Checked:
     """Every finding that needs no solving, and the mission as meant where there is no error.
 
@@ -85,6 +86,8 @@ def check(
         vehicle: the name of the profile that flies teams which name none; empty for none.
         before: called with the name of each stage before it runs; what it raises ends the check.
         load: finds what the mission includes; read from beside it if left out.
+        begun: the mission is being flown; whether its starts and its whole time fit the world as it reads now is not
+            asked.
 
     Raises:
         ValueError: there is no such profile.
@@ -135,11 +138,11 @@ def check(
         kernel, more = expand(mission, limits)
         findings += more
     with watch.stage("check"):
-        ground = None if mission.world.flat else FreeSpace.of(mission)
+        ground = None if mission.world.flat or begun else FreeSpace.of(mission)
         kernel_or_empty = kernel or Kernel((), ())
         findings += [*check_horizons(mission), *check_past(mission), *check_headings(mission)]
-        findings += check_world(mission, kernel_or_empty, ground)
-        if kernel is not None:
+        findings += [] if begun else check_world(mission, kernel_or_empty, ground)
+        if kernel is not None and not begun:
             findings += check_requirements(mission, kernel, ground)
             if ground is not None:
                 findings += check_possible(mission, kernel, ground, findings)

@@ -44,7 +44,7 @@ SHARE, WORK = 0.25, 16.0
 """A share of the time that is left, and at most so many units of ``work``, for a plan that has a margin."""
 
 URGENT, MOST_OF_IT = 10.0, 0.75
-"""Of less than so many seconds, the share that such a try has: there is time for one."""
+"""Seconds; where less are left, the share of them that such a try has: there is time for one."""
 
 FASTER = (1.5, 2.3)
 """Shares of the speeds that can be flown from rest to rest: with room to begin gently, others can be as well."""

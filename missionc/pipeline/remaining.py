@@ -76,6 +76,7 @@ def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits, stretch:
         stretch=stretch,
         vehicle=checked.vehicle,
         load=load,
+        begun=True,
     )
 
 

@@ -1,1 +1,1 @@
-"""What is left of a mission after its first steps: formulas progressed through what was flown, and the world since."""
+"""Progression of missions: what is left of one after its first steps, with the world as it is then."""

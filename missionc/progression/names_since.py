@@ -1,4 +1,4 @@
-"""What one mission speaks of, as a later one calls it in which some agents are lost and places may have moved.
+"""Names of one mission in a later one, in which some agents are lost and places may have moved.
 
 in   two missions, of which the second has the agents that are left
 out  the second one's agents, graphs and predicates for those of the first
@@ -9,8 +9,7 @@ Who is lost comes out as None, and so does a predicate that says nothing without
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from typing import assert_never
+from dataclasses import fields, replace
 
 from missionc import ir
 from missionc.kernel.nodes import All, Always, Any, Atom, Eventually, Is, Node, Not
@@ -80,24 +79,26 @@ class NamesSince:
             of_whoever_is_left = predicate.graph is not None or predicate.formation is not None
             return _truth(holds) if of_whoever_is_left else None
         match left:
-            case ir.Inside(region):
-                return _signed(replace(left, region=self.region(region)), holds)
-            case ir.Touches(region):
-                return _signed(replace(left, region=self.region(region)), holds)
             case ir.Compare():
                 return self._compared(left, holds)
             case ir.Connected(graph, agents, order):
                 return _signed(ir.Connected(self.graph(graph), self.agents(agents), order), holds)
             case ir.InFormation(formation):
                 return _signed(ir.InFormation(self.formation(formation)), holds)
-            case ir.Facing(towards):
-                beacon = isinstance(towards, ir.Beacon)
-                now = self._beacons.get(towards.name, towards) if isinstance(towards, ir.Beacon) else towards
-                return _signed(replace(left, towards=now) if beacon else left, holds)
             case ir.Flagged(flag):
                 return self._flagged(flag, holds)
             case _:
-                assert_never(left)
+                return _signed(self._of_places(left), holds)
+
+    def _of_places(self, predicate: ir.Predicate) -> ir.Predicate:
+        """A predicate about places, which are where they are now."""
+        told = {field.name: getattr(predicate, field.name) for field in fields(predicate)}
+        now = {name: self._place(value) for name, value in told.items() if isinstance(value, ir.Region | ir.Beacon)}
+        return replace(predicate, **now) if now else predicate  # type: ignore[arg-type]  # the fields are its own
+
+    def _place(self, place: ir.Region | ir.Beacon) -> ir.Region | ir.Beacon:
+        known: Mapping[str, ir.Region | ir.Beacon] = self._regions if isinstance(place, ir.Region) else self._beacons
+        return known.get(place.name, place)
 
     def _compared(self, predicate: ir.Compare, holds: bool) -> Node:
         """An inequality; of a resource, each agent has a level of its own to begin with."""

@@ -94,10 +94,11 @@ def _graph(graph: ir.Graph, index: Mapping[int, int]) -> ir.Graph:
         )
         for weight in graph.weights
     )
-    if isinstance(graph, ir.BeaconCover):
-        return replace(graph, agents=members, weights=weights)
-    ranges = tuple(replace(each, senders=some(each.senders), receivers=some(each.receivers)) for each in graph.ranges)
-    return replace(graph, agents=members, weights=weights, ranges=ranges)
+    left: ir.Graph = replace(graph, agents=members, weights=weights)
+    if isinstance(left, ir.Proximity | ir.Sight):
+        ranges = (replace(pair, senders=some(pair.senders), receivers=some(pair.receivers)) for pair in left.ranges)
+        return replace(left, ranges=tuple(ranges))
+    return left
 
 
 def _formation(formation: ir.Formation, index: Mapping[int, int]) -> ir.Formation:

@@ -1,4 +1,4 @@
-"""What is left of a mission after a stretch of it was flown, with the world and the team as they are now.
+"""Stretches of a mission that were flown, and what is left of it after each, with the world and the team as they are.
 
 in   a mission and its kernel, the stretch, the mission as it is written now
 out  Remaining: the mission and the kernel that are left, and what of it can no longer be kept
@@ -119,7 +119,7 @@ def _levels(mission: Mission, trace: Trace) -> dict[tuple[str, str], float]:
 
 
 def _flags(before: Remaining, trace: Trace) -> tuple[tuple[str, frozenset[str]], ...]:
-    """Of whom each flag was set at the last step that is over, which is one before the last state."""
+    """For each flag, those of whom it was set at the last step that is over, which is one before the last state."""
     mission, earlier = before.mission, dict(before.flags_set)
     steps = trace.position.shape[1] - 1
     if not steps:

@@ -139,6 +139,7 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
         stretch=lasting,
         vehicle=vehicle,
         load=load,
+        begun=PAST in found.files,
     )
     if PAST not in found.files or checked.mission is None or checked.kernel is None:
         return checked

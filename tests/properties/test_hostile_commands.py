@@ -145,6 +145,32 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             "--skew": drawn("scout=1", "a=b", "x=nan", "=", "", ODD),
         },
     ),
+    "fly": (
+        (compiled,),
+        {
+            **SHARED,
+            "--in": drawn("simulation", "", ODD),
+            "--scenario": drawn("storm.toml", *NAMES),
+            "--flights": drawn("0", "nan", "-1", "9" * 400),
+            "--within": number,
+            "--no-replan": None,
+            "--seed": number,
+            "--pace": number,
+        },
+    ),
+    "replan": (
+        (compiled,),
+        {
+            **SHARED,
+            "--flown": drawn("trace.csv", *NAMES),
+            "--changed": mission,
+            "--lost": drawn("scout", "", ODD),
+            "--give-up": drawn("x", "", ODD),
+            "--within": number,
+            "-o": output,
+            "--force": None,
+        },
+    ),
     "report": ((compiled,), {**SHARED, "-o": output}),
     "simulate": (
         (compiled,),

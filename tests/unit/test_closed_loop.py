@@ -102,7 +102,7 @@ def test_reports_are_late_and_some_never_come() -> None:
 
 def flight(*events: Event) -> LoopFlight:
     scenario = Scenario(0.2, 0.1, 0.01, 0.05, 0.05, 0.02, events)
-    return fly_loop(flying(), scenario, 0, Seconds(6.0), LIMITS)
+    return fly_loop(flying(), scenario, 0, Seconds(3.0), LIMITS, clock=Seconds(60.0))
 
 
 def test_the_others_finish_what_a_lost_drone_has_begun() -> None:

@@ -11,9 +11,11 @@ from missionc import ir
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds
+from missionc.diagnostics.code import NOT_SAID
 from missionc.kernel.nodes import All, Any, Kernel
 from missionc.monitoring.monitor import truth
 from missionc.pipeline.front_end import check
+from missionc.pipeline.remaining import not_said
 from missionc.progression.formula_progression import TooEntangledError
 from missionc.progression.rest_of_mission import rest_of
 from missionc.progression.stretches import Remaining, Stretch, after
@@ -97,8 +99,9 @@ def test_routes_that_are_over_lead_to_what_is_still_to_come(xs: tuple[float, flo
 
 
 def test_routes_in_metres_to_what_is_still_to_come_cannot_be_said() -> None:
-    with pytest.raises(TooEntangledError):
+    with pytest.raises(TooEntangledError) as raised:
         left_of("require told: drone[0]: (not goal or goal) reach[distance 0..4 on radio] (eventually[4 s, 4 s] goal)")
+    assert not_said(raised.value).code is NOT_SAID
 
 
 def test_obstacles_go_on_from_where_they_are_and_as_large_as_they_have_grown() -> None:

@@ -15,11 +15,17 @@ from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.app import main
 from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.diagnostics.code import NO_LONGER_KEPT, NOT_TO_BE_CHANGED
+from missionc.diagnostics.code import (
+    NO_LONGER_KEPT,
+    NO_SAFE_STOP,
+    NOT_BY_THEN,
+    NOT_TO_BE_CHANGED,
+    PAST_DOES_NOT_FIT,
+)
+from missionc.diagnostics.model import Diagnostic
 from missionc.flight.stop_and_hover import state_at
 from missionc.monitoring.monitor import monitor
 from missionc.monitoring.read_flown import FlownSoFar, read_flown
-from missionc.pipeline.checked import Checked
 from missionc.pipeline.remaining import remaining
 from missionc.pipeline.replan.patch import patched
 from missionc.pipeline.replan.replan import replan
@@ -30,7 +36,7 @@ from missionc.replay.reverify import reverify
 from tests.support.shelf_flight import compiled, flown, flying, folder, inspector
 
 LIMITS = Limits()
-PATIENT = Seconds(8.0)
+SOON, PATIENT = Seconds(3.0), Seconds(60.0)
 
 
 def so_far(until: int, *lost: str) -> FlownSoFar:
@@ -49,7 +55,7 @@ def changed(text: str) -> dict[str, str]:
 
 def without_the_inspector(until: int = 4) -> Replanned:
     lost = (inspector(),)
-    return replan(flying(), Request(so_far(until, *lost), lost, in_time=PATIENT), LIMITS)
+    return replan(flying(), Request(so_far(until, *lost), lost, in_time=SOON, clock=PATIENT), LIMITS)
 
 
 def joint(found: Replanned) -> Trace:
@@ -130,7 +136,7 @@ def test_stops_begin_as_the_plan_goes_on_and_end_at_rest_where_the_new_one_begin
 
 def test_a_world_that_changes_is_another_one_from_then_on(tmp_path: Path) -> None:
     texts = changed("region look = box (5.4, 0.5) to (6.5, 1.5)\nobstacle debris = disc at (4.2, 4.5) radius 0.2")
-    found = replan(flying(), Request(so_far(4), texts=texts, in_time=PATIENT), LIMITS)
+    found = replan(flying(), Request(so_far(4), texts=texts, in_time=SOON, clock=PATIENT), LIMITS)
     assert found.ok, found.findings
     for name, content in found.files:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -143,12 +149,23 @@ def test_a_world_that_changes_is_another_one_from_then_on(tmp_path: Path) -> Non
 
 
 def test_what_is_impossible_is_said_and_what_else_can_be_done() -> None:
-    request = Request(so_far(4, inspector()), (inspector(),), in_time=Seconds(15.0))
+    request = Request(so_far(4, inspector()), (inspector(),), in_time=Seconds(15.0), clock=PATIENT)
     found = replan(flying(), request, LIMITS)
     assert found.way is Way.NONE
     assert found.cannot == ("inspect",)
-    rest = replan(flying(), replace(request, given_up=("inspect",), in_time=Seconds(3.0)), LIMITS)
+    assert found.findings[-1].code is NOT_BY_THEN
+    rest = replan(flying(), replace(request, given_up=("inspect",), in_time=SOON), LIMITS)
     assert rest.ok
+
+
+def test_an_obstacle_where_somebody_is_leaves_no_stop() -> None:
+    other = next(index for index in range(3) if f"drone[{index}]" != inspector())
+    x, y = so_far(4).last[other].tolist()
+    found = replan(
+        flying(), Request(so_far(4), texts=changed(f"obstacle debris = disc at ({x}, {y}) radius 0.3")), LIMITS
+    )
+    assert [each.code for each in found.findings] == [NO_SAFE_STOP]
+    assert found.must_stop
 
 
 def test_nothing_is_planned_for_nobody() -> None:
@@ -201,7 +218,9 @@ def test_a_past_reads_back_as_it_was_written_and_no_other_text_does() -> None:
     ):
         assert isinstance(read_past(json.dumps({**document, **change}), 1e9), str)
     past = replace(again, flown=(replace(again.flown[0], agents=("a", "b", "c")),))
-    assert not isinstance(remaining(compiled().checked, past, LIMITS), Checked)
+    refused = remaining(compiled().checked, past, LIMITS)
+    assert isinstance(refused, Diagnostic)
+    assert refused.code is PAST_DOES_NOT_FIT
 
 
 @pytest.mark.parametrize(

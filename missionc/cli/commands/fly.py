@@ -60,7 +60,7 @@ def command(
     assert where == "simulation", "there is nowhere else to fly to"
     from missionc.cli.fly_folder import open_folder, paths_table, read_events
     from missionc.cli.loop_summary import loop_document, loop_lines
-    from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
+    from missionc.closed_loop.fly_loop import LoopFlight, fly_loop, nobody
     from missionc.output.folder.write_file import refuse_file, write_file
 
     allowed = read_limits(limits)
@@ -88,9 +88,10 @@ def command(
             say_line(said(shown.address, no_open, shown.address, "the page"))
             sys.stdout.flush()
         for number in range(flights):
-            listen = {"listen": shown.listen} if shown and number == 0 else {}
+            listen = shown.listen if shown and number == 0 else nobody
+            within_seconds, seeded = Seconds(within), seed + number
             flown.append(
-                fly_loop(flying, happening, seed + number, Seconds(within), allowed, replans=not no_replan, **listen)
+                fly_loop(flying, happening, seeded, within_seconds, allowed, replans=not no_replan, listen=listen)
             )
             if line:
                 line.say(f"flying: {number + 1}/{flights} flights")

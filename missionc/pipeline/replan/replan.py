@@ -228,7 +228,8 @@ class _Replanning:
     # ------------------------------------------------------------------ planning
 
     def _planned(self, rest: Checked, stopped: Stopped) -> Replanned:
-        deadline = self.began + float(self.request.in_time)
+        allowed = self.request.in_time if self.request.clock is None else self.request.clock
+        deadline = self.began + float(allowed)
         budget = Budget(deadline, seed=self.request.seed, limits=self.limits)
         stops = self._stops(stopped)
         rest = replace(rest, stops=tuple(stops.items()))

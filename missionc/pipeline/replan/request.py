@@ -1,4 +1,4 @@
-"""What is asked of a replanning, and what it came to, as values."""
+"""Requests for a plan of the rest of a mission, and what becomes of them, as values."""
 
 from __future__ import annotations
 
@@ -45,6 +45,7 @@ class Request:
         given_up: names of requirements that nothing is asked of any more.
         at: seconds after the beginning of the plan, when everybody is told to stop; when it was seen last, if left out.
         in_time: seconds after that by which another plan has to be ready.
+        clock: seconds that planning may take by the clock; as many where it is left out.
         exports: names of forms that the new flight is written in as well.
     """
 
@@ -54,6 +55,7 @@ class Request:
     given_up: tuple[str, ...] = ()
     at: float | None = None
     in_time: Seconds = IN_TIME
+    clock: Seconds | None = None
     options: Options = field(default_factory=Options)
     seed: int = 0
     exports: tuple[str, ...] = ()
