@@ -34,7 +34,7 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
     return {
         "passed": trials.passed,
         "headline": headline(trials),
-        "kept": _fraction(trials.kept),
+        "kept": _kept(trials),
         **conditions(trials.trial, float(mission.horizon)),
         "planned": [each.as_record() for each in planned],
         "requirements": [each.as_record() for each in first.requirements],
@@ -52,6 +52,12 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
             for index, each in enumerate(first.requirements)
         },
     }
+
+
+def _kept(trials: Trials) -> dict[str, object]:
+    """Flights that are as required; no bounds of their true share where all of them are one and the same."""
+    found = _fraction(trials.kept)
+    return found if trials.trial.disturbance.random else {**found, "low": None, "high": None}
 
 
 def _fraction(each: Fraction) -> dict[str, object]:
