@@ -33,17 +33,17 @@ SPEEDS = (0.5, 1.0, 1.5)
 """m/s."""
 ACCELERATIONS = (0.5, 1.0, 2.0, 3.0)
 """m/s²."""
-TURNS = 2
-"""Times around a circle."""
+TURNS = 1
+"""Times around a circle, after two on the way out to it."""
 
 
 def legs(speed: float, acceleration: float) -> Pieces:
-    """Quintics from rest to rest around a square, each second one a little up or down.
+    """Polynomials of degree seven from rest to rest around a square, each second one a little up or down.
 
-    A quintic over d within T reaches 15/8 d/T and 10/√3 d/T².
+    One over d within T, with no jerk at its ends, reaches 35/16 d/T and 84/(5 √5) d/T².
     """
-    seconds = 10 / np.sqrt(3) * 8 / 15 * speed / acceleration
-    far = speed * seconds * 8 / 15
+    seconds = 84 / (5 * np.sqrt(5)) * 16 / 35 * speed / acceleration
+    far = speed * seconds * 16 / 35
     corners = np.array([(0, 0, 1), (far, 0, 1), (far, far, 1), (0, far, 1), (0, 0, 1)]) + 0.0
     corners[1::2, 2] += min(0.4, 0.25 * far)
     step = np.diff(corners, axis=0)
@@ -51,22 +51,22 @@ def legs(speed: float, acceleration: float) -> Pieces:
     corners = corners[0] + np.concatenate([np.zeros((1, 3)), np.cumsum(step, axis=0)])
     coefficients = np.zeros((4, 4, 8))
     coefficients[:, :3, 0] = corners[:-1]
-    powers = seconds ** -np.array([3.0, 4.0, 5.0]) * np.array([10.0, -15.0, 6.0])
-    coefficients[:, :3, 3:6] = step[..., None] * powers
+    powers = seconds ** -np.array([4.0, 5.0, 6.0, 7.0]) * np.array([35.0, -84.0, 70.0, -20.0])
+    coefficients[:, :3, 4:8] = step[..., None] * powers
     return rounded(np.full(4, seconds), coefficients)
 
 
 def circles(speed: float, acceleration: float) -> Pieces:
     """From rest in the middle of a spiral onto a circle of radius v²/a, and around it."""
     radius, rate = speed**2 / acceleration, acceleration / speed
-    begin, seconds = 2 * np.pi / rate, 2 * np.pi * (TURNS + 1) / rate
+    begin, seconds = 4 * np.pi / rate, 2 * np.pi * (TURNS + 2) / rate
 
     def place(time: Array) -> Array:
         share = np.clip(time / begin, 0, 1)
         out = radius * share**5 * (126 - 420 * share + 540 * share**2 - 315 * share**3 + 70 * share**4)
         return np.stack([out * np.cos(rate * time), out * np.sin(rate * time), np.ones_like(time)], axis=-1)
 
-    return hermite(place, np.linspace(0, seconds, 8 * (TURNS + 1) + 1))
+    return hermite(place, np.linspace(0, seconds, 8 * (TURNS + 2) + 1))
 
 
 def hermite(place: Callable[[Array], Array], knots: Array) -> Pieces:
