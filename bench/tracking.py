@@ -2,8 +2,9 @@
 
     python bench/tracking.py [ENGINE...]
 
-Flies two shapes by each engine, undisturbed: legs from rest to rest around a square that climbs and sinks, which reach
-speed and acceleration for a moment, and circles, which keep both. Prints the largest distance from where the vehicle
+Flies three shapes by each engine, undisturbed: legs from rest to rest around a square that climbs and sinks, which
+reach speed and acceleration for a moment; circles, which keep both; and one leg that sets off at once, whose jerk, and
+with it the body rate that the controller is told, jumps. Prints the largest distance from where the vehicle
 should be, mm, for each speed and acceleration within the limits of the profile `crazyflie21` and beyond them; below
 them, what its tracking margin is.
 """
@@ -54,6 +55,20 @@ def legs(speed: float, acceleration: float) -> Pieces:
     powers = seconds ** -np.array([4.0, 5.0, 6.0, 7.0]) * np.array([35.0, -84.0, 70.0, -20.0])
     coefficients[:, :3, 4:8] = step[..., None] * powers
     return rounded(np.full(4, seconds), coefficients)
+
+
+def jumps(speed: float, acceleration: float) -> Pieces:
+    """A quintic from rest to rest, then two seconds of rest.
+
+    One over d within T reaches 15/8 d/T and 10/√3 d/T², and begins and ends with a jerk of 60 d/T³.
+    """
+    seconds = 10 / np.sqrt(3) * 8 / 15 * speed / acceleration
+    far = speed * seconds * 8 / 15
+    coefficients = np.zeros((2, 4, 8))
+    coefficients[:, 2, 0] = 1.0
+    coefficients[0, 0, 3:6] = far * seconds ** -np.array([3.0, 4.0, 5.0]) * np.array([10.0, -15.0, 6.0])
+    coefficients[1, 0, 0] = far
+    return rounded(np.array([seconds, 2.0]), coefficients)
 
 
 def circles(speed: float, acceleration: float) -> Pieces:
@@ -117,7 +132,7 @@ def main() -> None:
     print("| engine | shape | speed m/s | " + " | ".join(f"{each:g} m/s²" for each in ACCELERATIONS) + " |")
     print("|---|---|---|" + "---|" * len(ACCELERATIONS))
     for engine in engines:
-        for shape in (legs, circles):
+        for shape in (legs, circles, jumps):
             for speed in SPEEDS:
                 row = [f"{error(shape(speed, each), engine):.0f}" for each in ACCELERATIONS]
                 print(f"| {engine} | {shape.__name__} | {speed:g} | " + " | ".join(row) + " |", flush=True)
