@@ -2,7 +2,7 @@
 
     in   Mission, its Kernel
     out  nothing but findings
-    says MC221 MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC531 MC541
+    says MC221 MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC531 MC541 MC731
          MC542 MC543
 
 Only what no plan can mend is an error: whatever is said to be out of reach or
@@ -16,6 +16,7 @@ from missionc.checks.check_graphs import check_graphs
 from missionc.checks.check_lanes import check_lanes
 from missionc.checks.check_resources import check_resources
 from missionc.checks.check_starts import check_starts
+from missionc.checks.check_tracking import check_tracking
 from missionc.checks.check_vehicles import check_vehicles
 from missionc.checks.free_space import FreeSpace, Lies
 from missionc.diagnostics.code import NO_AREA, REGION_IN_OBSTACLE, REGION_OUTSIDE_WORLD
@@ -41,6 +42,7 @@ def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = Non
             *check_goals(mission, kernel, ground),
             *check_resources(mission, kernel, ground),
             *check_vehicles(mission, ground),
+            *check_tracking(mission),
             *check_lanes(mission),
         ]
     )

@@ -16,19 +16,21 @@ if TYPE_CHECKING:
 
 def simulated_lines(simulated: Simulated) -> list[str]:
     """One flight in full; of several, how often everything held, and how badly the worst of them went."""
+    from missionc.simulate.headline import headline
+
     trials, opened = simulated.trials, simulated.opened
     if trials is None or opened is None:
         return []
     mission, trial, planned = opened.mission, trials.trial, simulated.planned
-    verdict = "as required" if trials.passed else "not as required"
     lines = [
         f"{mission.name}: flown by {trial.engine}, {counted(len(mission.agents), 'agent')}, "
-        f"{counted(trial.flights, 'flight')} of {mission.horizon:g} s, seed {trial.seed}: {verdict}"
+        f"{counted(trial.flights, 'flight')} of {mission.horizon:g} s, seed {trial.seed}",
+        headline(trials),
     ]
     if opened.differing:
         lines.append(f"note: {counted(len(opened.differing), 'file')} changed since the folder was written")
     first = trials.flights[0]
-    if trial.flights == 1 and planned is not None:
+    if (trial.flights == 1 or not trial.disturbance.random) and planned is not None:
         before = (*planned.requirements, *planned.preferences)
         lines += _compared(before, (*first.requirements, *first.preferences), mission.step)
     else:

@@ -167,6 +167,8 @@ NO_SAFE_STOP = Code("MC722", "the agents cannot stop without touching something"
 NOT_SAID = Code("MC723", "what is left of a requirement cannot be said")
 NOT_BY_THEN = Code("MC724", "no other plan was ready in time")
 SCENARIO_UNUSABLE = Code("MC751", "a scenario cannot be used")
+TRACKING_NOT_MEASURED = Code("MC731", "the tracking margin was measured for less", warning=True)
+NOT_TO_BE_LOST = Code("MC730", "the flight has no such agent to be lost")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

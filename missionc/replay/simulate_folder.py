@@ -2,7 +2,7 @@
 
 in   the folder's path, how to fly
 out  Simulated
-says MC404 MC708 MC709
+says MC404 MC708 MC709 MC730
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from missionc.base.judgement import Judgements
 from missionc.base.limits import Limits
 from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED
+from missionc.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED, NOT_TO_BE_LOST
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.monitoring.monitor import monitor
@@ -24,7 +24,10 @@ from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.simulate import engines
 from missionc.simulate.default_engine import sample_times
 from missionc.simulate.firmware_setpoints import setpoints
-from missionc.simulate.trials import Trial, Trials, nobody, run
+from missionc.simulate.trials import Trial, Trials, cannot_lose, nobody, run
+
+SHOWN = 5
+"""Agents whose names a message tells."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +59,9 @@ def simulate(
     if not isinstance(opened, OutputFolder):
         return Simulated(folder, opened)
     mission = opened.mission
+    wanting = cannot_lose(mission, trial.disturbance)
+    if wanting:
+        return Simulated(folder, (_nobody_there(mission, wanting),), opened)
     polynomials = {agent.name: read(opened.flights[agent.name]) for agent in mission.agents}
     wrong = {name: f"cannot be read: {why}" for name, why in polynomials.items() if isinstance(why, str)}
     if wrong:
@@ -78,6 +84,13 @@ def _beyond(mission: Mission, pieces: list[Pieces], limits: Limits) -> dict[str,
     sizes = ((agent.name, np.abs(setpoints(own, times))) for agent, own in zip(mission.agents, pieces, strict=True))
     why = f"lead beyond {limits.magnitude:g} m, m/s or m/s^2"
     return {name: why for name, each in sizes if not (each <= limits.magnitude).all()}
+
+
+def _nobody_there(mission: Mission, why: str) -> Diagnostic:
+    names = ", ".join(f"`{agent.name}`" for agent in mission.agents[:SHOWN])
+    more = ", …" if len(mission.agents) > SHOWN else ""
+    help_ = f"`--lose AGENT@T` takes {names}{more}, and a second of the flight, 0 to {float(mission.horizon):g}"
+    return Diagnostic(NOT_TO_BE_LOST, why, None, help=help_)
 
 
 def _unable(engine: str, error: engines.EngineError) -> Diagnostic:

@@ -2,14 +2,17 @@
 
 Source:
     Mellinger and Kumar, "Minimum Snap Trajectory Generation and Control for Quadrotors" (2011), section IV, as
-    crazyflie-firmware has it: ``controller_mellinger.c`` at 242d3db, ``power_distribution_quadrotor.c``.
+    crazyflie-firmware has it in its releases, 2025.02 among them: ``controller_mellinger.c`` at 47f5999,
+    ``power_distribution_quadrotor.c``. Later development (242d3db) raised the integral of the height from 0.05 to 1.5;
+    no release has that.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from missionc.base.trace import Array
 from missionc.simulate import firmware_setpoints, quadrotor
@@ -33,23 +36,25 @@ class Gains:
     Args:
         stiffness, damping, integral: N for each m, m/s and m s.
         longest: bound on the integral, m s.
-        turn, rate, lead: N m for each unit of attitude error, rad/s and rad/s².
+        turn, rate, lead, settle: N m for each unit of attitude error, rad/s, rad/s² and second of attitude error.
+        longest_turn: bound on the integral of the attitude error, s.
         torque: the most that is asked for, N m.
         mass: what the controller thinks the vehicle weighs, kg.
     """
 
     stiffness: tuple[float, float, float] = (0.4, 0.4, 1.25)
     damping: tuple[float, float, float] = (0.2, 0.2, 0.4)
-    integral: tuple[float, float, float] = (0.05, 0.05, 1.5)
+    integral: tuple[float, float, float] = (0.05, 0.05, 0.05)
     longest: tuple[float, float, float] = (2.0, 2.0, 0.4)
     turn: tuple[float, float, float] = _torque(70_000, 60_000)
     rate: tuple[float, float, float] = _torque(20_000, 12_000)
     lead: tuple[float, float, float] = _torque(200, 0)
+    settle: tuple[float, float, float] = _torque(0, 500)
+    longest_turn: tuple[float, float, float] = (1.0, 1.0, 1500.0)
     torque: tuple[float, float, float] = _torque(32_000, 32_000)
     mass: float = Vehicle().mass
 
 
-@dataclass(slots=True)
 class Controller:
     """One for each body, all alike.
 
@@ -58,44 +63,59 @@ class Controller:
         seconds: between two commands.
     """
 
-    vehicle: Vehicle
-    gains: Gains
-    seconds: float
-    _sum: Array | None = field(default=None, init=False)
-    _last: Array | None = field(default=None, init=False)
+    def __init__(self, vehicle: Vehicle, gains: Gains, seconds: float, bodies: int) -> None:
+        self.vehicle = vehicle
+        self.gains = gains
+        self.seconds = seconds
+        self._sum, self._turned, self._last = np.zeros((3, 3, bodies))
+        self._stiffness, self._damping, self._integral = map(_column, (gains.stiffness, gains.damping, gains.integral))
+        self._turn, self._rate, self._settle = map(_column, (gains.turn, gains.rate, gains.settle))
+        self._lead = _column(gains.lead) / seconds
+        self._longest, self._longest_turn, self._torque = map(
+            _column, (gains.longest, gains.longest_turn, gains.torque)
+        )
+        self._shares = np.ascontiguousarray((TURNS / _column((vehicle.arm, vehicle.arm, vehicle.twist))).T) / 4
 
-    def thrust(self, state: Array, reference: Array) -> Array:
-        """What each motor is told: (17, bodies), (13, bodies) -> (4, bodies), N."""
+    def thrust(self, position: Array, velocity: Array, body: Array, reference: Array) -> Array:
+        """What each motor is told, N: (4, bodies).
+
+        Args:
+            position, velocity: where it is shown to be, (3, bodies), m and m/s.
+            body: the state that it is in, (17, bodies), of which its attitude and its rates are used.
+            reference: what it is told, (13, bodies).
+        """
         gains = self.gains
-        error = reference[firmware_setpoints.POSITION] - state[quadrotor.POSITION]
-        longest = _column(gains.longest)
-        self._sum = np.clip((0.0 if self._sum is None else self._sum) + error * self.seconds, -longest, longest)
+        error = reference[firmware_setpoints.POSITION] - position
+        self._sum = _bounded(self._sum + error * self.seconds, self._longest)
         force = (
             gains.mass * reference[firmware_setpoints.ACCELERATION]
-            + _column(gains.stiffness) * error
-            + _column(gains.damping) * (reference[firmware_setpoints.VELOCITY] - state[quadrotor.VELOCITY])
-            + _column(gains.integral) * self._sum
+            + self._stiffness * error
+            + self._damping * (reference[firmware_setpoints.VELOCITY] - velocity)
+            + self._integral * self._sum
         )
         force[2] += gains.mass * GRAVITY
-        body = quadrotor.axes(state[quadrotor.ATTITUDE])
-        slow = reference[firmware_setpoints.RATES] - state[quadrotor.RATES]
-        quicker = np.zeros_like(slow) if self._last is None else (slow - self._last) / self.seconds
+        axes = quadrotor.axes(body[quadrotor.ATTITUDE])
+        apart = _apart(_aimed(force, reference[firmware_setpoints.YAW]), axes)
+        self._turned = _bounded(self._turned - apart * self.seconds, self._longest_turn)
+        slow = reference[firmware_setpoints.RATES] - body[quadrotor.RATES]
+        torque = self._rate * slow - self._turn * apart + self._settle * self._turned + self._lead * (slow - self._last)
         self._last = slow
-        torque = (
-            -_column(gains.turn) * _apart(_aimed(force, reference[firmware_setpoints.YAW]), body)
-            + _column(gains.rate) * slow
-            + _column(gains.lead) * quicker
-        )
-        most = _column(gains.torque)
-        return self._shared((force * body[2]).sum(axis=0), np.clip(torque, -most, most))
+        push = force[0] * axes[2][0] + force[1] * axes[2][1] + force[2] * axes[2][2]
+        upside_down = push <= 0
+        if upside_down.any():
+            self._sum[:, upside_down] = self._turned[:, upside_down] = 0.0
+        return self._shared(push, _bounded(torque, self._torque), upside_down)
 
-    def _shared(self, force: Array, torque: Array) -> Array:
+    def _shared(self, force: Array, torque: Array, upside_down: NDArray[np.bool_]) -> Array:
         """Among the motors; where one cannot give so much, all give less, so that the torque stays."""
-        vehicle = self.vehicle
-        arms = _column((vehicle.arm, vehicle.arm, vehicle.twist))
-        thrust: Array = (force + TURNS.T @ (torque / arms)) / 4
-        thrust -= np.maximum(thrust.max(axis=0) - vehicle.strongest, 0.0)
-        return np.asarray(np.maximum(thrust, 0.0) * (force > 0))
+        thrust: Array = force / 4 + self._shares @ torque
+        thrust -= np.maximum(thrust.max(axis=0) - self.vehicle.strongest, 0.0)
+        thrust[:, upside_down] = 0.0
+        return np.asarray(np.maximum(thrust, 0.0))
+
+
+def _bounded(values: Array, most: Array) -> Array:
+    return np.asarray(np.minimum(np.maximum(values, -most), most))
 
 
 def _column(values: tuple[float, float, float]) -> Array:

@@ -5,12 +5,12 @@
 
 ``Airborne`` is moved from setpoint to setpoint by whoever has setpoints; ``fly``
 has them of polynomials. The controller is asked 500 times a second, as on
-board; the body moves as often. Agents do not touch and do not blow at each other.
+board; the body moves as often. Agents do not touch.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,9 @@ from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.simulate import firmware_setpoints, quadrotor
 from missionc.simulate.controller import Controller, Gains
-from missionc.simulate.disturbance import Drawn
+from missionc.simulate.disturbance import UNDISTURBED, Disturbance, Drawn
+from missionc.simulate.downwash import push
+from missionc.simulate.estimate import Estimate
 from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND, setpoints
 from missionc.simulate.quadrotor import Vehicle
 
@@ -28,6 +30,8 @@ COMMANDS = 5
 """Commands of the controller for each setpoint."""
 COMMAND_SECONDS = 1 / (SETPOINTS_PER_SECOND * COMMANDS)
 """Between two commands of the controller."""
+CHUNK = 100
+"""Ticks whose setpoints are evaluated together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,6 +67,11 @@ class Airborne:
         position: where they begin, (3, bodies), m.
         yaw: (bodies,), rad.
         mass: what each weighs, (bodies,), kg; what its controller thinks where none is given.
+        motors: the share of what it is told that each motor gives, (4, bodies); all of it where none is given.
+        latency: so late a controller is shown position and velocity, s.
+        sag: the most that a motor gives falls by this share with every second.
+        downwash: those below are pushed down by so many times ``downwash.push``.
+        together: so many neighbouring bodies fly in the same air; all of them where none is given.
     """
 
     def __init__(
@@ -72,12 +81,23 @@ class Airborne:
         mass: Array | None = None,
         vehicle: Vehicle | None = None,
         gains: Gains | None = None,
+        *,
+        motors: Array | None = None,
+        latency: float = 0.0,
+        sag: float = 0.0,
+        downwash: float = 0.0,
+        together: int | None = None,
     ) -> None:
+        bodies = position.shape[1]
         self.vehicle = vehicle or Vehicle()
         self._state = quadrotor.at_rest(self.vehicle, position, yaw)
-        self._mass = np.full(position.shape[1], self.vehicle.mass) if mass is None else mass
-        self._controller = Controller(self.vehicle, gains or Gains(), COMMAND_SECONDS)
-        self._lost = np.zeros(position.shape[1], dtype=bool)
+        self._mass = np.full(bodies, self.vehicle.mass) if mass is None else mass
+        self._motors, self._sag, self._downwash = motors, sag, downwash
+        self._together = together or bodies
+        self._controller = Controller(self.vehicle, gains or Gains(), COMMAND_SECONDS, bodies)
+        self._estimate = Estimate(self._state[:6], round(latency / COMMAND_SECONDS), COMMAND_SECONDS)
+        self._lost = np.zeros(bodies, dtype=bool)
+        self._ticks = 0
 
     @property
     def position(self) -> Array:
@@ -107,19 +127,42 @@ class Airborne:
         """
         self._lost[body] = True
 
-    def advance(self, reference: Array, wind: Array | None = None) -> None:
+    def advance(
+        self,
+        reference: Array,
+        wind: Array | None = None,
+        noise: Array | None = None,
+        stale: NDArray[np.bool_] | None = None,
+    ) -> None:
         """Move on by the time between two setpoints, ``1 / SETPOINTS_PER_SECOND`` s.
 
         Args:
             reference: what each is told, (13, bodies), as ``firmware_setpoints.setpoints`` makes it.
             wind: (3, bodies), m/s; still air where none is given.
+            noise: how far beside its position each is shown to be, (3, bodies), m; nothing where none is given.
+            stale: (bodies,): to whom no position update comes; to everybody one does where none is given.
         """
+        vehicle = self.vehicle
         air = np.zeros_like(reference[:3]) if wind is None else wind
+        ceiling = vehicle.strongest * max(0.0, 1 - self._sag * self._ticks / SETPOINTS_PER_SECOND)
+        down = self._pushed_down()
         for _ in range(COMMANDS):
-            thrust = self._controller.thrust(self._state, reference)
+            position, velocity = self._estimate.shown(self._state[:6], noise, stale)
+            thrust = self._controller.thrust(position, velocity, self._state, reference)
+            if self._sag:
+                thrust = np.minimum(thrust, ceiling)
+            if self._motors is not None:
+                thrust = thrust * self._motors
             thrust[:, self._lost] = 0.0
-            self._state = quadrotor.moved(self.vehicle, self._mass, self._state, thrust, air, COMMAND_SECONDS)
+            self._state = quadrotor.moved(vehicle, self._mass, self._state, thrust, air, COMMAND_SECONDS, down)
+        self._ticks += 1
         self._land()
+
+    def _pushed_down(self) -> Array | None:
+        """By those above: (bodies,), N. Who is lost pushes nobody for long: it falls out of their way."""
+        if not self._downwash or self._together < 2:
+            return None
+        return self._downwash * push(self._state[quadrotor.POSITION], self._together)
 
     def _land(self) -> None:
         """The lost ones that are at height 0 lie there."""
@@ -137,29 +180,63 @@ def fly(
     seconds: float,
     vehicle: Vehicle | None = None,
     gains: Gains | None = None,
+    disturbance: Disturbance = UNDISTURBED,
+    lost: Mapping[int, float] | None = None,
 ) -> Flown:
-    """Flights from rest at the start until ``seconds`` are over."""
+    """Flights from rest at the start until ``seconds`` are over.
+
+    Args:
+        disturbance: of which all that is not drawn is taken, and not whom it loses.
+        lost: which agents' motors stop in every flight, and when, s.
+    """
     vehicle = vehicle or Vehicle()
     times = sample_times(seconds)
     flights, agents = drawn.mass.shape
     bodies = flights * agents
+    at_first = _told(pieces, drawn.clock, times[:1])[:, 0]
+    air = Airborne(
+        at_first[firmware_setpoints.POSITION] + drawn.start.reshape(bodies, 3).T,
+        at_first[firmware_setpoints.YAW],
+        drawn.mass.ravel() * vehicle.mass,
+        vehicle,
+        gains,
+        motors=drawn.motors.reshape(bodies, 4).T.copy() if disturbance.motor else None,
+        latency=disturbance.latency,
+        sag=disturbance.battery / seconds,
+        downwash=disturbance.downwash,
+        together=agents,
+    )
+    falls = sorted((when, agent) for agent, when in (lost or {}).items())
+    track = np.empty((times.size, 7, bodies))
+    for tick, time in enumerate(times.tolist()):
+        while falls and falls[0][0] <= time:
+            for body in range(falls.pop(0)[1], bodies, agents):
+                air.lose(body)
+        if tick % CHUNK == 0:
+            reference = _told(pieces, drawn.clock, times[tick : tick + CHUNK])
+        track[tick, :3], track[tick, 3:6], track[tick, 6] = air.position, air.velocity, air.heading
+        air.advance(
+            reference[:, tick % CHUNK],
+            _rows(drawn.wind, tick),
+            None if drawn.noise is None else _rows(drawn.noise, tick),
+            None if drawn.stale is None else drawn.stale[:, :, tick].ravel(),
+        )
+    by_flight = np.moveaxis(track.reshape(times.size, 7, flights, agents), (2, 3), (0, 1))
+    position, velocity = (np.ascontiguousarray(by_flight[..., rows]) for rows in (slice(0, 3), slice(3, 6)))
+    return Flown(times, position, velocity, np.ascontiguousarray(by_flight[..., 6]))
+
+
+def _told(pieces: Sequence[Pieces], clock: Array, times: Array) -> Array:
+    """What each body is told: (flights, agents), s and (ticks,), s -> (13, ticks, bodies)."""
+    flights, agents = clock.shape
     each = np.empty((13, times.size, flights, agents))
     for agent, own in enumerate(pieces):
-        each[..., agent] = setpoints(own, times[:, None] - drawn.clock[:, agent])
-    reference = each.reshape(13, times.size, bodies)
-    wind = np.moveaxis(drawn.wind.reshape(bodies, -1, 3), 0, 2)
-    start = reference[firmware_setpoints.POSITION, 0] + drawn.start.reshape(bodies, 3).T
-    mass = drawn.mass.ravel() * vehicle.mass
-    air = Airborne(start, reference[firmware_setpoints.YAW, 0], mass, vehicle, gains)
-    position, velocity = np.empty((2, times.size, 3, bodies))
-    heading = np.empty((times.size, bodies))
-    for tick in range(times.size):
-        position[tick], velocity[tick], heading[tick] = air.position, air.velocity, air.heading
-        air.advance(reference[:, tick], wind[tick].copy(order="C"))
+        late = clock[:, agent]
+        alike = flights > 1 and not late.any()
+        each[..., agent] = setpoints(own, times[:, None] - (late[:1] if alike else late))
+    return each.reshape(13, times.size, flights * agents)
 
-    def by_flight(rows: Array) -> Array:
-        """(samples, 3, bodies) -> (flights, agents, samples, 3)."""
-        return np.ascontiguousarray(np.moveaxis(rows.reshape(times.size, 3, flights, agents), (2, 3), (0, 1)))
 
-    turned = np.moveaxis(heading.reshape(times.size, flights, agents), 0, 2)
-    return Flown(times, by_flight(position), by_flight(velocity), turned)
+def _rows(values: Array, tick: int) -> Array:
+    """One tick of (flights, agents, ticks, 3): (3, bodies)."""
+    return np.ascontiguousarray(values[:, :, tick].reshape(-1, 3).T)

@@ -6,21 +6,27 @@ out  the record; or Trial
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from importlib.metadata import PackageNotFoundError, version
 
 from missionc.simulate.controller import Gains
 from missionc.simulate.default_engine import COMMANDS
-from missionc.simulate.disturbance import GUST_SECONDS, UNDISTURBED, Disturbance
+from missionc.simulate.disturbance import GUST_SECONDS, NOISE_SECONDS, UNDISTURBED, Disturbance
 from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
 from missionc.simulate.quadrotor import Vehicle
 from missionc.simulate.trial_bounds import (
     ENGINES,
     LARGEST_SEED,
     MOST_CLOCK_ERROR,
+    MOST_DOWNWASH,
     MOST_FLIGHTS,
+    MOST_LATENCY,
+    MOST_LOSS,
+    MOST_LOST,
     MOST_MASS_ERROR,
+    MOST_NOISE,
     MOST_START_ERROR,
     MOST_WIND,
     OTHERS,
@@ -30,8 +36,21 @@ from missionc.simulate.trials import Trial
 from missionc.verify.compare_documents import is_number
 from missionc.version import __version__
 
-MOST = Disturbance(MOST_WIND, MOST_WIND, MOST_MASS_ERROR / 100, MOST_START_ERROR, MOST_CLOCK_ERROR)
-"""The most of everything that the command line takes."""
+MOST = Disturbance(
+    wind=MOST_WIND,
+    gust=MOST_WIND,
+    mass=MOST_MASS_ERROR / 100,
+    start=MOST_START_ERROR,
+    clock=MOST_CLOCK_ERROR,
+    noise=MOST_NOISE,
+    latency=MOST_LATENCY,
+    packets=MOST_LOSS / 100,
+    missed=MOST_LOSS / 100,
+    battery=MOST_LOSS / 100,
+    motor=MOST_LOSS / 100,
+    downwash=MOST_DOWNWASH,
+)
+"""The most of everything that the command line takes, but for whom it loses."""
 BROUGHT = {
     "rotorpy": ("rotorpy.vehicles.crazyflie_params", "rotorpy.controllers.quadrotor_control.SE3Control", 1),
     "crazyflow": ("Drone.cf2x_L250, Dynamics.first_principles", "Control.state, hovering before the start", COMMANDS),
@@ -49,7 +68,13 @@ def conditions(trial: Trial, seconds: float) -> dict[str, object]:
         "seed": trial.seed,
         "flights": trial.flights,
         "disturbance": asdict(trial.disturbance),
-        "seconds": {"flight": seconds, "setpoint": setpoint, "command": setpoint / commands, "gust": GUST_SECONDS},
+        "seconds": {
+            "flight": seconds,
+            "setpoint": setpoint,
+            "command": setpoint / commands,
+            "gust": GUST_SECONDS,
+            "noise": NOISE_SECONDS,
+        },
         "vehicle": vehicle,
         "controller": controller,
     }
@@ -85,9 +110,23 @@ def _disturbance(record: object) -> Disturbance | None:
     names = [field.name for field in fields(Disturbance)]
     if not isinstance(record, dict) or sorted(record) != sorted(names):
         return None
-    if not all(_within(record[name], getattr(MOST, name)) for name in names):
+    lose = _lose(record["lose"])
+    amounts = [name for name in names if name != "lose"]
+    if lose is None or not all(_within(record[name], getattr(MOST, name)) for name in amounts):
         return None
-    return Disturbance(**{name: float(record[name]) for name in names})
+    return Disturbance(**{name: float(record[name]) for name in amounts}, lose=lose)
+
+
+def _lose(record: object) -> tuple[tuple[str, float], ...] | None:
+    """Pairs of a name and a moment, every name once."""
+    if not isinstance(record, list) or len(record) > MOST_LOST:
+        return None
+    found = []
+    for each in record:
+        if not (isinstance(each, list) and len(each) == 2 and isinstance(each[0], str) and _within(each[1], math.inf)):
+            return None
+        found.append((each[0], float(each[1])))
+    return tuple(found) if len({name for name, _ in found}) == len(found) else None
 
 
 def _within(value: object, most: float) -> bool:

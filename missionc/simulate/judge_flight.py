@@ -9,7 +9,7 @@ judged at every moment, straight from sample to sample.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,8 +22,8 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 from missionc.verify.certificate import Check
-from missionc.verify.plan.agent_separation import check_separation
 from missionc.verify.plan.obstacle_clearance import check_obstacles
+from missionc.world.vectors import dot, norm
 
 USUAL = 0.95
 """The share of the time that counts as usual; what is flown worse is rare."""
@@ -44,7 +44,7 @@ class Flight:
     """One flight.
 
     Args:
-        error: of each agent.
+        error: of each agent, as long as its motors turn.
         largest: (samples,), m: the largest error of any agent over time.
         trace: its states at the mission's steps.
         requirements, preferences: judged on ``trace``.
@@ -68,7 +68,14 @@ class Flight:
 
 
 def judge(
-    mission: Mission, kernel: Kernel, times: Array, planned: Array, position: Array, velocity: Array, heading: Array
+    mission: Mission,
+    kernel: Kernel,
+    times: Array,
+    planned: Array,
+    position: Array,
+    velocity: Array,
+    heading: Array,
+    lost: Mapping[int, float] | None = None,
 ) -> Flight:
     """Judge a flight.
 
@@ -77,13 +84,14 @@ def judge(
         planned: (agents, samples, 3), m: where everybody should have been.
         position, velocity: (agents, samples, 3), m and m/s.
         heading: (agents, samples), rad.
+        lost: which agents' motors stop, and when, s: from then on nobody asks how far off they are.
     """
     trace = at_steps(mission, times, position, velocity, heading)
     judged = monitor(mission, kernel, trace)
-    error = np.linalg.norm(position - planned, axis=-1)
+    error = tracking_error(times, planned, position, lost or {})
     return Flight(
         tuple(_error(times, own) for own in error),
-        error.max(axis=0),
+        np.nan_to_num(error).max(axis=0),
         trace,
         judged.requirements,
         judged.preferences,
@@ -91,7 +99,19 @@ def judge(
     )
 
 
+def tracking_error(times: Array, planned: Array, position: Array, lost: Mapping[int, float]) -> Array:
+    """How far each is from where it should be: (agents, samples), m; not a number once its motors have stopped.
+
+    The arrays are those that ``judge`` takes. A motor that stops at the start leaves the first sample.
+    """
+    error = norm(position - planned)
+    for agent, when in lost.items():
+        error[agent, max(1, int(np.searchsorted(times, when))) :] = np.nan
+    return error
+
+
 def _error(times: Array, error: Array) -> Error:
+    error = error[~np.isnan(error)]
     last = int(error.argmax())
     return Error(float(error.mean()), float(np.quantile(error, USUAL)), float(error[last]), float(times[last]))
 
@@ -117,6 +137,29 @@ def room(mission: Mission, times: Array, position: Array) -> Iterable[Check]:
     """Bodies and obstacles along a path of samples, (agents, samples, 3), m; in a plane mission seen from above."""
     level = position[..., : mission.dimension]
     slope = np.diff(level, axis=1) / np.diff(times)[:, None]
-    curves = Curves(times, np.stack([level[:, :-1], slope], axis=-1))
-    bare = replace(mission, separation=Metres(0.0), clearance=Metres(0.0))
-    return (*check_separation(bare, curves), *check_obstacles(bare, curves))
+    bare = replace(mission, clearance=Metres(0.0))
+    obstacles = (
+        check_obstacles(bare, Curves(times, np.stack([level[:, :-1], slope], axis=-1))) if bare.obstacles else ()
+    )
+    return (*_between(mission, times, level), *obstacles)
+
+
+def _between(mission: Mission, times: Array, level: Array) -> Iterable[Check]:
+    """One check, for the two bodies that come nearest, straight from sample to sample; none where there are not two."""
+    radii = np.array([agent.radius for agent in mission.agents])
+    nearest, pair, at = np.inf, (0, 1), 0.0
+    for first in range(len(radii) - 1):
+        apart = level[first + 1 :] - level[first]
+        change = np.diff(apart, axis=1)
+        square = dot(change, change)
+        share = np.divide(-dot(apart[:, :-1], change), square, out=np.zeros_like(square), where=square > 0)
+        share = np.clip(share, 0.0, 1.0)
+        free = norm(apart[:, :-1] + share[..., None] * change) - radii[first + 1 :, None] - radii[first]
+        other, piece = np.unravel_index(int(free.argmin()), free.shape)
+        if free[other, piece] < nearest:
+            nearest, pair = float(free[other, piece]), (first, first + 1 + int(other))
+            at = float(times[piece] + share[other, piece] * (times[piece + 1] - times[piece]))
+    if len(radii) > 1:
+        names = tuple(mission.agents[agent].name for agent in pair)
+        detail = "every two bodies stay apart throughout"
+        yield Check("separation", "all pairs", nearest, "m", 0.0, nearest >= 0, at, names, detail)

@@ -81,7 +81,7 @@ def heading(attitude: Array) -> Array:
     return np.asarray(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
 
 
-def change(vehicle: Vehicle, mass: Array, state: Array, thrust: Array, wind: Array) -> Array:
+def change(vehicle: Vehicle, mass: Array, state: Array, thrust: Array, wind: Array, down: Array | None = None) -> Array:
     """The state's derivative.
 
     Args:
@@ -89,6 +89,7 @@ def change(vehicle: Vehicle, mass: Array, state: Array, thrust: Array, wind: Arr
         state: (17, bodies).
         thrust: what each motor is told, (4, bodies), N.
         wind: (3, bodies), m/s.
+        down: what else pushes each down, (bodies,), N.
     """
     w, x, y, z = state[ATTITUDE]
     p, q, r = state[RATES]
@@ -96,11 +97,12 @@ def change(vehicle: Vehicle, mass: Array, state: Array, thrust: Array, wind: Arr
     up = upward(state[ATTITUDE])
     across, along = vehicle.drag
     through = state[VELOCITY] - wind
-    push = motors.sum(axis=0) - (along - across) * (up * through).sum(axis=0)
+    lift = motors[0] + motors[1] + motors[2] + motors[3]
+    push = lift - (along - across) * (up[0] * through[0] + up[1] * through[1] + up[2] * through[2])
     result = np.empty_like(state)
     result[POSITION] = state[VELOCITY]
     result[VELOCITY] = (push * up - across * through) / mass
-    result[5] -= GRAVITY
+    result[5] -= GRAVITY if down is None else GRAVITY + down / mass
     result[6] = -(x * p + y * q + z * r) / 2
     result[7] = (w * p + y * r - z * q) / 2
     result[8] = (w * q + z * p - x * r) / 2
@@ -114,13 +116,22 @@ def change(vehicle: Vehicle, mass: Array, state: Array, thrust: Array, wind: Arr
     return result
 
 
-def moved(vehicle: Vehicle, mass: Array, state: Array, thrust: Array, wind: Array, seconds: float) -> Array:
+def moved(
+    vehicle: Vehicle,
+    mass: Array,
+    state: Array,
+    thrust: Array,
+    wind: Array,
+    seconds: float,
+    down: Array | None = None,
+) -> Array:
     """The state a moment later, by the midpoint method; its attitude is a rotation again: (17, bodies).
 
     The arrays are those that ``change`` takes.
     At 500 steps a second a flight differs from one by a method of order four by hundredths of a millimetre.
     """
-    half = state + seconds / 2 * change(vehicle, mass, state, thrust, wind)
-    result: Array = state + seconds * change(vehicle, mass, half, thrust, wind)
-    result[ATTITUDE] /= np.sqrt((result[ATTITUDE] ** 2).sum(axis=0))
+    half = state + seconds / 2 * change(vehicle, mass, state, thrust, wind, down)
+    result: Array = state + seconds * change(vehicle, mass, half, thrust, wind, down)
+    w, x, y, z = result[ATTITUDE]
+    result[ATTITUDE] /= np.sqrt(w * w + x * x + y * y + z * z)
     return result

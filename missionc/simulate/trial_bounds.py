@@ -27,3 +27,18 @@ MOST_START_ERROR = 1
 
 MOST_CLOCK_ERROR = 1
 """Seconds."""
+
+MOST_NOISE = 1
+"""Metres."""
+
+MOST_LATENCY = 1
+"""Seconds."""
+
+MOST_LOSS = 100
+"""Percent: of the position updates that are lost, of the vehicles that do not hear the start, and of the thrust."""
+
+MOST_DOWNWASH = 10
+"""Times the model's force."""
+
+MOST_LOST = 1000
+"""Agents that are lost."""

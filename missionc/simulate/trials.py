@@ -3,12 +3,13 @@
     in   Mission, its kernel, each agent's Pieces, how to fly
     out  Trials
 
-Only as many flights as fit into ``MOST_BYTES`` are in the air together.
+Only as many flights as fit into ``MOST_BYTES`` are in the air together. Where
+nothing is drawn all flights are one and the same, and one is flown.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,10 +28,10 @@ from missionc.simulate.judge_flight import Error, Flight, judge
 from missionc.simulate.trial_bounds import QUADROTOR
 from missionc.verify.certificate import Check
 
-MOST_BYTES = 1 << 28
+MOST_BYTES = 1 << 29
 """Bytes for the paths of flights that are in the air together."""
-NUMBERS = 40
-"""Numbers for one agent at one sample: what it is told, the wind, where it is and was, some of it twice."""
+NUMBERS = 26
+"""Numbers for one agent at one sample: the wind, the noise, where it is, some of it twice."""
 TRACKING = 0.05
 """Metres an agent may be off where its vehicle says nothing: what a Crazyflie's profile says."""
 
@@ -72,8 +73,17 @@ class Trials:
 
     @property
     def passed(self) -> bool:
-        """Every requirement holds, nobody touches anything or is too far off, in every flight."""
-        return all(flight.satisfied and flight.untouched and self.tracked(flight) for flight in self.flights)
+        """Every flight is as required."""
+        return all(map(self.as_required, self.flights))
+
+    @property
+    def kept(self) -> Fraction:
+        """The fraction of flights that are as required."""
+        return fraction(sum(map(self.as_required, self.flights)), len(self.flights))
+
+    def as_required(self, flight: Flight) -> bool:
+        """Every requirement holds, nobody touches anything or is too far off."""
+        return flight.satisfied and flight.untouched and self.tracked(flight)
 
     def tracked(self, flight: Flight) -> bool:
         return all(error.most <= most for error, most in zip(flight.error, self.allowed, strict=True))
@@ -107,6 +117,27 @@ def nobody(done: int) -> None:
     """The listener of those who do not watch."""
 
 
+def cannot_lose(mission: Mission, disturbance: Disturbance) -> str:
+    """Why nobody of a name is lost then, in words; empty where all can be."""
+    names = [agent.name for agent in mission.agents]
+    for name, when in disturbance.lose:
+        if name not in names:
+            return f"`{mission.name}` has no agent called `{name}`"
+        if when > mission.horizon:
+            return f"`{name}` cannot be lost at {when:g} s: the flight ends at {float(mission.horizon):g} s"
+    return ""
+
+
+def lost_agents(mission: Mission, disturbance: Disturbance) -> dict[int, float]:
+    """Whose motors stop, by their index, and when, s.
+
+    Raises:
+        ValueError: somebody is to be lost who is no agent of the mission.
+    """
+    names = [agent.name for agent in mission.agents]
+    return {names.index(name): when for name, when in disturbance.lose}
+
+
 def run(
     mission: Mission,
     kernel: Kernel,
@@ -114,28 +145,37 @@ def run(
     trial: Trial,
     listen: Callable[[int], None] = nobody,
 ) -> Trials:
-    """Fly and judge; ``listen`` hears how many flights are over."""
-    times = sample_times(mission.horizon)
+    """Fly and judge; ``listen`` hears how many flights are over.
+
+    Raises:
+        ValueError: somebody is to be lost who is no agent of the mission.
+    """
+    times, seconds = sample_times(mission.horizon), float(mission.horizon)
+    lost = lost_agents(mission, trial.disturbance)
+    different = trial.flights if trial.disturbance.random else 1
     planned = np.stack([np.moveaxis(setpoints(own, times)[firmware_setpoints.POSITION], 0, -1) for own in pieces])
     allowed = np.array([agent.vehicle.tracking or TRACKING for agent in mission.agents])
     together = max(1, MOST_BYTES // (planned[..., 0].size * NUMBERS * 8))
     flights: list[Flight] = []
     paths: list[Flown] = []
-    for first in range(0, trial.flights, together):
-        numbers = range(first, min(first + together, trial.flights))
-        flown = _flown(pieces, trial, numbers, times, float(mission.horizon))
+    for first in range(0, different, together):
+        numbers = range(first, min(first + together, different))
+        flown = _flown(pieces, trial, numbers, times, seconds, lost)
         paths += [_first(flown, trial.kept - first)] if first < trial.kept else []
         for index in range(len(numbers)):
             path = flown.position[index], flown.velocity[index], flown.heading[index]
-            flights.append(judge(mission, kernel, times, planned, *path))
+            flights.append(judge(mission, kernel, times, planned, *path, lost))
             listen(len(flights))
-    return Trials(trial, allowed, planned, _joined(paths), tuple(flights))
+    return Trials(trial, allowed, planned, _joined(paths), tuple(flights * (trial.flights // different)))
 
 
-def _flown(pieces: Sequence[Pieces], trial: Trial, numbers: range, times: Array, seconds: float) -> Flown:
+def _flown(
+    pieces: Sequence[Pieces], trial: Trial, numbers: range, times: Array, seconds: float, lost: Mapping[int, float]
+) -> Flown:
     if trial.engine != QUADROTOR:
         return fly_with(trial.engine, pieces, seconds)
-    return fly(pieces, drawn(trial.disturbance, trial.seed, numbers, len(pieces), times.size), seconds)
+    found = drawn(trial.disturbance, trial.seed, numbers, len(pieces), times.size)
+    return fly(pieces, found, seconds, disturbance=trial.disturbance, lost=lost)
 
 
 def _first(flown: Flown, count: int) -> Flown:

@@ -158,6 +158,22 @@ def simulated(text: str) -> dict[str, Any]:
     return data(plotted(RELAY, MOTION, {f"drone[{agent}]": flight(path) for agent, path in enumerate(motion)}, text))
 
 
+def test_the_share_of_flights_as_required_is_shown_where_there_is_one() -> None:
+    found = json.loads(simulation(np.array(MOTION), 0.01))
+    words = "in at least 98.1 % of such flights (95 % confidence)"
+    kept = {"held": 200, "of": 200, "low": 0.98115, "high": 1.0}
+    (row,) = shares(simulated(json.dumps({**found, "headline": words, "kept": kept})))
+    assert (row["margin"], row["unit"], row["passed"], row["detail"]) == (98.1, "% or more", True, words)
+    (row,) = shares(simulated(json.dumps({**found, "headline": words, "kept": {**kept, "held": 199}})))
+    assert not row["passed"]
+    assert not shares(simulated(json.dumps({**found, "headline": "", "kept": {**kept, "low": None}})))
+    assert not shares(simulated(json.dumps(found)))
+
+
+def shares(page: dict[str, Any]) -> list[dict[str, Any]]:
+    return [each for each in page["checks"] if each["name"] == "simulated flights"]
+
+
 def test_a_simulated_flight_is_shown_with_its_error_and_what_it_was_judged_for() -> None:
     shown = simulated(simulation(np.array(MOTION), 0.07))
     assert set(shown["motion"]) == {"planned", "flown", "simulated"}

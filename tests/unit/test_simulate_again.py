@@ -40,7 +40,10 @@ from tests.support.legal_plans import mission_of
 from tests.support.whole_folder import files as undisturbed
 
 Change = Callable[[Any], object]
-WINDY = ["--trials", "2", "--wind", "0.2,0.1", "--mass-error", "3", "--start-error", "0.01", "--clock-error", "0.02"]
+DISTURBED = (
+    "--trials 2 --wind 0.2,0.1 --mass-error 3 --start-error 0.01 --clock-error 0.02 --noise 0.002 --latency 0.01 "
+    "--packet-loss 5 --missed-start 1 --battery-sag 5 --weak-motor 2 --downwash 0.5 --lose drone[1]@1.9"
+)
 
 
 @cache
@@ -48,7 +51,7 @@ def files() -> Files:
     """Of a folder that was flown twice, disturbed by everything there is."""
     with tempfile.TemporaryDirectory() as name:
         folder = laid(Path(name) / "out", undisturbed())
-        assert main(["simulate", str(folder), *WINDY, "--seed", "5"]) in (0, 3)
+        assert main(["simulate", str(folder), *DISTURBED.split(), "--seed", "5"]) in (0, 3)
         return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
@@ -111,6 +114,8 @@ def places(found: Any) -> list[float]:
         (lambda found: found["requirements"][0].update(name="other"), "`requirements[0].name`"),
         (lambda found: found["fractions"]["tracking"].update(held=1), "`fractions.tracking.held`"),
         (lambda found: found["fractions"]["tracking"].update(low=0.9), "`fractions.tracking.low`"),
+        (lambda found: found.update(headline="in at least 99.9 % of such flights"), "`headline`"),
+        (lambda found: found["kept"].update(held=found["kept"]["held"] + 1), "`kept.held`"),
         (lambda found: found["tracking"][0].update(allowed=1.0), "`tracking[0].allowed`"),
         (lambda found: found["tracking"][0].update(mean=0.0), "`tracking[0].mean`"),
         (lambda found: found["tracking"][0].update(usual=0.0), "`tracking[0].usual`"),
@@ -154,6 +159,15 @@ def worse(name: str, value: object) -> Change:
         worse("mass", 0.05),
         worse("start", 0.0),
         worse("clock", 0.0),
+        worse("noise", 0.003),
+        worse("latency", 0.0),
+        worse("packets", 0.5),
+        worse("missed", 1.0),
+        worse("battery", 0.9),
+        worse("motor", 0.03),
+        worse("lose", [["drone[0]", 1.9]]),
+        worse("lose", [["drone[1]", 0.5]]),
+        worse("lose", []),
         lambda found: found.update(seed=6),
         lambda found: found.update(flights=1),
         lambda found: found.update(flights=3),
@@ -165,7 +179,7 @@ def test_other_disturbances_are_refused_since_they_fly_otherwise(change: Change)
     assert "is what the files come to" in check.detail or "where the files come to" in check.detail
 
 
-@pytest.mark.parametrize("name", ["flight", "setpoint", "command", "gust"])
+@pytest.mark.parametrize("name", ["flight", "setpoint", "command", "gust", "noise"])
 @pytest.mark.parametrize("value", [1e-300, 1e308, float("nan"), 0, -1.0, 2**62, "1", None, [], True])
 def test_no_other_length_of_time_is_flown(name: str, value: object, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("missionc.replay.rebuild.simulation_document._flown", None)
@@ -196,6 +210,16 @@ def test_no_other_length_of_time_is_flown(name: str, value: object, monkeypatch:
         (worse("start", float("inf")), "`disturbance`"),
         (worse("clock", "0.1"), "`disturbance`"),
         (worse("rain", 1.0), "`disturbance`"),
+        (worse("noise", 1.1), "`disturbance`"),
+        (worse("packets", 1.1), "`disturbance`"),
+        (worse("lose", None), "`disturbance`"),
+        (worse("lose", ["drone[1]"]), "`disturbance`"),
+        (worse("lose", [["drone[1]", -1]]), "`disturbance`"),
+        (worse("lose", [["drone[1]", 1e400]]), "`disturbance`"),
+        (worse("lose", [["drone[1]", 1.0], ["drone[1]", 1.5]]), "`disturbance`"),
+        (worse("lose", [["drone[1]", 60.0]]), "`disturbance`"),
+        (worse("lose", [["nobody", 1.0]]), "`disturbance`"),
+        (worse("lose", [["drone[1]", 1.0]] * 2000), "`disturbance`"),
         (lambda found: found["disturbance"].pop("wind"), "`disturbance`"),
         (lambda found: found.update(disturbance=None), "`disturbance`"),
         (lambda found: found.pop("versions"), "`versions`"),
@@ -228,11 +252,26 @@ def test_everything_that_the_command_takes_can_be_told() -> None:
 # ------------------------------------------------------ what cannot be judged here
 
 
-def old(found: Any) -> None:
+def oldest(found: Any) -> None:
     """As it was before it told what it was flown through."""
+    old(found)
     found["schema"] = "missionc.simulation/1"
     for key in ("versions", "disturbance", "seconds", "vehicle", "controller"):
         del found[key]
+
+
+def old(found: Any) -> None:
+    """As it was before there was more than wind, mass, start and clock, and before it had a headline."""
+    found["schema"] = "missionc.simulation/2"
+    found["controller"]["integral"][2] = 1.5
+    found["disturbance"] = {name: found["disturbance"][name] for name in ("wind", "gust", "mass", "start", "clock")}
+    for part, key in (
+        (found, "headline"),
+        (found, "kept"),
+        (found["seconds"], "noise"),
+        (found["controller"], "settle"),
+    ):
+        del part[key]
 
 
 def by(engine: str) -> Change:
@@ -256,14 +295,17 @@ def said(folder: Path, capsys: pytest.CaptureFixture[str], *words: str) -> tuple
     return status, " ".join(capsys.readouterr().err.split())
 
 
-def test_an_older_simulation_is_to_be_flown_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = folder_with(tmp_path / "out", old)
+@pytest.mark.parametrize("form", [old, oldest])
+def test_an_older_simulation_is_to_be_flown_again(
+    form: Change, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = folder_with(tmp_path / "out", form)
     status, err = said(folder, capsys)
     assert status == 4
     assert "MC713" in err
-    assert "does not tell what its flights were flown through: `missionc simulate` flies the folder again" in err
+    assert "is of an older form, whose flights were flown otherwise: `missionc simulate` flies the folder again" in err
     assert main(["simulate", str(folder), "--quiet"]) in (0, 3)
-    assert json.loads((folder / "simulation.json").read_text())["schema"] == "missionc.simulation/2"
+    assert json.loads((folder / "simulation.json").read_text())["schema"] == "missionc.simulation/3"
 
 
 def test_every_command_tells_what_cannot_be_judged_from_what_is_wrong(

@@ -77,9 +77,9 @@ def test_a_gentle_plan_is_flown_as_required(folder: Path, capsys: Captured) -> N
     out, err = capsys.readouterr()
     assert err == ""
     lines = out.splitlines()
-    assert lines[0] == "stroll: flown by quadrotor, 2 agents, 1 flight of 2 s, seed 0: as required"
-    assert lines[1].startswith("  there  planned 0.")
-    assert "flown satisfied" in lines[1]
+    assert lines[:2] == ["stroll: flown by quadrotor, 2 agents, 1 flight of 2 s, seed 0", "one flight, as required"]
+    assert lines[2].startswith("  there  planned 0.")
+    assert "flown satisfied" in lines[2]
 
 
 def test_a_flight_that_is_blown_off_ends_with_3(folder: Path, capsys: Captured) -> None:
@@ -127,6 +127,63 @@ def test_several_flights_are_counted_with_their_interval(folder: Path, capsys: C
     there = found["there"]  # type: ignore[index]
     assert (there["held"], there["of"], there["high"]) == (4, 4, 1.0)
     assert 0.3 < there["low"] < 0.7
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ("--trials 4 --wind 0.2", "in at least 51.0 % of such flights (95 % confidence) every requirement holds"),
+        ("--trials 4 --wind 8", "in at least 0.0 % of such flights"),
+        ("--trials 4", "4 flights, all alike since nothing is drawn, as required"),
+        (
+            "--trials 2 --latency 0.02 --lose drone[1]@0.5",
+            "2 flights, all alike since nothing is drawn, as required",
+        ),
+        ("", "one flight, as required"),
+    ],
+)
+def test_the_headline_says_no_more_than_the_flights_show(
+    asked: str, words: str, folder: Path, capsys: Captured
+) -> None:
+    main(["simulate", str(folder), *asked.split()])
+    assert words in capsys.readouterr().out.splitlines()[1]
+    assert words in json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["headline"]
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("ghost@1", "`stroll` has no agent called `ghost`"),
+        ("drone[0]@2.5", "`drone[0]` cannot be lost at 2.5 s: the flight ends at 2 s"),
+    ],
+)
+def test_who_is_not_there_cannot_be_lost(value: str, words: str, folder: Path, capsys: Captured) -> None:
+    before = content(folder)
+    assert main(["simulate", str(folder), "--lose", value]) == 1
+    said = capsys.readouterr().err
+    assert "MC730" in said
+    assert words in said
+    assert "`--lose AGENT@T` takes `drone[0]`, `drone[1]`, and a second of the flight, 0 to 2" in said
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize("value", ["drone[0]", "drone[0]@", "@1", "drone[0]@-1", "drone[0]@nan", "drone[0]@inf"])
+def test_a_loss_is_an_agent_and_a_second(value: str, folder: Path, capsys: Captured) -> None:
+    assert main(["simulate", str(folder), "--lose", value]) == 2
+    assert "is no agent and a second such as drone[0]@5" in capsys.readouterr().err
+
+
+def test_nobody_is_lost_twice(folder: Path, capsys: Captured) -> None:
+    assert main(["simulate", str(folder), "--lose", "drone[0]@1", "--lose", "drone[0]@1.5"]) == 2
+    assert "`drone[0]` can be lost once" in capsys.readouterr().err
+
+
+def test_a_lost_one_is_asked_to_track_until_it_is_lost(folder: Path, capsys: Captured) -> None:
+    main(["simulate", str(folder), "--lose", "drone[1]@0.5", "--format", "json"])
+    first, second = document(capsys)["tracking"]  # type: ignore[misc]
+    assert second["at"] < 0.5
+    assert first["most"] < TRACKING
+    assert second["most"] < TRACKING
 
 
 @pytest.mark.parametrize("kind", ["svg", "png"])

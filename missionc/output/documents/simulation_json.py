@@ -11,9 +11,11 @@ from missionc.base.judgement import Judgement
 from missionc.ir import Mission
 from missionc.output.folder.file_names import SIMULATION_SCHEMA
 from missionc.output.json_layout import compact, record
+from missionc.simulate.confidence_interval import Fraction
 from missionc.simulate.default_engine import Flown
 from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
 from missionc.simulate.flight_conditions import conditions
+from missionc.simulate.headline import headline
 from missionc.simulate.trials import Trials
 
 EACH = 4
@@ -31,13 +33,12 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
     first = trials.flights[0]
     return {
         "passed": trials.passed,
+        "headline": headline(trials),
+        "kept": _kept(trials),
         **conditions(trials.trial, float(mission.horizon)),
         "planned": [each.as_record() for each in planned],
         "requirements": [each.as_record() for each in first.requirements],
-        "fractions": {
-            name: {"held": each.held, "of": each.flights, "low": each.low, "high": each.high}
-            for name, each in trials.fractions().items()
-        },
+        "fractions": {name: _fraction(each) for name, each in trials.fractions().items()},
         "tracking": [
             {"agent": agent.name, "allowed": most, **asdict(trials.error(agent.index))}
             for agent, most in zip(mission.agents, trials.allowed.tolist(), strict=True)
@@ -51,6 +52,16 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
             for index, each in enumerate(first.requirements)
         },
     }
+
+
+def _kept(trials: Trials) -> dict[str, object]:
+    """Flights that are as required; no bounds of their true share where all of them are one and the same."""
+    found = _fraction(trials.kept)
+    return found if trials.trial.disturbance.random else {**found, "low": None, "high": None}
+
+
+def _fraction(each: Fraction) -> dict[str, object]:
+    return {"held": each.held, "of": each.flights, "low": each.low, "high": each.high}
 
 
 def simulation_json(mission: Mission, entries: Mapping[str, object], flown: Flown) -> bytes:

@@ -9,9 +9,9 @@ from missionc.ir import Agent
 
 MISSION = "mission"
 """Where the mission's own files lie, so that the folder can be judged from what is in it."""
-SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/2"
+SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/3"
 """Where ``simulate`` leaves what it flew, and what that says it is."""
-SIMULATIONS_BEFORE = ("missionc.simulation/1",)
+SIMULATIONS_BEFORE = ("missionc.simulation/1", "missionc.simulation/2")
 """What files of older versions say they are: they do not tell what their flights were flown through."""
 REPORT = "report.html"
 """The page that is drawn of a folder."""

@@ -9,6 +9,7 @@ What the text says is shown and not believed: the error is what its places come 
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -89,8 +90,14 @@ def _fewer(error: Array) -> Array:
 
 
 def _checks(document: Any) -> tuple[Check, ...]:
-    """The checks: each requirement in the first flight; the worst tracking and the least room of all flights."""
+    """The checks: what the flights show of all like them; each requirement in the first flight; the worst tracking and
+    the least room of all flights."""
     checks = []
+    kept = document.get("kept") or {}
+    if isinstance(kept.get("low"), float):
+        all_held, share = kept["held"] == kept["of"], 100 * math.floor(1000 * kept["low"]) / 1000
+        said = text_of(document["headline"])
+        checks.append(Check("simulated flights", "as required", share, "% or more", 0.0, all_held, detail=said))
     before = {each["name"]: each["robustness"] for each in document["planned"]}
     by = f"flown by {document['engine']}"
     for each in document["requirements"]:

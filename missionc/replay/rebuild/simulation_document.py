@@ -26,7 +26,7 @@ from missionc.simulate import engines
 from missionc.simulate.engines import EngineError
 from missionc.simulate.flight_conditions import conditions, trial_of
 from missionc.simulate.trial_bounds import QUADROTOR
-from missionc.simulate.trials import Trial, Trials, run
+from missionc.simulate.trials import Trial, Trials, cannot_lose, run
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import SAME, difference, is_version, shown
 
@@ -47,7 +47,7 @@ def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
     if not isinstance(document, dict):
         return verdict(SIMULATION, "it is no record")
     if document.get("schema") in SIMULATIONS_BEFORE:
-        return unjudged(SIMULATION, f"it does not tell what its flights were flown through: {AGAIN}")
+        return unjudged(SIMULATION, f"it is of an older form, whose flights were flown otherwise: {AGAIN}")
     if document.get("schema") != SIMULATION_SCHEMA:
         return verdict(SIMULATION, difference(document.get("schema"), SIMULATION_SCHEMA, "schema"))
     trial = trial_of(document)
@@ -60,6 +60,9 @@ def _told(opened: OutputFolder, document: dict[str, Any], trial: Trial, limits: 
     """The same, of a document that says how to fly."""
     mission = opened.mission
     seconds = float(mission.horizon)
+    wanting = cannot_lose(mission, trial.disturbance)
+    if wanting:
+        return verdict(SIMULATION, f"its `disturbance` cannot be: {wanting}")
     if not _are_versions(document.get("versions"), trial.engine):
         return verdict(SIMULATION, "its `versions` are none of the engine and of the compiler")
     absent = engines.missing(trial.engine)

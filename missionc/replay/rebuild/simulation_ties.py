@@ -14,8 +14,8 @@ import numpy as np
 
 from missionc.ir import Mission
 from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
-from missionc.simulate.judge_flight import room
-from missionc.simulate.trials import Trials
+from missionc.simulate.judge_flight import room, tracking_error
+from missionc.simulate.trials import Trials, lost_agents
 from missionc.verify.compare_documents import close, is_number
 from missionc.verify.tolerances import CERTAIN
 
@@ -29,7 +29,8 @@ def settled(claimed: Row, made: Row, mission: Mission, trials: Trials, same: flo
         claimed: of whatever shape.
         same: metres by which the same flight may differ.
     """
-    error = np.linalg.norm(trials.flown.position[0] - trials.planned, axis=-1)
+    lost = lost_agents(mission, trials.trial.disturbance)
+    error = tracking_error(trials.flown.times, trials.planned, trials.flown.position[0], lost)
     tracking = enumerate(_pairs(claimed.get("tracking"), made["tracking"]))
     rooms = _pairs(claimed.get("room"), made["room"])
     return {
