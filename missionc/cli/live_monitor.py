@@ -19,7 +19,7 @@ from missionc.diagnostics.code import UNUSABLE_SAMPLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import render_json, render_text
 from missionc.diagnostics.sanitize import as_json
-from missionc.monitoring.live.session import Change, Event, Judged, Outrun, Presence, Session, Unusable
+from missionc.monitoring.live.session import Change, Event, Forecast, Judged, Outrun, Presence, Session, Unusable
 from missionc.monitoring.live.verdicts import Standing, Verdict
 
 MOST_UNUSABLE = 20
@@ -76,13 +76,21 @@ class _Voice:
             match event:
                 case Unusable(line, reason):
                     self._unusable(Diagnostic(UNUSABLE_SAMPLE, f"line {line}: {reason}", None, help=HELP))
-                case Change(step, standing, unit):
-                    words = f"{standing.name:<{self.width}}  {_words(standing, unit, self.step)}"
+                case Change(step, standing, unit, _, by_plan):
+                    words = f"{standing.name:<{self.width}}  {_words(standing, unit, self.step, by_plan)}"
                     self._say(
                         step,
                         words,
-                        {"goal": standing.name, "preference": event.preference, **_record(standing, self.step)},
+                        {
+                            "goal": standing.name,
+                            "preference": event.preference,
+                            **_record(standing, self.step, by_plan),
+                        },
                     )
+                case Forecast(step, name, margin, unit):
+                    says = "lost by the plan" if margin < 0 else "kept by the plan again"
+                    words = f"{name:<{self.width}}  {says}  robustness {decimals(margin)} {unit}".rstrip()
+                    self._say(step, words, {"forecast": name, "preference": event.preference, "by_plan": margin})
                 case Presence(step, missing, back):
                     who = ((missing, "missing"), (back, "seen again"))
                     words = "; ".join(f"{', '.join(names)} {says}" for names, says in who if names)
@@ -116,7 +124,10 @@ class _Voice:
         seen, notes = len(session.standings) and session.judge.now + 1, session.notes()
         verdict = "not decided" if session.verdict is Verdict.OPEN else session.verdict.value
         if self.json:
-            records = [{"goal": each.name, **_record(each, self.step)} for each in session.standings]
+            records = [
+                {"goal": each.name, **_record(each, self.step, session.by_plan.get(number))}
+                for number, each in enumerate(session.standings)
+            ]
             of = session.requirements
             summary = {"verdict": verdict, "requirements": records[:of], "preferences": records[of:]}
             _line({"summary": {**summary, "steps": seen, "of": session.judge.last + 1, "notes": notes}})
@@ -125,7 +136,8 @@ class _Voice:
         for number, each in enumerate(session.standings):
             if number == session.requirements:
                 say_line("preferences")
-            say_line(f"  {each.name:<{self.width}}  {_words(each, session.units[number], self.step)}")
+            by_plan = session.by_plan.get(number)
+            say_line(f"  {each.name:<{self.width}}  {_words(each, session.units[number], self.step, by_plan)}")
         for note in notes:
             say_line(f"note: {note}")
 
@@ -152,8 +164,8 @@ def _line(record: dict[str, object]) -> None:
     sys.stdout.flush()
 
 
-def _words(standing: Standing, unit: str, step: float) -> str:
-    """A verdict with its interval: ``open  robustness -0.400 to 2.000 m, decided by 20 s``."""
+def _words(standing: Standing, unit: str, step: float, by_plan: float | None) -> str:
+    """A verdict with its interval: ``open  robustness -0.400 to 2.000 m, by the plan 0.100 m, decided by 20 s``."""
     if standing.least == standing.most:
         robustness = f"robustness {decimals(standing.least)} {unit}".rstrip()
     else:
@@ -161,14 +173,16 @@ def _words(standing: Standing, unit: str, step: float) -> str:
     if standing.verdict is not Verdict.OPEN:
         return f"{standing.verdict.value} for good  {robustness}"
     risk = "at risk" if standing.at_risk else "open"
-    return f"{risk}  {robustness}, decided by {standing.decided_by * step:g} s"
+    planned = "" if by_plan is None else f", by the plan {decimals(by_plan)} {unit}".rstrip()
+    return f"{risk}  {robustness}{planned}, decided by {standing.decided_by * step:g} s"
 
 
-def _record(standing: Standing, step: float) -> dict[str, object]:
+def _record(standing: Standing, step: float, by_plan: float | None) -> dict[str, object]:
     return {
         "verdict": standing.verdict.value,
         "at_risk": standing.at_risk,
         "least": standing.least if math.isfinite(standing.least) else None,
         "most": standing.most if math.isfinite(standing.most) else None,
+        "by_plan": by_plan if by_plan is not None and math.isfinite(by_plan) else None,
         "decided_by": standing.decided_by * step,
     }

@@ -142,6 +142,7 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             "--live": None,
             "--udp": drawn("x", "1:2:3", "-1", "99999", "no.such.host:1", "", ODD),
             "--wait": number,
+            "--plan": drawn("trace.csv", *NAMES),
             "--skew": drawn("scout=1", "a=b", "x=nan", "=", "", ODD),
         },
     ),

@@ -151,6 +151,47 @@ def test_what_does_not_go_with_live_is_refused(
     assert live(tmp_path, monkeypatch, [], *words) == 2
 
 
+WAY = ((1, 1), (2.3, 2.3), (3.6, 3.6), (4.5, 4.5), (3.5, 3.5))
+PLANNED = "agent,t,x,y\n" + "".join(f"drone[0],{t},{x},{y}\ndrone[1],{t},2,1\n" for t, (x, y) in enumerate(WAY))
+"""The first drone is at the goal at 3 s, and leaves it."""
+
+
+def flown(*places: tuple[float, float]) -> list[object]:
+    return [{"t": t, "agents": {"drone[0]": place, "drone[1]": [2, 1]}} for t, place in enumerate(places)]
+
+
+def test_what_the_plan_would_lose_is_told_before_it_is_lost_for_good(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = tmp_path / "plan.csv"
+    plan.write_text(PLANNED)
+    assert live(tmp_path, monkeypatch, flown(*WAY[:3], (3.9, 3.9)), "--plan", str(plan)) == 4
+    said = capsys.readouterr().out
+    assert "0.00 s  there  open  robustness -4.243 to 3.757 m, by the plan 0.500 m, decided by 4 s" in said
+    assert "3.00 s  there  lost by the plan  robustness -0.141 m" in said
+    assert "violated" not in said
+
+
+def test_forecasts_are_in_the_records(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = tmp_path / "plan.csv"
+    plan.write_text(PLANNED)
+    live(tmp_path, monkeypatch, flown((1, 1), (1, 1)), "--plan", str(plan), "--format", "json")
+    records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert records[0]["by_plan"] == 0.5
+    assert [each["by_plan"] for each in records[-1]["summary"]["requirements"]] == [0.5, 0.5]
+
+
+@pytest.mark.parametrize(("content", "code"), [("{}", "MC704"), (PLANNED.replace("drone[1]", "scout"), "MC705")])
+def test_a_plan_that_is_none_of_the_mission_is_said(
+    content: str, code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "plan.json").write_text(content)
+    assert live(tmp_path, monkeypatch, [], "--plan", str(tmp_path)) == 1
+    assert f"error[{code}]" in capsys.readouterr().err
+
+
 def test_positions_are_as_far_in_doubt_as_the_agent_may_have_got() -> None:
     (state,) = steps_of((0, 0.5, 1.0), (1, 0.0, 5.0), (1, 1.5, 5.0))
     assert state.missing == (0,)

@@ -12,7 +12,7 @@ from missionc.base.limits import Limits
 from missionc.cli import sample_lines, summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.flight_page import FlightPage
-from missionc.cli.options import Number, Pairs, existing, files, no_open, of_mission, pair, read_limits
+from missionc.cli.options import Number, Pairs, existing, file_or_folder, files, no_open, of_mission, pair, read_limits
 from missionc.diagnostics.code import NOT_LISTENING
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline import driver
@@ -36,6 +36,7 @@ from missionc.pipeline import driver
 @click.option(
     "--skew", type=pair, multiple=True, metavar="NAME=SECONDS", help="With --live: an agent's clock is ahead."
 )
+@click.option("--plan", type=file_or_folder, metavar="FOLDER|TRACE", help="With --live: the plan that is followed.")
 @click.option("--page", is_flag=True, help="With --live: show it on a page in the browser, until Ctrl-C.")
 @no_open
 def command(
@@ -49,6 +50,7 @@ def command(
     udp: tuple[str, int] | None,
     wait: float | None,
     skew: Pairs,
+    plan: Path | None,
     page: bool,
     no_open: bool,
 ) -> Status:
@@ -60,9 +62,9 @@ def command(
             )
         if no_open and not page:
             raise click.UsageError("`--no-open` is for `--page`, which opens it")
-        return _live(file, overrides, read_limits(limits), form, udp, wait, skew, page, no_open)
-    if udp is not None or wait is not None or skew or page or no_open:
-        raise click.UsageError("`--udp`, `--wait`, `--skew` and `--page` are for `--live`")
+        return _live(file, overrides, read_limits(limits), form, udp, wait, skew, plan, page, no_open)
+    if udp is not None or wait is not None or skew or plan or page or no_open:
+        raise click.UsageError("`--udp`, `--wait`, `--skew`, `--plan` and `--page` are for `--live`")
     if trace is None:
         raise click.UsageError("Missing argument 'TRACE'.")
     judged = driver.monitor(
@@ -82,12 +84,15 @@ def _live(
     udp: tuple[str, int] | None,
     wait: float | None,
     skew: Pairs,
+    plan: Path | None,
     page: bool,
     no_open: bool,
 ) -> Status:
     ahead = {name: _seconds(name, text) for name, text in skew}
     try:
-        checked, session = driver.live_session(file, overrides=dict(overrides), limits=limits, wait=wait, skew=ahead)
+        checked, session = driver.live_session(
+            file, overrides=dict(overrides), limits=limits, wait=wait, skew=ahead, plan=plan
+        )
     except KeyError as error:
         raise click.UsageError(f"`--skew` names `{error.args[0]}`; the mission has no such agent") from None
     if session is None or checked.kernel is None:
@@ -109,6 +114,8 @@ def _live(
         say(checked.findings, [], form, {})
         sys.stdout.flush()
     shown = FlightPage(session.mission, checked.kernel) if page else None
+    if shown and session.plan:
+        shown.set_plan(session.plan)
     return live_monitor.run(session, lines, form, shown, no_open)
 
 

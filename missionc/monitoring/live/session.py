@@ -12,10 +12,12 @@ from dataclasses import dataclass
 
 from missionc.base.figures import counted
 from missionc.base.limits import Limits
+from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.kernel.analysis import robustness_unit
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.live.judge import LiveJudge
+from missionc.monitoring.live.plan_forecast import PlanForecast
 from missionc.monitoring.live.read_samples import SampleReader, UnusableError
 from missionc.monitoring.live.samples import Fate, SampleSteps, StepState
 from missionc.monitoring.live.verdicts import Standing, Verdict
@@ -23,10 +25,26 @@ from missionc.monitoring.live.verdicts import Standing, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A goal whose verdict or risk is another one than a step before; ``unit`` is that of its robustness."""
+    """A goal whose verdict or risk is another one than a step before; ``unit`` is that of its robustness.
+
+    ``by_plan`` is its robustness if everybody follows the plan from here on; None where it is decided, or there is
+    no plan.
+    """
 
     step: int
     standing: Standing
+    unit: str
+    preference: bool
+    by_plan: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """An open goal that would be lost if everybody follows the plan from here on, or that no longer would."""
+
+    step: int
+    name: str
+    margin: float
     unit: str
     preference: bool
 
@@ -58,13 +76,17 @@ class Unusable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """A step that was judged: where the team was, and how every goal stands, requirements first."""
+    """A step that was judged: where the team was, and how every goal stands, requirements first.
+
+    ``by_plan`` has the forecasts of open goals by the plan, by the goals' numbers.
+    """
 
     state: StepState
     standings: tuple[Standing, ...]
+    by_plan: Mapping[int, float]
 
 
-Event = Change | Presence | Outrun | Unusable | Judged
+Event = Change | Forecast | Presence | Outrun | Unusable | Judged
 
 
 class Session:
@@ -91,6 +113,10 @@ class Session:
         self.standings: tuple[Standing, ...] = ()
         self.missing: frozenset[int] = frozenset()
         self.lines = self.unusable = 0
+        self.kernel = kernel
+        self.plan: Trace | None = None
+        self.forecast: PlanForecast | None = None
+        self.by_plan: Mapping[int, float] = {}
 
     @property
     def over(self) -> bool:
@@ -104,6 +130,12 @@ class Session:
         if Verdict.VIOLATED in judged:
             return Verdict.VIOLATED
         return Verdict.SATISFIED if self.standings and Verdict.OPEN not in judged else Verdict.OPEN
+
+    def follow(self, plan: Trace | None) -> None:
+        """Forecast by this plan, which has all of the mission's steps, from the next step on; None for no plan."""
+        self.plan = plan
+        self.forecast = None if plan is None else PlanForecast(self.mission, self.kernel, plan)
+        self.by_plan = {}
 
     def feed(self, line: str) -> Iterator[Event]:
         """Take in a line; an empty one says nothing."""
@@ -147,12 +179,21 @@ class Session:
         self.missing = missing
         before = self.standings
         self.standings = self.judge.advance(state.position, state.velocity, state.heading, state.doubt)
+        planned = self.by_plan
+        if self.forecast is not None:
+            opened = [number for number, each in enumerate(self.standings) if each.verdict is Verdict.OPEN]
+            self.by_plan = self.forecast.take(state, opened)
         if self.judge.outrun - outrun:
             yield Outrun(state.step, self._names(self.judge.outrun - outrun))
         for number, standing in enumerate(self.standings):
             if not before or _said(standing) != _said(before[number]):
-                yield Change(state.step, standing, self.units[number], number >= self.requirements)
-        yield Judged(state, self.standings)
+                by_plan = self.by_plan.get(number)
+                yield Change(state.step, standing, self.units[number], number >= self.requirements, by_plan)
+        for number, margin in self.by_plan.items():
+            if (margin < 0) != (planned.get(number, 0.0) < 0):
+                name, preference = self.standings[number].name, number >= self.requirements
+                yield Forecast(state.step, name, margin, self.units[number], preference)
+        yield Judged(state, self.standings, self.by_plan)
 
     def _names(self, agents: set[int] | frozenset[int]) -> tuple[str, ...]:
         return tuple(self.mission.agents[agent].name for agent in sorted(agents))
