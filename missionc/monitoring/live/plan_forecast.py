@@ -11,14 +11,14 @@ from collections.abc import Iterable
 
 from missionc.base.trace import Trace
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import Atom, Kernel, UntilNode, WindowNode
 from missionc.kernel.walk import graph_of, postorder
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.live.bounds import of_measure
 from missionc.monitoring.live.samples import StepState
 from missionc.monitoring.logic import ROBUSTNESS
 
-SHARE, SECONDS = 0.1, 3e-8
+SHARE, SECONDS = 0.1, 6e-8
 """Of a core's time, no more than about this share; and roughly how long one value of a formula takes."""
 
 
@@ -37,7 +37,10 @@ class PlanForecast:
         values = 0
         for node in postorder(self.formulas):
             graph = graph_of(node)
-            values += len(mission.agents) if graph is None else len(graph.agents) ** 2
+            if graph is not None:
+                values += len(graph.agents) ** 2
+            elif isinstance(node, Atom | WindowNode | UntilNode):
+                values += len(mission.agents)
         work = values * (int(mission.steps) + 1) * SECONDS
         self.every = max(1, math.ceil(work / (SHARE * float(mission.step))))
 
