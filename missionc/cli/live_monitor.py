@@ -15,11 +15,22 @@ from missionc.base.signals import Stopped
 from missionc.cli.browser import said
 from missionc.cli.exit_status import Status, columns, in_colour, say_line
 from missionc.cli.flight_page import FlightPage
-from missionc.diagnostics.code import UNUSABLE_SAMPLE
+from missionc.diagnostics.code import IMPLAUSIBLE_TIME, RECORDING_BROKEN, UNUSABLE_SAMPLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import render_json, render_text
 from missionc.diagnostics.sanitize import as_json
-from missionc.monitoring.live.session import Change, Event, Forecast, Judged, Outrun, Presence, Session, Unusable
+from missionc.monitoring.live.mcap_poses import BrokenRecordingError
+from missionc.monitoring.live.session import (
+    Change,
+    Event,
+    Forecast,
+    Implausible,
+    Judged,
+    Outrun,
+    Presence,
+    Session,
+    Unusable,
+)
 from missionc.monitoring.live.verdicts import Standing, Verdict
 
 MOST_UNUSABLE = 20
@@ -42,7 +53,7 @@ def run(
     with page or nullcontext():
         if page:
             voice.say_page(page.address, no_open)
-        patient = True
+        patient, broken = True, False
         try:
             for line in lines:
                 voice.tell(session.feed(line))
@@ -52,12 +63,16 @@ def run(
                     break
         except (KeyboardInterrupt, Stopped):
             patient = False
+        except (BrokenRecordingError, OSError) as error:
+            broken = True
+            reason = getattr(error, "strerror", None) or str(error)
+            voice.fail(Diagnostic(RECORDING_BROKEN, f"the recording cannot be read any further: {reason}", None))
         voice.tell(session.finish())
         voice.sum_up()
         if page and patient:
             page.end("the mission is over" if session.over else "the stream has ended")
             voice.wait()
-    return STATUS[session.verdict]
+    return Status.MISSION_ERRORS if broken else STATUS[session.verdict]
 
 
 class _Voice:
@@ -68,6 +83,9 @@ class _Voice:
         self.step = float(session.mission.step)
         self.width = max((len(goal.name) for goal in session.judge.goals), default=0)
         self.unusable = 0
+        self.help_ahead = (
+            f"a second sample that is as late confirms it; `--leap` sets how far, now {session.steps.leap:g} s"
+        )
 
     def tell(self, events: Iterable[Event]) -> None:
         for event in events:
@@ -76,6 +94,11 @@ class _Voice:
             match event:
                 case Unusable(line, reason):
                     self._unusable(Diagnostic(UNUSABLE_SAMPLE, f"line {line}: {reason}", None, help=HELP))
+                case Implausible(line, agent, time):
+                    reason = (
+                        f"line {line}: the time of `{agent}`, {time:g} s, is far ahead of all others; it is set aside"
+                    )
+                    self._unusable(Diagnostic(IMPLAUSIBLE_TIME, reason, None, help=self.help_ahead))
                 case Change(step, standing, unit, _, by_plan):
                     words = f"{standing.name:<{self.width}}  {_words(standing, unit, self.step, by_plan)}"
                     self._say(
@@ -143,8 +166,11 @@ class _Voice:
 
     def _unusable(self, finding: Diagnostic) -> None:
         self.unusable += 1
-        if self.unusable > MOST_UNUSABLE:
-            return
+        if self.unusable <= MOST_UNUSABLE:
+            self.fail(finding)
+
+    def fail(self, finding: Diagnostic) -> None:
+        """A finding, on the stream for findings."""
         if self.json:
             _line({"diagnostics": render_json([finding])})
         else:

@@ -160,6 +160,8 @@ NO_SUCH_MOMENT = Code("MC715", "the mission has no such moment to draw")
 NOT_ONE_MISSION = Code("MC716", "the folders are of different missions")
 UNUSABLE_SAMPLE = Code("MC717", "a line of samples cannot be used", warning=True)
 NOT_LISTENING = Code("MC718", "samples cannot be received there")
+IMPLAUSIBLE_TIME = Code("MC725", "a sample is far ahead in time", warning=True)
+RECORDING_BROKEN = Code("MC726", "the recording cannot be read")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

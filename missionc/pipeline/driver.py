@@ -312,6 +312,7 @@ def live_session(
     limits: Limits | None = None,
     wait: float | None = None,
     skew: Mapping[str, float] | None = None,
+    leap: float | None = None,
     plan: str | Path | None = None,
 ) -> tuple[Checked, Session | None]:
     """The session that judges a mission while it is flown; None where the mission, or the plan, has errors.
@@ -320,6 +321,7 @@ def live_session(
         plan: a folder, or a trace, that is followed: what open goals come to by it is forecast.
         wait: seconds that a step waits for samples, one step where it is left out.
         skew: by how many seconds the clock of an agent is ahead.
+        leap: seconds that a sample may be ahead of all others before another one has to confirm it.
 
     Raises:
         KeyError: the mission has no agent of that name.
@@ -332,7 +334,7 @@ def live_session(
 
     index = {agent.name: agent.index for agent in checked.mission.agents}
     ahead = {index[name]: seconds for name, seconds in (skew or {}).items()}
-    session = Session(checked.mission, checked.kernel, limits, wait, ahead)
+    session = Session(checked.mission, checked.kernel, limits, wait, ahead, leap)
     if plan is not None:
         motion, findings = read_motion(plan, checked.mission, limits)
         if motion is None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from missionc.cli.app import main
-from missionc.diagnostics.code import UNUSABLE_SAMPLE
+from missionc.diagnostics.code import IMPLAUSIBLE_TIME, UNUSABLE_SAMPLE
 from missionc.monitoring.live.samples import Fate, Sample, SampleSteps, StepState
 from tests.support.random_runs import mission_of
 
@@ -77,6 +77,28 @@ def test_an_agent_that_is_seen_after_a_gap_was_missing() -> None:
     assert states[1].doubt[0] == pytest.approx(6.0)
 
 
+def test_a_sample_far_ahead_waits_until_another_one_confirms_it() -> None:
+    steps = SampleSteps(mission_of(2, 30))
+    assert steps.leap == 10.0
+    list(closed(steps, ((0, 0.0, 0.0), (1, 0.0, 5.0), (0, 20.0, 1.0))))
+    assert (steps.next, steps.fates[Fate.AHEAD]) == (1, 1)
+    list(closed(steps, ((0, 20.0, 1.0), (0, 1.0, 0.0), (1, 1.0, 5.0))))
+    assert steps.next == 2
+    list(closed(steps, ((1, 19.0, 5.0),)))
+    assert (steps.next, steps.fates[Fate.AHEAD]) == (20, 0)
+
+
+def test_a_sample_far_ahead_is_let_in_when_the_others_have_come_there() -> None:
+    steps = SampleSteps(mission_of(2, 30))
+    list(closed(steps, ((0, 0.0, 0.0), (1, 0.0, 5.0), (0, 14.0, 1.0))))
+    list(closed(steps, ((0, 5.0, 0.0), (1, 5.0, 5.0))))
+    assert (steps.next, steps.fates[Fate.AHEAD]) == (6, 1)
+    states = list(closed(steps, ((1, 14.0, 5.0),)))
+    assert steps.fates == {Fate.AHEAD: 0}
+    assert states[-1].step == 14
+    assert states[-1].missing == ()
+
+
 def test_no_more_samples_are_held_than_came_within_the_wait() -> None:
     steps = SampleSteps(mission_of(2, 1000))
     for number in range(4000):
@@ -129,6 +151,19 @@ def test_a_line_that_cannot_be_used_is_told_and_skipped(
     assert streams.err.count(f"warning[{UNUSABLE_SAMPLE.name}]: line ") == len(strange) - 1
     assert "there  open" in streams.out
     assert "note: 8 lines could not be used" in streams.out
+
+
+def test_one_time_far_ahead_closes_no_step_and_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = {"t": 3600, "agent": "drone[0]", "position": [1, 1]}
+    live(tmp_path, monkeypatch, [*still(0), wrong, *still(1)])
+    streams = capsys.readouterr()
+    assert f"warning[{IMPLAUSIBLE_TIME.name}]: line 2: the time of `drone[0]`, 3600 s, is far ahead" in streams.err
+    assert "not decided after 2 of 5 steps" in streams.out
+    assert "note: 1 sample lay too far ahead in time" in streams.out
+    live(tmp_path, monkeypatch, [*still(0), wrong, *still(1)], "--leap", "1e6")
+    assert "after 5 of 5 steps" in capsys.readouterr().out
 
 
 def test_a_port_that_is_taken_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -86,14 +86,23 @@ class Judged:
     by_plan: Mapping[int, float]
 
 
-Event = Change | Forecast | Presence | Outrun | Unusable | Judged
+@dataclass(frozen=True, slots=True)
+class Implausible:
+    """A sample that was set aside, by the number of its line: it is too far ahead in time to be believed alone."""
+
+    line: int
+    agent: str
+    time: float
+
+
+Event = Implausible | Change | Forecast | Presence | Outrun | Unusable | Judged
 
 
 class Session:
     """One mission as it is flown. Memory does not grow with the lines that are fed.
 
     Args:
-        wait, skew: as of ``SampleSteps``.
+        wait, skew, leap: as of ``SampleSteps``.
     """
 
     def __init__(
@@ -103,11 +112,12 @@ class Session:
         limits: Limits | None = None,
         wait: float | None = None,
         skew: Mapping[int, float] | None = None,
+        leap: float | None = None,
     ) -> None:
         self.mission = mission
         self.judge = LiveJudge(mission, kernel)
         self.reader = SampleReader(mission, kernel, limits)
-        self.steps = SampleSteps(mission, wait, skew)
+        self.steps = SampleSteps(mission, wait, skew, leap)
         self.units = [robustness_unit(goal.formula) for goal in self.judge.goals]
         self.requirements = len(kernel.requirements)
         self.standings: tuple[Standing, ...] = ()
@@ -149,8 +159,11 @@ class Session:
             yield Unusable(self.lines, str(error))
             return
         for sample in samples:
+            set_aside = self.steps.fates[Fate.AHEAD]
             for state in self.steps.add(sample):
                 yield from self._judged(state)
+            if self.steps.fates[Fate.AHEAD] > set_aside:
+                yield Implausible(self.lines, self.mission.agents[sample.agent].name, sample.time)
 
     def finish(self) -> Iterator[Event]:
         """The stream has ended: judge the steps that it has reached."""
@@ -162,6 +175,7 @@ class Session:
         words = {
             Fate.LATE: "came after their step was closed, and were dropped",
             Fate.DOUBLED: "were of an agent and a time that had one, and were dropped",
+            Fate.AHEAD: "lay too far ahead in time, with nothing to confirm it",
             Fate.REORDERED: "came out of order, and were sorted in",
         }
         fates = self.steps.fates

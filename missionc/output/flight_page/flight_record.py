@@ -22,7 +22,7 @@ from missionc.ir import Mission
 from missionc.kernel.analysis import robustness_unit
 from missionc.kernel.nodes import Kernel
 from missionc.language.walk_formulas import goals
-from missionc.monitoring.live.session import Change, Event, Forecast, Judged, Outrun, Presence, Unusable
+from missionc.monitoring.live.session import Change, Event, Forecast, Implausible, Judged, Outrun, Presence, Unusable
 from missionc.monitoring.live.verdicts import Standing, Verdict
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.requirement_lanes import HARMS, HELPS, OPEN
@@ -120,6 +120,8 @@ class FlightRecord:
             case Outrun(step, agents):
                 says = f"{', '.join(agents)} faster than the top speed: what rested on it is taken back"
                 self.tell(says, "bad", step * seconds)
+            case Implausible(line, agent, time):
+                self.tell(f"line {line} is set aside: {time:g} s of {agent} is far ahead of all others", "risk")
             case Unusable(line, reason):
                 self.tell(f"line {line} cannot be used: {reason}", "plain")
 
