@@ -227,6 +227,20 @@ def test_a_response_without_a_deadline_keeps_few_steps(name: str) -> None:
     assert max(columns.values.shape[2] for columns in judge.columns.values()) < 100
 
 
+def test_two_windows_to_the_end_in_one_formula_keep_every_step() -> None:
+    """So the documentation says: what such formulas are worth is not known to go into less."""
+    to_end = ir.Window(Steps(0), None, SPAN)
+    late = [
+        ir.Apply(by_name["eventually"], (ir.Holds(ir.Inside(region, False), SPAN),), to_end, SPAN) for region in REGIONS
+    ]
+    either = ir.Apply(by_name["or"], (late[0], late[1]), None, SPAN)
+    mission, kernel = asked(mission_of(1, 60), ir.Apply(by_name["always"], (either,), to_end, SPAN))
+    judge = LiveJudge(mission, kernel)
+    for _ in range(61):
+        judge.advance(np.zeros((1, 2)), np.zeros((1, 2)))
+    assert max(columns.values.shape[2] for columns in judge.columns.values()) > 60
+
+
 @given(st.integers(1, 4), st.integers(0, 4), seeds)
 def test_rtamt_finds_the_same_robustness(near: int, far: int, seed: int) -> None:
     """Where it is installed; its windows are cut at the end of a trace, so that only what fits in it is compared."""

@@ -88,6 +88,12 @@ def test_a_sample_far_ahead_waits_until_another_one_confirms_it() -> None:
     assert (steps.next, steps.fates[Fate.AHEAD]) == (20, 0)
 
 
+def test_a_leap_is_a_step_at_least() -> None:
+    steps = SampleSteps(mission_of(2, 30), leap=0.0)
+    list(closed(steps, ((0, 0.0, 0.0), (1, 0.0, 5.0), (0, 1.0, 0.0), (1, 1.0, 5.0))))
+    assert (steps.next, steps.fates) == (2, {})
+
+
 def test_a_sample_far_ahead_is_let_in_when_the_others_have_come_there() -> None:
     steps = SampleSteps(mission_of(2, 30))
     list(closed(steps, ((0, 0.0, 0.0), (1, 0.0, 5.0), (0, 14.0, 1.0))))

@@ -81,7 +81,7 @@ class SampleSteps:
     Args:
         wait: seconds of the stream's own time; one step where it is left out.
         skew: by how many seconds the clock of an agent (mission index) is ahead.
-        leap: seconds that a sample may be ahead of all others before another one has to confirm it.
+        leap: seconds that a sample may be ahead of all others before another one has to confirm it; a step at least.
     """
 
     def __init__(
@@ -93,7 +93,8 @@ class SampleSteps:
     ) -> None:
         self.mission, self.skew = mission, dict(skew or {})
         self.wait = float(mission.step) if wait is None else wait
-        self.leap = max(PLAUSIBLE, 3 * float(mission.step) + self.wait) if leap is None else leap
+        step = float(mission.step)
+        self.leap = max(PLAUSIBLE, 3 * step + self.wait) if leap is None else max(leap, step)
         self.ahead: dict[int, tuple[float, Sample]] = {}
         self.tracks = [_Track() for _ in mission.agents]
         self.top_speed = [agent.dynamics.top_speed for agent in mission.agents]
