@@ -15,11 +15,22 @@ from missionc.base.signals import Stopped
 from missionc.cli.browser import said
 from missionc.cli.exit_status import Status, columns, in_colour, say_line
 from missionc.cli.flight_page import FlightPage
-from missionc.diagnostics.code import UNUSABLE_SAMPLE
+from missionc.diagnostics.code import IMPLAUSIBLE_TIME, RECORDING_BROKEN, UNUSABLE_SAMPLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import render_json, render_text
 from missionc.diagnostics.sanitize import as_json
-from missionc.monitoring.live.session import Change, Event, Judged, Outrun, Presence, Session, Unusable
+from missionc.monitoring.live.mcap_poses import BrokenRecordingError
+from missionc.monitoring.live.session import (
+    Change,
+    Event,
+    Forecast,
+    Implausible,
+    Judged,
+    Outrun,
+    Presence,
+    Session,
+    Unusable,
+)
 from missionc.monitoring.live.verdicts import Standing, Verdict
 
 MOST_UNUSABLE = 20
@@ -42,7 +53,7 @@ def run(
     with page or nullcontext():
         if page:
             voice.say_page(page.address, no_open)
-        patient = True
+        patient, broken = True, False
         try:
             for line in lines:
                 voice.tell(session.feed(line))
@@ -52,12 +63,16 @@ def run(
                     break
         except (KeyboardInterrupt, Stopped):
             patient = False
+        except (BrokenRecordingError, OSError) as error:
+            broken = True
+            reason = getattr(error, "strerror", None) or str(error)
+            voice.fail(Diagnostic(RECORDING_BROKEN, f"the recording cannot be read any further: {reason}", None))
         voice.tell(session.finish())
         voice.sum_up()
         if page and patient:
             page.end("the mission is over" if session.over else "the stream has ended")
             voice.wait()
-    return STATUS[session.verdict]
+    return Status.MISSION_ERRORS if broken else STATUS[session.verdict]
 
 
 class _Voice:
@@ -68,6 +83,9 @@ class _Voice:
         self.step = float(session.mission.step)
         self.width = max((len(goal.name) for goal in session.judge.goals), default=0)
         self.unusable = 0
+        self.help_ahead = (
+            f"a second sample that is as late confirms it; `--leap` sets how far, now {session.steps.leap:g} s"
+        )
 
     def tell(self, events: Iterable[Event]) -> None:
         for event in events:
@@ -76,13 +94,26 @@ class _Voice:
             match event:
                 case Unusable(line, reason):
                     self._unusable(Diagnostic(UNUSABLE_SAMPLE, f"line {line}: {reason}", None, help=HELP))
-                case Change(step, standing, unit):
-                    words = f"{standing.name:<{self.width}}  {_words(standing, unit, self.step)}"
+                case Implausible(line, agent, time):
+                    reason = (
+                        f"line {line}: the time of `{agent}`, {time:g} s, is far ahead of all others; it is set aside"
+                    )
+                    self._unusable(Diagnostic(IMPLAUSIBLE_TIME, reason, None, help=self.help_ahead))
+                case Change(step, standing, unit, _, by_plan):
+                    words = f"{standing.name:<{self.width}}  {_words(standing, unit, self.step, by_plan)}"
                     self._say(
                         step,
                         words,
-                        {"goal": standing.name, "preference": event.preference, **_record(standing, self.step)},
+                        {
+                            "goal": standing.name,
+                            "preference": event.preference,
+                            **_record(standing, self.step, by_plan),
+                        },
                     )
+                case Forecast(step, name, margin, unit):
+                    says = "lost by the plan" if margin < 0 else "kept by the plan again"
+                    words = f"{name:<{self.width}}  {says}  robustness {decimals(margin)} {unit}".rstrip()
+                    self._say(step, words, {"forecast": name, "preference": event.preference, "by_plan": margin})
                 case Presence(step, missing, back):
                     who = ((missing, "missing"), (back, "seen again"))
                     words = "; ".join(f"{', '.join(names)} {says}" for names, says in who if names)
@@ -116,7 +147,10 @@ class _Voice:
         seen, notes = len(session.standings) and session.judge.now + 1, session.notes()
         verdict = "not decided" if session.verdict is Verdict.OPEN else session.verdict.value
         if self.json:
-            records = [{"goal": each.name, **_record(each, self.step)} for each in session.standings]
+            records = [
+                {"goal": each.name, **_record(each, self.step, session.by_plan.get(number))}
+                for number, each in enumerate(session.standings)
+            ]
             of = session.requirements
             summary = {"verdict": verdict, "requirements": records[:of], "preferences": records[of:]}
             _line({"summary": {**summary, "steps": seen, "of": session.judge.last + 1, "notes": notes}})
@@ -125,14 +159,18 @@ class _Voice:
         for number, each in enumerate(session.standings):
             if number == session.requirements:
                 say_line("preferences")
-            say_line(f"  {each.name:<{self.width}}  {_words(each, session.units[number], self.step)}")
+            by_plan = session.by_plan.get(number)
+            say_line(f"  {each.name:<{self.width}}  {_words(each, session.units[number], self.step, by_plan)}")
         for note in notes:
             say_line(f"note: {note}")
 
     def _unusable(self, finding: Diagnostic) -> None:
         self.unusable += 1
-        if self.unusable > MOST_UNUSABLE:
-            return
+        if self.unusable <= MOST_UNUSABLE:
+            self.fail(finding)
+
+    def fail(self, finding: Diagnostic) -> None:
+        """A finding, on the stream for findings."""
         if self.json:
             _line({"diagnostics": render_json([finding])})
         else:
@@ -152,8 +190,8 @@ def _line(record: dict[str, object]) -> None:
     sys.stdout.flush()
 
 
-def _words(standing: Standing, unit: str, step: float) -> str:
-    """A verdict with its interval: ``open  robustness -0.400 to 2.000 m, decided by 20 s``."""
+def _words(standing: Standing, unit: str, step: float, by_plan: float | None) -> str:
+    """A verdict with its interval: ``open  robustness -0.400 to 2.000 m, by the plan 0.100 m, decided by 20 s``."""
     if standing.least == standing.most:
         robustness = f"robustness {decimals(standing.least)} {unit}".rstrip()
     else:
@@ -161,14 +199,16 @@ def _words(standing: Standing, unit: str, step: float) -> str:
     if standing.verdict is not Verdict.OPEN:
         return f"{standing.verdict.value} for good  {robustness}"
     risk = "at risk" if standing.at_risk else "open"
-    return f"{risk}  {robustness}, decided by {standing.decided_by * step:g} s"
+    planned = "" if by_plan is None else f", by the plan {decimals(by_plan)} {unit}".rstrip()
+    return f"{risk}  {robustness}{planned}, decided by {standing.decided_by * step:g} s"
 
 
-def _record(standing: Standing, step: float) -> dict[str, object]:
+def _record(standing: Standing, step: float, by_plan: float | None) -> dict[str, object]:
     return {
         "verdict": standing.verdict.value,
         "at_risk": standing.at_risk,
         "least": standing.least if math.isfinite(standing.least) else None,
         "most": standing.most if math.isfinite(standing.most) else None,
+        "by_plan": by_plan if by_plan is not None and math.isfinite(by_plan) else None,
         "decided_by": standing.decided_by * step,
     }

@@ -92,6 +92,11 @@ def folder(value: str) -> Path:
     return path
 
 
+def file_or_folder(value: str) -> Path:
+    """A file or a folder that is there."""
+    return folder(value) if os.path.isdir(value) else existing(value)
+
+
 def named(path: Path) -> Path:
     """A folder by its whole path, for what is written beside it under its name."""
     whole = Path(os.path.abspath(path))

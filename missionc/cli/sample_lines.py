@@ -1,15 +1,25 @@
-"""Lines of samples as they come: on standard input, or in datagrams on a port."""
+"""Lines of samples as they come: on standard input, in datagrams on a port, or in a recording that grows."""
 
 from __future__ import annotations
 
+import os
 import socket
 import sys
+import time
 from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+if TYPE_CHECKING:
+    from missionc.monitoring.live.mcap_poses import McapPoses
+
 LONGEST = 1 << 20
 """Bytes of a line; a longer one is cut, and then no JSON."""
+
+PIECE, PAUSE = 1 << 20, 0.05
+"""Bytes of a recording that are read at once; and seconds after which there may be more of them."""
 
 LOOPBACK = "127.0.0.1"
 
@@ -26,6 +36,25 @@ def of_socket(listening: socket.socket) -> Iterator[str]:
         while True:
             data = listening.recv(1 << 16)
             yield from data.decode(errors="replace").splitlines() or [""]
+
+
+def of_recording(file: Path, poses: McapPoses) -> Iterator[str]:
+    """The lines of a recording's poses, until it is closed; what it has not yet is waited for.
+
+    Raises:
+        BrokenRecordingError: it is no MCAP, or has been cut off.
+        OSError: it cannot be read.
+    """
+    from missionc.monitoring.live.mcap_poses import BrokenRecordingError
+
+    with file.open("rb") as recording:
+        while not poses.over:
+            if data := recording.read(PIECE):
+                yield from poses.feed(data)
+            elif os.fstat(recording.fileno()).st_size < recording.tell():
+                raise BrokenRecordingError("it has become shorter while it was read")
+            else:
+                time.sleep(PAUSE)
 
 
 def listen(host: str, port: int) -> socket.socket:

@@ -169,6 +169,8 @@ NOT_BY_THEN = Code("MC724", "no other plan was ready in time")
 SCENARIO_UNUSABLE = Code("MC751", "a scenario cannot be used")
 TRACKING_NOT_MEASURED = Code("MC731", "the tracking margin was measured for less", warning=True)
 NOT_TO_BE_LOST = Code("MC730", "the flight has no such agent to be lost")
+IMPLAUSIBLE_TIME = Code("MC725", "a sample is far ahead in time", warning=True)
+RECORDING_BROKEN = Code("MC726", "the recording cannot be read")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

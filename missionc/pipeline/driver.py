@@ -41,7 +41,6 @@ from missionc.base.signals import asked, hold
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
-from missionc.diagnostics.code import TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import no_plan
@@ -55,9 +54,9 @@ from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
 from missionc.pipeline.plan_calmly import plan_calmly
 from missionc.pipeline.plan_throughout import plan_throughout
 from missionc.pipeline.provenance import with_manifest
+from missionc.pipeline.read_motion import read_motion
 from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
 from missionc.pipeline.run_limited import Ended, within
-from missionc.syntax.read_file import read_text
 
 if TYPE_CHECKING:
     from missionc.base.trace import Trace
@@ -330,12 +329,16 @@ def live_session(
     limits: Limits | None = None,
     wait: float | None = None,
     skew: Mapping[str, float] | None = None,
+    leap: float | None = None,
+    plan: str | Path | None = None,
 ) -> tuple[Checked, Session | None]:
-    """The session that judges a mission while it is flown; None where the mission has errors.
+    """The session that judges a mission while it is flown; None where the mission, or the plan, has errors.
 
     Args:
+        plan: a folder, or a trace, that is followed: what open goals come to by it is forecast.
         wait: seconds that a step waits for samples, one step where it is left out.
         skew: by how many seconds the clock of an agent is ahead.
+        leap: seconds that a sample may be ahead of all others before another one has to confirm it.
 
     Raises:
         KeyError: the mission has no agent of that name.
@@ -348,7 +351,13 @@ def live_session(
 
     index = {agent.name: agent.index for agent in checked.mission.agents}
     ahead = {index[name]: seconds for name, seconds in (skew or {}).items()}
-    return checked, Session(checked.mission, checked.kernel, limits, wait, ahead)
+    session = Session(checked.mission, checked.kernel, limits, wait, ahead, leap)
+    if plan is not None:
+        motion, findings = read_motion(plan, checked.mission, limits)
+        if motion is None:
+            return replace(checked, findings=(*checked.findings, *findings)), None
+        session.follow(motion)
+    return checked, session
 
 
 def monitor(
@@ -369,12 +378,8 @@ def monitor(
     if checked.mission is None or checked.kernel is None:
         return Monitored(checked, (), (), checked.findings)
     from missionc.monitoring.monitor import monitor as judge
-    from missionc.monitoring.read_trace import read_trace
 
-    text = read_text(Path(trace), str(trace), limits.trace_bytes, TRACE_UNREADABLE)
-    if isinstance(text, Diagnostic):
-        return Monitored(checked, (), (), (*checked.findings, text))
-    motion, findings = read_trace(Source(str(trace), text), checked.mission, limits)
+    motion, findings = read_motion(trace, checked.mission, limits)
     if motion is None:
         return Monitored(checked, (), (), (*checked.findings, *findings))
     judgements = judge(checked.mission, checked.kernel, motion)

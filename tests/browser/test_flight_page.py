@@ -124,6 +124,8 @@ def test_who_is_missing_is_marked_and_a_plan_and_another_world_are_drawn(flight:
     flight.page.tell("`closed` is closed", "risk", 3.0)
     flight.wait("#news li.risk", "`closed` is closed")
     assert shown.picture() != planned
+    flight.page._record._heard_at -= 60
+    flight.wait("#stream", "nothing has come for 6")
     flight.page.end("the stream has ended")
     flight.wait("#stream", "the stream has ended")
 

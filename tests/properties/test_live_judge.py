@@ -190,7 +190,11 @@ def endless_cases(draw: st.DrawFn) -> Case:
     trace = trace_of(np.stack(places, axis=1).tolist())
     to_end = ir.Window(Steps(0), None, SPAN)
     outer, inner = draw(st.permutations(["always", "eventually"]))
-    formula: ir.Formula = ir.Apply(by_name[inner], (draw(formulas(size, 0, 1)),), to_end, SPAN)
+    if draw(st.booleans()):
+        both = draw(formulas(size, 0, 1)), draw(formulas(size, 0, 1))
+        formula: ir.Formula = ir.Apply(by_name["until" if outer == "always" else "release"], both, to_end, SPAN)
+    else:
+        formula = ir.Apply(by_name[inner], (draw(formulas(size, 0, 1)),), to_end, SPAN)
     if draw(st.booleans()):
         join = by_name["or" if outer == "always" else "and"]
         formula = ir.Apply(join, (draw(formulas(size, 0, 1)), formula), None, SPAN)
@@ -206,12 +210,14 @@ def test_windows_to_the_end_below_one_another_are_judged_alike(case: Case, seed:
     check(case, 0.4, seed)
 
 
-def test_a_response_without_a_deadline_keeps_few_steps() -> None:
-    size, steps = 2, 600
+@pytest.mark.parametrize("name", ["eventually", "until"])
+def test_a_response_without_a_deadline_keeps_few_steps(name: str) -> None:
+    size, steps = 2, 300
     trace = trace_of(np.random.default_rng(0).uniform(0, 2, (size, steps + 1, 2)).tolist())
     to_end = ir.Window(Steps(0), None, SPAN)
     asks, answers = (ir.Holds(ir.Inside(region, False), SPAN) for region in REGIONS[:2])
-    later = ir.Apply(by_name["eventually"], (answers,), to_end, SPAN)
+    answered = (answers,) if name == "eventually" else (ir.Holds(ir.Inside(REGIONS[2], False), SPAN), answers)
+    later = ir.Apply(by_name[name], answered, to_end, SPAN)
     formula = ir.Apply(by_name["always"], (ir.Apply(by_name["implies"], (asks, later), None, SPAN),), to_end, SPAN)
     mission, kernel = asked(mission_of(size, steps), formula)
     judge = LiveJudge(mission, kernel)
@@ -219,6 +225,20 @@ def test_a_response_without_a_deadline_keeps_few_steps() -> None:
         (last,) = judge.advance(trace.position[:, step], trace.velocity[:, step])
     assert_final(last, monitor(mission, kernel, trace).requirements[0])
     assert max(columns.values.shape[2] for columns in judge.columns.values()) < 100
+
+
+def test_two_windows_to_the_end_in_one_formula_keep_every_step() -> None:
+    """So the documentation says: what such formulas are worth is not known to go into less."""
+    to_end = ir.Window(Steps(0), None, SPAN)
+    late = [
+        ir.Apply(by_name["eventually"], (ir.Holds(ir.Inside(region, False), SPAN),), to_end, SPAN) for region in REGIONS
+    ]
+    either = ir.Apply(by_name["or"], (late[0], late[1]), None, SPAN)
+    mission, kernel = asked(mission_of(1, 60), ir.Apply(by_name["always"], (either,), to_end, SPAN))
+    judge = LiveJudge(mission, kernel)
+    for _ in range(61):
+        judge.advance(np.zeros((1, 2)), np.zeros((1, 2)))
+    assert max(columns.values.shape[2] for columns in judge.columns.values()) > 60
 
 
 @given(st.integers(1, 4), st.integers(0, 4), seeds)

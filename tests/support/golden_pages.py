@@ -5,10 +5,10 @@ A few kinds of fenced blocks mean something; every other block is prose.
 ```mission NAME.mission      a file. Without a name it is called after the mission it declares.
 ```mission NAME.mission wrong   the same, of a mission with errors.
 ```mission fragment NAME.mission   declarations; that mission of the page is checked with them.
-```xml NAME.graphml          a file that missions of the page may name; likewise ```csv, ```geojson, ```pgm and ```yaml.
+```xml NAME.graphml          a file for missions or commands; likewise ```csv, ```geojson, ```jsonl, ```pgm and ```yaml.
 ```mission excerpt PATH     lines that stand in a mission of this repository.
 ```console                  commands, each `$ missionc …`, and below each what it prints and its exit status
-                            (`[exit status 1]`, left out where it is 0).
+                            (`[exit status 1]`, left out where it is 0). `< FILE` at its end is its standard input.
 ```console norun            the same, of what cannot be made to happen here: a full disk, a defect.
 
 The files lie in an empty folder in which the commands run, one after the other. A line `…` of the expected output
@@ -22,6 +22,7 @@ import io
 import os
 import re
 import shlex
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,7 +32,7 @@ from missionc.cli.app import main
 FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<body>.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
 TIMED = re.compile(r"(verified in) [0-9.]+ s")
 """How long it took is another thing each time."""
-FILES = frozenset({"csv", "geojson", "pgm", "xml", "yaml"})
+FILES = frozenset({"csv", "geojson", "jsonl", "pgm", "xml", "yaml"})
 """Languages of files that are no missions."""
 NAME = re.compile(r"^\s*mission\s+(\w+)", re.MULTILINE)
 
@@ -97,6 +98,18 @@ def run(words: list[str]) -> tuple[int, str]:
 
 
 @contextlib.contextmanager
+def fed(content: bytes | None) -> Iterator[None]:
+    """Standard input, for a while; as it is where nothing is given."""
+    before = sys.stdin
+    if content is not None:
+        sys.stdin = io.TextIOWrapper(io.BytesIO(content), encoding="utf-8")
+    try:
+        yield
+    finally:
+        sys.stdin = before
+
+
+@contextlib.contextmanager
 def within(folder: Path) -> Iterator[None]:
     """The working directory, for a while."""
     before = Path.cwd()
@@ -115,7 +128,9 @@ def transcript(console: str) -> str:
             continue
         program, *words = shlex.split(line[2:])
         assert program == "missionc", f"only missionc is run here, not `{program}`"
-        status, output = run(words)
+        given = Path(words[-1]).read_bytes() if words[-2:-1] == ["<"] else None
+        with fed(given):
+            status, output = run(words if given is None else words[:-2])
         output = TIMED.sub(r"\1 … s", output)
         said.append(f"{line}\n{output}" + (f"[exit status {status}]\n" if status else ""))
     return "".join(said)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from missionc.cli.app import main
-from missionc.diagnostics.code import UNUSABLE_SAMPLE
+from missionc.diagnostics.code import IMPLAUSIBLE_TIME, UNUSABLE_SAMPLE
 from missionc.monitoring.live.samples import Fate, Sample, SampleSteps, StepState
 from tests.support.random_runs import mission_of
 
@@ -77,6 +77,34 @@ def test_an_agent_that_is_seen_after_a_gap_was_missing() -> None:
     assert states[1].doubt[0] == pytest.approx(6.0)
 
 
+def test_a_sample_far_ahead_waits_until_another_one_confirms_it() -> None:
+    steps = SampleSteps(mission_of(2, 30))
+    assert steps.leap == 10.0
+    list(closed(steps, ((0, 0.0, 0.0), (1, 0.0, 5.0), (0, 20.0, 1.0))))
+    assert (steps.next, steps.fates[Fate.AHEAD]) == (1, 1)
+    list(closed(steps, ((0, 20.0, 1.0), (0, 1.0, 0.0), (1, 1.0, 5.0))))
+    assert steps.next == 2
+    list(closed(steps, ((1, 19.0, 5.0),)))
+    assert (steps.next, steps.fates[Fate.AHEAD]) == (20, 0)
+
+
+def test_a_leap_is_a_step_at_least() -> None:
+    steps = SampleSteps(mission_of(2, 30), leap=0.0)
+    list(closed(steps, ((0, 0.0, 0.0), (1, 0.0, 5.0), (0, 1.0, 0.0), (1, 1.0, 5.0))))
+    assert (steps.next, steps.fates) == (2, {})
+
+
+def test_a_sample_far_ahead_is_let_in_when_the_others_have_come_there() -> None:
+    steps = SampleSteps(mission_of(2, 30))
+    list(closed(steps, ((0, 0.0, 0.0), (1, 0.0, 5.0), (0, 14.0, 1.0))))
+    list(closed(steps, ((0, 5.0, 0.0), (1, 5.0, 5.0))))
+    assert (steps.next, steps.fates[Fate.AHEAD]) == (6, 1)
+    states = list(closed(steps, ((1, 14.0, 5.0),)))
+    assert steps.fates == {Fate.AHEAD: 0}
+    assert states[-1].step == 14
+    assert states[-1].missing == ()
+
+
 def test_no_more_samples_are_held_than_came_within_the_wait() -> None:
     steps = SampleSteps(mission_of(2, 1000))
     for number in range(4000):
@@ -131,6 +159,19 @@ def test_a_line_that_cannot_be_used_is_told_and_skipped(
     assert "note: 8 lines could not be used" in streams.out
 
 
+def test_one_time_far_ahead_closes_no_step_and_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = {"t": 3600, "agent": "drone[0]", "position": [1, 1]}
+    live(tmp_path, monkeypatch, [*still(0), wrong, *still(1)])
+    streams = capsys.readouterr()
+    assert f"warning[{IMPLAUSIBLE_TIME.name}]: line 2: the time of `drone[0]`, 3600 s, is far ahead" in streams.err
+    assert "not decided after 2 of 5 steps" in streams.out
+    assert "note: 1 sample lay too far ahead in time" in streams.out
+    live(tmp_path, monkeypatch, [*still(0), wrong, *still(1)], "--leap", "1e6")
+    assert "after 5 of 5 steps" in capsys.readouterr().out
+
+
 def test_a_port_that_is_taken_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
@@ -149,6 +190,47 @@ def test_what_does_not_go_with_live_is_refused(
     words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert live(tmp_path, monkeypatch, [], *words) == 2
+
+
+WAY = ((1, 1), (2.3, 2.3), (3.6, 3.6), (4.5, 4.5), (3.5, 3.5))
+PLANNED = "agent,t,x,y\n" + "".join(f"drone[0],{t},{x},{y}\ndrone[1],{t},2,1\n" for t, (x, y) in enumerate(WAY))
+"""The first drone is at the goal at 3 s, and leaves it."""
+
+
+def flown(*places: tuple[float, float]) -> list[object]:
+    return [{"t": t, "agents": {"drone[0]": place, "drone[1]": [2, 1]}} for t, place in enumerate(places)]
+
+
+def test_what_the_plan_would_lose_is_told_before_it_is_lost_for_good(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = tmp_path / "plan.csv"
+    plan.write_text(PLANNED)
+    assert live(tmp_path, monkeypatch, flown(*WAY[:3], (3.9, 3.9)), "--plan", str(plan)) == 4
+    said = capsys.readouterr().out
+    assert "0.00 s  there  open  robustness -4.243 to 3.757 m, by the plan 0.500 m, decided by 4 s" in said
+    assert "3.00 s  there  lost by the plan  robustness -0.141 m" in said
+    assert "violated" not in said
+
+
+def test_forecasts_are_in_the_records(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = tmp_path / "plan.csv"
+    plan.write_text(PLANNED)
+    live(tmp_path, monkeypatch, flown((1, 1), (1, 1)), "--plan", str(plan), "--format", "json")
+    records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert records[0]["by_plan"] == 0.5
+    assert [each["by_plan"] for each in records[-1]["summary"]["requirements"]] == [0.5, 0.5]
+
+
+@pytest.mark.parametrize(("content", "code"), [("{}", "MC704"), (PLANNED.replace("drone[1]", "scout"), "MC705")])
+def test_a_plan_that_is_none_of_the_mission_is_said(
+    content: str, code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "plan.json").write_text(content)
+    assert live(tmp_path, monkeypatch, [], "--plan", str(tmp_path)) == 1
+    assert f"error[{code}]" in capsys.readouterr().err
 
 
 def test_positions_are_as_far_in_doubt_as_the_agent_may_have_got() -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from importlib.util import find_spec
 from pathlib import Path
 
 import click
@@ -12,9 +14,10 @@ from missionc.base.limits import Limits
 from missionc.cli import sample_lines, summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.flight_page import FlightPage
-from missionc.cli.options import Number, Pairs, existing, files, no_open, of_mission, pair, read_limits
-from missionc.diagnostics.code import NOT_LISTENING
+from missionc.cli.options import Number, Pairs, existing, file_or_folder, files, no_open, of_mission, pair, read_limits
+from missionc.diagnostics.code import EXTRA_MISSING, NOT_LISTENING
 from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
 from missionc.pipeline import driver
 
 
@@ -27,6 +30,14 @@ from missionc.pipeline import driver
 @click.option(
     "--udp", type=sample_lines.port_of, metavar="[HOST:]PORT", help="With --live: as datagrams; on this machine."
 )
+@click.option("--mcap", type=existing, metavar="FILE", help="With --live: as poses of a recording that grows.")
+@click.option(
+    "--topic",
+    type=pair,
+    multiple=True,
+    metavar="TOPIC=NAME",
+    help="With --mcap: an agent's poses; /ROBOT/pose as the export writes them if left out.",
+)
 @click.option(
     "--wait",
     type=Number(min=0, max=1e6),
@@ -36,6 +47,13 @@ from missionc.pipeline import driver
 @click.option(
     "--skew", type=pair, multiple=True, metavar="NAME=SECONDS", help="With --live: an agent's clock is ahead."
 )
+@click.option(
+    "--leap",
+    type=Number(min=0, max=1e9),
+    metavar="SECONDS",
+    help="With --live: a sample further ahead waits to be confirmed; 10 s or more if left out.",
+)
+@click.option("--plan", type=file_or_folder, metavar="FOLDER|TRACE", help="With --live: the plan that is followed.")
 @click.option("--page", is_flag=True, help="With --live: show it on a page in the browser, until Ctrl-C.")
 @no_open
 def command(
@@ -47,22 +65,26 @@ def command(
     continuous: bool,
     live: bool,
     udp: tuple[str, int] | None,
+    mcap: Path | None,
+    topic: Pairs,
     wait: float | None,
     skew: Pairs,
+    leap: float | None,
+    plan: Path | None,
     page: bool,
     no_open: bool,
 ) -> Status:
     """Judge a trace: a plan.json, a CSV file with agent,t,x,y[,z], or with --live states as they come."""
+    asked = Live(udp, mcap, topic, wait, skew, leap, plan, page, no_open)
     if live:
         if continuous or trace not in (None, "-"):
             raise click.UsageError(
                 "`--live` reads states as they come, at the steps: it takes no trace and no `--continuous`"
             )
-        if no_open and not page:
-            raise click.UsageError("`--no-open` is for `--page`, which opens it")
-        return _live(file, overrides, read_limits(limits), form, udp, wait, skew, page, no_open)
-    if udp is not None or wait is not None or skew or page or no_open:
-        raise click.UsageError("`--udp`, `--wait`, `--skew` and `--page` are for `--live`")
+        asked.fit()
+        return _live(file, dict(overrides), read_limits(limits), form, asked)
+    if asked != Live():
+        raise click.UsageError(f"`{asked.first()}` is for `--live`")
     if trace is None:
         raise click.UsageError("Missing argument 'TRACE'.")
     judged = driver.monitor(
@@ -74,42 +96,87 @@ def command(
     return Status.DONE if judged.satisfied else Status.VIOLATED
 
 
-def _live(
-    file: Path,
-    overrides: Pairs,
-    limits: Limits,
-    form: str,
-    udp: tuple[str, int] | None,
-    wait: float | None,
-    skew: Pairs,
-    page: bool,
-    no_open: bool,
-) -> Status:
-    ahead = {name: _seconds(name, text) for name, text in skew}
+@dataclass(frozen=True, slots=True)
+class Live:
+    """What goes with ``--live``, each under the name of its flag."""
+
+    udp: tuple[str, int] | None = None
+    mcap: Path | None = None
+    topic: Pairs = ()
+    wait: float | None = None
+    skew: Pairs = ()
+    leap: float | None = None
+    plan: Path | None = None
+    page: bool = False
+    no_open: bool = False
+
+    def first(self) -> str:
+        """The first flag that was given."""
+        given = next(each.name for each in fields(self) if getattr(self, each.name) != each.default)
+        return f"--{given.replace('_', '-')}"
+
+    def fit(self) -> None:
+        """Refuse flags that do not go together."""
+        if self.no_open and not self.page:
+            raise click.UsageError("`--no-open` is for `--page`, which opens it")
+        if self.topic and not self.mcap:
+            raise click.UsageError("`--topic` is for `--mcap`, which has topics")
+        if self.mcap and self.udp:
+            raise click.UsageError("states come either from `--mcap` or over `--udp`")
+
+
+def _live(file: Path, overrides: dict[str, str], limits: Limits, form: str, asked: Live) -> Status:
+    ahead = {name: _seconds(name, text) for name, text in asked.skew}
     try:
-        checked, session = driver.live_session(file, overrides=dict(overrides), limits=limits, wait=wait, skew=ahead)
+        checked, session = driver.live_session(
+            file, overrides=overrides, limits=limits, wait=asked.wait, skew=ahead, leap=asked.leap, plan=asked.plan
+        )
     except KeyError as error:
         raise click.UsageError(f"`--skew` names `{error.args[0]}`; the mission has no such agent") from None
     if session is None or checked.kernel is None:
         say(checked.findings, [], form, {})
         return Status.MISSION_ERRORS
-    lines: Iterable[str] = sample_lines.of_standard_input()
-    if udp is not None:
-        try:
-            lines = sample_lines.of_socket(sample_lines.listen(*udp))
-        except (OSError, ValueError) as error:  # the latter, of a name that no host can have
-            why = getattr(error, "strerror", None) or "no host has such a name"
-            reason = f"nothing can be received on port {udp[1]} of {udp[0]}: {why}"
-            finding = Diagnostic(NOT_LISTENING, reason, None, help="name another port, or end what listens there")
-            say([*checked.findings, finding], [], form, {})
-            return Status.MISSION_ERRORS
+    lines = _lines(asked, session.mission)
+    if isinstance(lines, Diagnostic):
+        say([*checked.findings, lines], [], form, {})
+        return Status.MISSION_ERRORS
     from missionc.cli import live_monitor  # numpy, which no other use of this module loads before it has to
 
     if form == "text":
         say(checked.findings, [], form, {})
         sys.stdout.flush()
-    shown = FlightPage(session.mission, checked.kernel) if page else None
-    return live_monitor.run(session, lines, form, shown, no_open)
+    shown = FlightPage(session.mission, checked.kernel) if asked.page else None
+    if shown and session.plan:
+        shown.set_plan(session.plan)
+    return live_monitor.run(session, lines, form, shown, asked.no_open)
+
+
+def _lines(asked: Live, mission: Mission) -> Iterator[str] | Diagnostic:
+    """Where the samples come from, or why none can."""
+    if asked.udp is not None:
+        host, port = asked.udp
+        try:
+            return sample_lines.of_socket(sample_lines.listen(host, port))
+        except (OSError, ValueError) as error:  # the latter, of a name that no host can have
+            why = getattr(error, "strerror", None) or "no host has such a name"
+            reason = f"nothing can be received on port {port} of {host}: {why}"
+            return Diagnostic(NOT_LISTENING, reason, None, help="name another port, or end what listens there")
+    if asked.mcap is None:
+        return sample_lines.of_standard_input()
+    if not find_spec("mcap"):
+        help_ = "install it with `pip install 'missionc[export]'`"
+        message = "a recording in MCAP needs the package mcap, which is not installed"
+        return Diagnostic(EXTRA_MISSING, message, None, help=help_)
+    from missionc.monitoring.live.mcap_poses import McapPoses
+    from missionc.output.export.verified_flight import robot_names
+
+    robots = robot_names(mission)
+    topics = dict(asked.topic)
+    unknown = next((name for name in topics.values() if name not in robots), None)
+    if unknown is not None:
+        raise click.UsageError(f"`--topic` names `{unknown}`; the mission has no such agent")
+    topics = topics or {f"/{robot}/pose": name for name, robot in robots.items()}
+    return sample_lines.of_recording(asked.mcap, McapPoses(topics, mission.dimension))
 
 
 def _seconds(name: str, text: str) -> float:

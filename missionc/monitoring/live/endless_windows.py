@@ -5,11 +5,15 @@ out  a formula of the same robustness at step 0 in every run, whose values need 
 
 ``always[0, end] (a or eventually[0, end] b)`` says at the last step H that at every step back to 0 there is ``a`` or
 ``b``, or has been ``b`` since: that is a past ``Release``, which goes on from step to step. Its dual is ``since``.
+
+``always[0, end] (a or h until[0, end] b)`` asks for the same at H, and that before H there is ``h`` at every step that
+has had no ``b`` since a step with neither ``a`` nor ``b``: there ``h``, or the past ``Release``.
+Both are monotone formulas that hold in the same runs, so that they are of the same robustness in every run.
 """
 
 from __future__ import annotations
 
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until, WindowNode
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until, UntilNode, WindowNode
 from missionc.kernel.walk import children, looks_back, rebuilt
 
 
@@ -48,11 +52,16 @@ def _put_otherwise(node: WindowNode, last: int, wholes: dict[tuple[bool, Node], 
     if len(endless) != 1:
         return node
     (inner,) = endless
-    assert isinstance(inner, WindowNode)
+    assert isinstance(inner, WindowNode | UntilNode)
+    end = inner.body if isinstance(inner, WindowNode) else inner.end
     others = tuple(part for part in parts if part is not inner)
     kind = Release if node.every else Until
-    back = kind(inner.body, other((*others, inner.body), node.span), -last, 0, node.span)
-    return Always(back, last, last, node.span)
+    back = kind(end, other((*others, end), node.span), -last, 0, node.span)
+    at_last = Always(back, last, last, node.span)
+    if isinstance(inner, WindowNode):
+        return at_last
+    before = (Always if node.every else Eventually)(other((inner.hold, back), node.span), 0, last - 1, node.span)
+    return same((before, at_last), node.span)
 
 
 def _whole(node: WindowNode, part: Node, last: int, wholes: dict[tuple[bool, Node], Node]) -> Node:
@@ -67,9 +76,9 @@ def _whole(node: WindowNode, part: Node, last: int, wholes: dict[tuple[bool, Nod
 
 
 def _is_endless(node: Node, every: bool) -> bool:
-    """Whether it is a window from the present step to the mission's end, of the one kind or the other."""
+    """Whether it is an operator from the present step to the mission's end, of the one kind or the other."""
     return (
-        isinstance(node, WindowNode)
+        isinstance(node, WindowNode | UntilNode)
         and not looks_back(node)
         and (node.low, node.high) == (0, None)
         and node.every is every

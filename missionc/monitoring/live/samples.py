@@ -21,6 +21,9 @@ from missionc.ir import Mission
 ON_TIME = 1e-6
 """Seconds: a sample so near to a step is at it, and two of an agent so near to each other are one."""
 
+PLAUSIBLE = 10.0
+"""Seconds: a sample further ahead than so much, and than three steps and the wait, has to be confirmed."""
+
 UNSEEN = 1e9
 """Metres: how far an agent may be from anywhere before its first sample came."""
 
@@ -46,6 +49,8 @@ class Fate(Enum):
     """Its step was closed: it is dropped."""
     DOUBLED = "doubled"
     """There is one of the agent at that time, which counts: it is dropped."""
+    AHEAD = "ahead"
+    """It is too far ahead of all others to be believed alone: it is set aside until another one confirms it."""
     REORDERED = "reordered"
     """One of the agent with a later time came before it: it is sorted in."""
 
@@ -76,11 +81,21 @@ class SampleSteps:
     Args:
         wait: seconds of the stream's own time; one step where it is left out.
         skew: by how many seconds the clock of an agent (mission index) is ahead.
+        leap: seconds that a sample may be ahead of all others before another one has to confirm it; a step at least.
     """
 
-    def __init__(self, mission: Mission, wait: float | None = None, skew: Mapping[int, float] | None = None) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        wait: float | None = None,
+        skew: Mapping[int, float] | None = None,
+        leap: float | None = None,
+    ) -> None:
         self.mission, self.skew = mission, dict(skew or {})
         self.wait = float(mission.step) if wait is None else wait
+        step = float(mission.step)
+        self.leap = max(PLAUSIBLE, 3 * step + self.wait) if leap is None else max(leap, step)
+        self.ahead: dict[int, tuple[float, Sample]] = {}
         self.tracks = [_Track() for _ in mission.agents]
         self.top_speed = [agent.dynamics.top_speed for agent in mission.agents]
         self.next = 0
@@ -98,6 +113,31 @@ class SampleSteps:
     def add(self, sample: Sample) -> Iterator[StepState]:
         """The steps that a sample closes, in order."""
         time = sample.time - self.skew.get(sample.agent, 0.0)
+        confirmed = self._is_far(time)
+        if confirmed and not self._is_confirmed(sample.agent, time):
+            doubled = abs(self.ahead.get(sample.agent, (-np.inf, sample))[0] - time) <= ON_TIME
+            self.fates[Fate.DOUBLED if doubled else Fate.AHEAD] += 1
+            self.ahead[sample.agent] = time, sample
+            return
+        yield from self._take(sample, time)
+        # Whom this one confirms, and whom the others have caught up with.
+        for agent, (held, other) in sorted(self.ahead.items(), key=lambda item: item[1][0]):
+            if held <= self.newest or (confirmed and not self._is_far(held)):
+                del self.ahead[agent]
+                self.fates[Fate.AHEAD] -= 1
+                yield from self._take(other, held)
+
+    def _is_far(self, time: float) -> bool:
+        return time > max(self.newest, 0.0) + self.leap
+
+    def _is_confirmed(self, agent: int, time: float) -> bool:
+        """Whether a sample that was set aside, of another agent or of another time, says that it is about then."""
+        return any(
+            abs(held - time) <= self.leap and (other != agent or abs(held - time) > ON_TIME)
+            for other, (held, _) in self.ahead.items()
+        )
+
+    def _take(self, sample: Sample, time: float) -> Iterator[StepState]:
         track = self.tracks[sample.agent]
         if time <= self._time(self.next - 1) + (ON_TIME if self.next else -np.inf):
             self.fates[Fate.LATE] += 1

@@ -12,10 +12,12 @@ from dataclasses import dataclass
 
 from missionc.base.figures import counted
 from missionc.base.limits import Limits
+from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.kernel.analysis import robustness_unit
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.live.judge import LiveJudge
+from missionc.monitoring.live.plan_forecast import PlanForecast
 from missionc.monitoring.live.read_samples import SampleReader, UnusableError
 from missionc.monitoring.live.samples import Fate, SampleSteps, StepState
 from missionc.monitoring.live.verdicts import Standing, Verdict
@@ -23,10 +25,26 @@ from missionc.monitoring.live.verdicts import Standing, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A goal whose verdict or risk is another one than a step before; ``unit`` is that of its robustness."""
+    """A goal whose verdict or risk is another one than a step before; ``unit`` is that of its robustness.
+
+    ``by_plan`` is its robustness if everybody follows the plan from here on; None where it is decided, or there is
+    no plan.
+    """
 
     step: int
     standing: Standing
+    unit: str
+    preference: bool
+    by_plan: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """An open goal that would be lost if everybody follows the plan from here on, or that no longer would."""
+
+    step: int
+    name: str
+    margin: float
     unit: str
     preference: bool
 
@@ -58,20 +76,33 @@ class Unusable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """A step that was judged: where the team was, and how every goal stands, requirements first."""
+    """A step that was judged: where the team was, and how every goal stands, requirements first.
+
+    ``by_plan`` has the forecasts of open goals by the plan, by the goals' numbers.
+    """
 
     state: StepState
     standings: tuple[Standing, ...]
+    by_plan: Mapping[int, float]
 
 
-Event = Change | Presence | Outrun | Unusable | Judged
+@dataclass(frozen=True, slots=True)
+class Implausible:
+    """A sample that was set aside, by the number of its line: it is too far ahead in time to be believed alone."""
+
+    line: int
+    agent: str
+    time: float
+
+
+Event = Implausible | Change | Forecast | Presence | Outrun | Unusable | Judged
 
 
 class Session:
     """One mission as it is flown. Memory does not grow with the lines that are fed.
 
     Args:
-        wait, skew: as of ``SampleSteps``.
+        wait, skew, leap: as of ``SampleSteps``.
     """
 
     def __init__(
@@ -81,16 +112,21 @@ class Session:
         limits: Limits | None = None,
         wait: float | None = None,
         skew: Mapping[int, float] | None = None,
+        leap: float | None = None,
     ) -> None:
         self.mission = mission
         self.judge = LiveJudge(mission, kernel)
         self.reader = SampleReader(mission, kernel, limits)
-        self.steps = SampleSteps(mission, wait, skew)
+        self.steps = SampleSteps(mission, wait, skew, leap)
         self.units = [robustness_unit(goal.formula) for goal in self.judge.goals]
         self.requirements = len(kernel.requirements)
         self.standings: tuple[Standing, ...] = ()
         self.missing: frozenset[int] = frozenset()
         self.lines = self.unusable = 0
+        self.kernel = kernel
+        self.plan: Trace | None = None
+        self.forecast: PlanForecast | None = None
+        self.by_plan: Mapping[int, float] = {}
 
     @property
     def over(self) -> bool:
@@ -105,6 +141,12 @@ class Session:
             return Verdict.VIOLATED
         return Verdict.SATISFIED if self.standings and Verdict.OPEN not in judged else Verdict.OPEN
 
+    def follow(self, plan: Trace | None) -> None:
+        """Forecast by this plan, which has all of the mission's steps, from the next step on; None for no plan."""
+        self.plan = plan
+        self.forecast = None if plan is None else PlanForecast(self.mission, self.kernel, plan)
+        self.by_plan = {}
+
     def feed(self, line: str) -> Iterator[Event]:
         """Take in a line; an empty one says nothing."""
         self.lines += 1
@@ -117,8 +159,11 @@ class Session:
             yield Unusable(self.lines, str(error))
             return
         for sample in samples:
+            set_aside = self.steps.fates[Fate.AHEAD]
             for state in self.steps.add(sample):
                 yield from self._judged(state)
+            if self.steps.fates[Fate.AHEAD] > set_aside:
+                yield Implausible(self.lines, self.mission.agents[sample.agent].name, sample.time)
 
     def finish(self) -> Iterator[Event]:
         """The stream has ended: judge the steps that it has reached."""
@@ -130,6 +175,7 @@ class Session:
         words = {
             Fate.LATE: "came after their step was closed, and were dropped",
             Fate.DOUBLED: "were of an agent and a time that had one, and were dropped",
+            Fate.AHEAD: "lay too far ahead in time, with nothing to confirm it",
             Fate.REORDERED: "came out of order, and were sorted in",
         }
         fates = self.steps.fates
@@ -147,12 +193,21 @@ class Session:
         self.missing = missing
         before = self.standings
         self.standings = self.judge.advance(state.position, state.velocity, state.heading, state.doubt)
+        planned = self.by_plan
+        if self.forecast is not None:
+            opened = [number for number, each in enumerate(self.standings) if each.verdict is Verdict.OPEN]
+            self.by_plan = self.forecast.take(state, opened)
         if self.judge.outrun - outrun:
             yield Outrun(state.step, self._names(self.judge.outrun - outrun))
         for number, standing in enumerate(self.standings):
             if not before or _said(standing) != _said(before[number]):
-                yield Change(state.step, standing, self.units[number], number >= self.requirements)
-        yield Judged(state, self.standings)
+                by_plan = self.by_plan.get(number)
+                yield Change(state.step, standing, self.units[number], number >= self.requirements, by_plan)
+        for number, margin in self.by_plan.items():
+            if (margin < 0) != (planned.get(number, 0.0) < 0):
+                name, preference = self.standings[number].name, number >= self.requirements
+                yield Forecast(state.step, name, margin, self.units[number], preference)
+        yield Judged(state, self.standings, self.by_plan)
 
     def _names(self, agents: set[int] | frozenset[int]) -> tuple[str, ...]:
         return tuple(self.mission.agents[agent].name for agent in sorted(agents))

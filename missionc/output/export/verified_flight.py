@@ -87,16 +87,22 @@ def flight(mission: Mission, kernel: Kernel, trace: Trace, texts: Mapping[str, s
     Raises:
         ValueError: a text does not hold polynomials.
     """
-    files = file_names(mission.agents)
-    robots = _robots([files[agent.name] for agent in mission.agents])
+    files, robots = file_names(mission.agents), robot_names(mission)
     parts = []
     for agent in mission.agents:
         text = texts[agent.name]
         pieces = read(text)
         if isinstance(pieces, str):
             raise ValueError(f"{agent.name}: {pieces}")
-        parts.append(Part(agent, files[agent.name], robots[agent.index], text, pieces))
+        parts.append(Part(agent, files[agent.name], robots[agent.name], text, pieces))
     return Flight(mission, kernel, trace, tuple(parts))
+
+
+def robot_names(mission: Mission) -> dict[str, str]:
+    """What each agent is called in ROS 2, by the agent's name."""
+    files = file_names(mission.agents)
+    robots = _robots([files[agent.name] for agent in mission.agents])
+    return {agent.name: robot for agent, robot in zip(mission.agents, robots, strict=True)}
 
 
 def _robots(files: list[str]) -> list[str]:

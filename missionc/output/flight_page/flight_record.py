@@ -16,13 +16,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.figures import decimals
 from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.kernel.analysis import robustness_unit
 from missionc.kernel.nodes import Kernel
 from missionc.language.walk_formulas import goals
-from missionc.monitoring.live.samples import StepState
-from missionc.monitoring.live.session import Change, Event, Judged, Outrun, Presence, Unusable
+from missionc.monitoring.live.session import Change, Event, Forecast, Implausible, Judged, Outrun, Presence, Unusable
 from missionc.monitoring.live.verdicts import Standing, Verdict
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.requirement_lanes import HARMS, HELPS, OPEN
@@ -99,8 +99,14 @@ class FlightRecord:
         """What a session says."""
         seconds = float(self.mission.step)
         match event:
-            case Judged(state, standings):
-                self._judged(state, standings)
+            case Judged():
+                self._judged(event)
+            case Forecast(step, name, margin, unit):
+                says = f"{name} is lost by the plan" if margin < 0 else f"{name} is kept by the plan again"
+                number = f"{says}: {decimals(margin)} {unit}".rstrip()
+                self.tell(
+                    f"{number}, if everybody goes on as planned", "risk" if margin < 0 else "plain", step * seconds
+                )
             case Change(step, standing, unit):
                 if standing.verdict is not Verdict.OPEN:
                     self._since[self._index(standing.name)] = step * seconds
@@ -114,6 +120,8 @@ class FlightRecord:
             case Outrun(step, agents):
                 says = f"{', '.join(agents)} faster than the top speed: what rested on it is taken back"
                 self.tell(says, "bad", step * seconds)
+            case Implausible(line, agent, time):
+                self.tell(f"line {line} is set aside: {time:g} s of {agent} is far ahead of all others", "risk")
             case Unusable(line, reason):
                 self.tell(f"line {line} cannot be used: {reason}", "plain")
 
@@ -130,8 +138,8 @@ class FlightRecord:
         """Nothing more will come; ``says`` why, in words."""
         self._ended = says
 
-    def _judged(self, state: StepState, standings: tuple[Standing, ...]) -> None:
-        self._now = Judged(state, standings)
+    def _judged(self, judged: Judged) -> None:
+        self._now, state, standings = judged, judged.state, judged.standings
         if state.step % self.stride:
             return
         column = state.step // self.stride
@@ -232,8 +240,9 @@ def _now(judged: Judged, since: list[float], seconds: float) -> dict[str, Any]:
                 "most": _number(each.most),
                 "by": each.decided_by * seconds,
                 "since": when,
+                "plan": _number(judged.by_plan.get(index, math.inf)),
             }
-            for each, when in zip(judged.standings, since, strict=True)
+            for index, (each, when) in enumerate(zip(judged.standings, since, strict=True))
         ],
     }
 
@@ -242,7 +251,7 @@ def _change(standing: Standing, unit: str, seconds: float) -> tuple[str, Tone]:
     """A verdict that changed, as a sentence."""
     match standing.verdict:
         case Verdict.VIOLATED:
-            least = "" if not math.isfinite(standing.most) else f"; at most {standing.most:.3f} {unit}".rstrip()
+            least = "" if not math.isfinite(standing.most) else f"; at most {decimals(standing.most)} {unit}".rstrip()
             return f"{standing.name} is lost: violated for good{least}", "bad"
         case Verdict.SATISFIED:
             return f"{standing.name} is satisfied for good", "good"

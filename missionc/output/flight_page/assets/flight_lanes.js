@@ -53,6 +53,9 @@ function standing({ now, unit }) {
   const value = `${now.least === now.most ? least : `${least} to ${most}`} ${unit}`.trim();
   if (now.verdict === "satisfied") return { state: "helps", stands: `✓ satisfied for good from ${tidy(now.since)} s`, value };
   if (now.verdict === "violated") return { state: "harms", stands: `✗ lost from ${tidy(now.since)} s`, value };
-  const by = `decided by ${tidy(now.by)} s`;
+  const lost = now.plan !== null && now.plan < 0;
+  const planned = now.plan === null ? "" : `${lost ? "lost by the plan" : "by the plan"} ${`${short(now.plan)} ${unit}`.trim()}, `;
+  const by = `${planned}decided by ${tidy(now.by)} s`;
+  if (lost && !now.risk) return { state: "risk", stands: `▲ ${by}`, value };
   return now.risk ? { state: "risk", stands: `▲ at risk, ${by}`, value } : { state: "open", stands: `… open, ${by}`, value };
 }

@@ -88,7 +88,9 @@ function drawArea(context, lane, agent, model, place, palette) {
   const start = agent * model.states;
   const zero = place.up(0);
   for (const run of runs(lane, agent, model)) {
-    const [from, to] = [place.across(run.begin), Math.max(place.across(run.begin) + 2, place.across(Math.min(run.end, model.data.steps)))];
+    // What has not been reached yet, where time goes on, is left blank.
+    const end = Math.min(run.end, model.data.steps, (model.reached ?? model.states) - 1);
+    const [from, to] = [place.across(run.begin), Math.max(place.across(run.begin) + 2, place.across(end))];
     context.fillStyle = palette[run.state];
     if (row.verdict) {
       context.globalAlpha = run.state === "open" ? 0.45 : 0.35;

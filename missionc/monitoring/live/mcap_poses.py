@@ -1,0 +1,138 @@
+"""Poses in a recording in MCAP that grows: its bytes, as they come, to lines of samples.
+
+in   bytes of a recording, in pieces of any size; which topic has the poses of which agent
+out  a line of JSON for each pose, as ``SampleReader`` reads it
+
+Poses are Foxglove's ``PoseInFrame`` in JSON, as the export to MCAP writes them, or ``geometry_msgs/msg/PoseStamped``
+of ROS 2 in CDR. A record that is not whole yet waits for the rest of it. Times count from the first pose.
+
+Source:
+    MCAP specification, version 0; OMG, DDS-XTYPES 1.3, 7.4.1 (plain CDR).
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import struct
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+MAGIC = b"\x89MCAP0\r\n"
+CHUNK, FOOTER = 0x06, 0x02
+FOXGLOVE, ROS = "foxglove.PoseInFrame", "geometry_msgs/msg/PoseStamped"
+
+LARGEST = 64 << 20
+"""Bytes of a record, and of a chunk unpacked: far more than recorders put together."""
+
+
+NANO = 1_000_000_000
+
+
+class BrokenRecordingError(ValueError):
+    """What comes is no recording in MCAP; the text says why."""
+
+
+class McapPoses:
+    """A recording as far as it has come.
+
+    Args:
+        agents: the agent's name for each topic that has its poses.
+        dimension: of the mission: how many of three coordinates are handed on.
+    """
+
+    def __init__(self, agents: Mapping[str, str], dimension: int) -> None:
+        self.agents, self.dimension = dict(agents), dimension
+        self.over = False
+        """Whether the recording has been closed."""
+        self._rest = b""
+        self._begun = False
+        self._schemas: dict[int, str] = {}
+        self._channels: dict[int, tuple[str, str, str]] = {}
+        self._first: int | None = None
+
+    def feed(self, data: bytes) -> Iterator[str]:
+        """The lines of the poses that are whole now.
+
+        Raises:
+            BrokenRecordingError: this is no MCAP, or a record in it cannot be read.
+        """
+        self._rest += data
+        if not self._begun:
+            if not MAGIC.startswith(self._rest[: len(MAGIC)]):
+                raise BrokenRecordingError("it does not begin as MCAP does")
+            if len(self._rest) < len(MAGIC):
+                return
+            self._rest, self._begun = self._rest[len(MAGIC) :], True
+        at = 0
+        try:
+            while not self.over and at + 9 <= len(self._rest):
+                kind, size = struct.unpack_from("<BQ", self._rest, at)
+                if size > LARGEST:
+                    raise BrokenRecordingError(f"a record claims {size} bytes, more than the {LARGEST} that are read")
+                if at + 9 + size > len(self._rest):
+                    break
+                record = self._rest[at : at + 9 + size]
+                at += 9 + size
+                self.over = kind == FOOTER
+                if not self.over:
+                    yield from self._record(kind, record)
+        finally:
+            self._rest = self._rest[at:]
+
+    def _record(self, kind: int, record: bytes) -> Iterator[str]:
+        from mcap.records import Channel, Message, Schema
+        from mcap.stream_reader import StreamReader
+
+        if kind == CHUNK and (len(record) < 41 or struct.unpack_from("<Q", record, 25)[0] > LARGEST):
+            raise BrokenRecordingError("a chunk in it is too large, or too short")
+        try:
+            # A footer ends the reader of one record.
+            closed = io.BytesIO(record + struct.pack("<BQQQI", FOOTER, 20, 0, 0, 0) + MAGIC)
+            found = list(StreamReader(closed, skip_magic=True, validate_crcs=True).records)
+        except Exception as error:  # of the library, and of whatever unpacks for it
+            raise BrokenRecordingError(f"a record in it cannot be read ({type(error).__name__})") from None
+        for each in found:
+            match each:
+                case Schema():
+                    self._schemas[each.id] = each.name
+                case Channel() if each.topic in self.agents:
+                    schema = self._schemas.get(each.schema_id, "")
+                    self._channels[each.id] = self.agents[each.topic], schema, each.message_encoding
+                case Message() if each.channel_id in self._channels:
+                    yield self._line(*self._channels[each.channel_id], each.data)
+
+    def _line(self, agent: str, schema: str, encoding: str, data: bytes) -> str:
+        try:
+            if (schema, encoding) == (FOXGLOVE, "json"):
+                time, place, turn = _foxglove(json.loads(data))
+            elif (schema, encoding) == (ROS, "cdr"):
+                time, place, turn = _ros(data)
+            else:
+                return json.dumps(f"{schema} in {encoding}")
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError, struct.error):
+            return json.dumps(f"no {schema} for {agent}")
+        if self._first is None:
+            self._first = time
+        x, y, z, w = turn
+        heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        position = place[: self.dimension]
+        sample = {"t": (time - self._first) / 1e9, "agent": agent, "position": position, "heading": heading}
+        return json.dumps(sample)
+
+
+def _foxglove(message: Any) -> tuple[int, list[float], list[float]]:
+    stamp, pose = message["timestamp"], message["pose"]
+    place, turn = pose["position"], pose["orientation"]
+    time = int(stamp["sec"]) * NANO + int(stamp["nsec"])
+    return time, [float(place[axis]) for axis in "xyz"], [float(turn[axis]) for axis in "xyzw"]
+
+
+def _ros(data: bytes) -> tuple[int, list[float], list[float]]:
+    """A stamp, the name of a frame, and seven numbers that begin at the next multiple of 8 after the first 4 bytes."""
+    order = "<" if data[1:2] == b"\x01" else ">"
+    sec, nanosec, length = struct.unpack_from(f"{order}iII", data, 4)
+    begin = 4 + -(-(12 + length) // 8) * 8
+    numbers = struct.unpack_from(f"{order}7d", data, begin)
+    return sec * NANO + nanosec, list(numbers[:3]), list(numbers[3:])
