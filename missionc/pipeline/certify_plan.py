@@ -71,6 +71,7 @@ def certify_plan(
     # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
     from missionc.output.notebook_ground import notebook_ground
     from missionc.output.output_files import Provenance, emit
+    from missionc.pipeline.plan_ways import plan_ways
     from missionc.verify.verify_plan import verify
 
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
@@ -111,7 +112,7 @@ def certify_plan(
         provenance = Provenance(
             inputs(checked), (*given(checked, options), *asked_for(exports)), cut_short, options.stretch, data(checked)
         )
-        output = emit(mission, kernel, verified, certificate, provenance, exports)
+        output = emit(mission, kernel, verified, certificate, provenance, exports, partial(plan_ways, budget=budget))
     if isinstance(output, Diagnostic):
         return Certified(checked, Refused(), (output,))
     report = replace(report, notes=(*report.notes, *output.notes))
@@ -127,5 +128,6 @@ def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
         limits=budget.limits,
         stretch=options.stretch,
         vehicle=checked.vehicle,
+        poses=checked.poses,
     )
     return replace(longer, choice=checked.choice, seconds=checked.seconds)

@@ -31,9 +31,11 @@ from missionc.output.folder.file_names import (
     MOST_ALTERNATIVES,
     file_names,
     polynomials_file,
+    way_file,
 )
 from missionc.pipeline.checked import Checked
 from missionc.replay.folder_files import FolderFiles, check_mission, names_and_hashes, parsed, read_files, unusable
+from missionc.verify.flight.way_missions import Stage, Ways, is_whole
 
 PLAN, CERTIFICATE = "plan.json", "certificate.json"
 
@@ -51,6 +53,7 @@ class OutputFolder:
         checked: its mission, without an error.
         trace: its plan.
         flights: the text of each agent's polynomials, by the agent's name; empty where the file is missing.
+        ways: likewise of the ways from the floor and back to it, those that the folder holds any file of.
         alternatives: the folders of further plans in it, by their names relative to it.
     """
 
@@ -64,6 +67,7 @@ class OutputFolder:
     kernel: Kernel
     trace: Trace
     flights: Mapping[str, str]
+    ways: Ways = field(default_factory=dict)
     alternatives: Mapping[str, OutputFolder] = field(default_factory=dict)
 
     def text(self, name: str) -> str:
@@ -139,4 +143,14 @@ def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic
             agent.name: files.get(polynomials_file(names[agent.name]), b"").decode("utf-8", errors="replace")
             for agent in checked.mission.agents
         },
+        ways=_ways(checked.mission, files) if is_whole(checked.mission) else {},
     )
+
+
+def _ways(mission: Mission, files: Mapping[str, bytes]) -> Ways:
+    names, found = file_names(mission.agents), {}
+    for stage in Stage:
+        own = {agent.name: files.get(way_file(stage.value, names[agent.name])) for agent in mission.agents}
+        if any(content is not None for content in own.values()):
+            found[stage] = {name: (content or b"").decode("utf-8", errors="replace") for name, content in own.items()}
+    return found

@@ -22,6 +22,8 @@ from missionc.replay.rebuild.rebuild_documents import check_documents
 from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED, unjudged, verdict
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.check_certificate import check_certificate
+from missionc.verify.flight.verify_whole_flight import verify_whole_flight
+from missionc.verify.flight.way_missions import is_whole
 from missionc.verify.verify_plan import verify, verify_between, verify_polynomials, with_delays
 
 MOST_REASONS = 8
@@ -71,6 +73,8 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     if flown.passed:
         flown = with_delays(mission, kernel, trace, flown)
         flown = flown.joined(verify_polynomials(mission, kernel, trace, opened.flights))
+    if flown.passed and is_whole(mission):
+        flown = flown.joined(verify_whole_flight(mission, opened.flights, opened.ways))
     documents: tuple[Check, ...] = ()
     if flown.passed:
         flown = flown.joined(verify_between(mission, kernel, trace, opened.flights))

@@ -20,18 +20,21 @@ from missionc.output.folder.file_names import (
     MOST_ALTERNATIVES,
     REPORT,
     SIMULATION,
+    WHOLE_FLIGHT,
     file_names,
     polynomials_file,
+    way_file,
 )
 from missionc.output.folder.manifest import PACKAGES
 from missionc.output.with_alternatives import OPTION
-from missionc.pipeline.provenance import inputs
+from missionc.pipeline.provenance import POSES, inputs
 from missionc.replay.folder_files import VEHICLE, options
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder
 from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import is_version, shown
+from missionc.verify.flight.way_missions import is_whole
 
 KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
 LARGEST_SEED = 2**63 - 1
@@ -78,6 +81,7 @@ def _versions(versions: object) -> str:
 OPTIONS: Mapping[str, Callable[[str], bool]] = {
     **{each.name: each.kind.admits for each in DESCRIBED.values() if each.recorded is not Recorded.NEVER},
     VEHICLE: lambda text: text in profiles(),
+    POSES: bool,
     OPTION: lambda text: Whole(2, MOST_ALTERNATIVES).admits(text),
     "backend": lambda text: text == "auto",
     "export": lambda text: bool(text) and len(set(text.split(","))) == text.count(",") + 1,
@@ -117,4 +121,6 @@ def _known(opened: OutputFolder) -> set[str]:
     flights = (polynomials_file(names[agent.name]) for agent in opened.mission.agents)
     further = (file for file in opened.files if file.startswith(tuple(f"{name}/" for name in opened.alternatives)))
     table = (ALTERNATIVES,) if OPTION in options(opened.manifest) else ()
-    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *flights, *table, *further}
+    whole = (WHOLE_FLIGHT,) if is_whole(opened.mission) else ()
+    ways = (way_file(stage.value, names[name]) for stage, texts in opened.ways.items() for name in texts)
+    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *flights, *whole, *ways, *table, *further}

@@ -1,0 +1,211 @@
+"""Planning of the ways before and after a mission: from above the pads to the starts, and from the finishes home.
+
+in   Mission, the texts of the polynomials that fly it, Budget
+out  the texts of both ways; or why there is none
+says MC740
+
+All at once on straight lines first; where these meet each other or something that stands in the way, on a roadmap, by
+the planner of missions. Either is fitted and proved as a mission's flight is, and flown slower where vehicles need it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from missionc.backends.api import Budget, Impossible, Planned, Progress, forget, ignore, unheard
+from missionc.backends.load import load
+from missionc.backends.options import Options
+from missionc.base.trace import Array, Trace
+from missionc.diagnostics.code import NEEDS_MORE_TIME, NO_WAY
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.flight.crazyflie import Flyable, crazyflie
+from missionc.ir import Mission
+from missionc.ir.wording import listed
+from missionc.output.output_files import WholeFlight
+from missionc.pipeline.plan_with_margin import plan_with_margin
+from missionc.verify.certificate import Certificate, Check
+from missionc.verify.flight.flight_phases import rest_to_rest
+from missionc.verify.flight.vehicle_claims import PIECE_BYTES
+from missionc.verify.flight.verify_whole_flight import pieces_of, verify_whole_flight
+from missionc.verify.flight.way_missions import (
+    NOTHING_REQUIRED,
+    Stage,
+    Way,
+    distance_of,
+    is_whole,
+    way_mission,
+    ways_of,
+)
+from missionc.verify.verify_plan import verify
+
+AT_ONCE = 2
+"""Steps of a way on straight lines."""
+QUICK = 0.6
+"""The share of its speed at which a vehicle goes on a roadmap: it has to come to that from rest."""
+BEFORE = (1.5, 2.5, 4.0)
+"""How many times the steps of the longest line a way on a roadmap may take."""
+SLOWER, TIMES = 1.25, 8
+"""How many times slower a way is flown that is too fast, and how often at most."""
+FEWEST = 3
+"""Pieces of a way, where it can be flown in so few."""
+SEARCH = 20.0
+"""Seconds for one search on roadmaps."""
+UNLIMITED = 2.0
+"""m/s, of vehicles that say nothing of their own."""
+
+
+def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> WholeFlight | Diagnostic | None:
+    """The ways of a mission that comes from the floor, with what was verified of them; None of one that does not."""
+    if not is_whole(mission):
+        return None
+    flown = pieces_of(mission, files)
+    assert not isinstance(flown, Check), "polynomials that were verified can be read"
+    found: dict[Stage, Mapping[str, str]] = {}
+    memory = min(agent.vehicle.memory for agent in mission.agents)
+    left = memory // PIECE_BYTES - next(iter(flown.values())).duration.size
+    for stage, way in ways_of(mission, flown).items():
+        if not way.needed:
+            continue
+        budget.listen(Progress("emit", detail=f"the way {stage.value}"))
+        own = _plan(mission, stage, way, budget, left)
+        if isinstance(own, Diagnostic):
+            return own
+        found[stage] = own
+    judged = verify_whole_flight(mission, files, found)
+    return WholeFlight(found, judged) if judged.passed else _refused(mission, judged)
+
+
+def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -> Mapping[str, str] | Diagnostic:
+    """
+    Args:
+        left: pieces for which memories have room beside the mission's.
+    """
+    position, lasts = _straight(mission, way), _seconds(mission, way)
+    nearest: Diagnostic | None = None
+    if _clear(way_mission(mission, stage, way, lasts, AT_ONCE, math.inf), position):
+        straight = _flown(mission, stage, way, position, lasts, left)
+        if isinstance(straight, Flyable):
+            return straight.files
+        nearest = straight
+    backend = load("smt", Options())
+    if isinstance(backend, Diagnostic):
+        return backend
+    speed = QUICK * _speed(mission)
+    step = max(float(mission.step), 0.5)
+    least = max(1, math.ceil(distance_of(way) / (speed * step)))
+    for times in BEFORE:
+        steps = math.ceil(times * least) + 2
+        asked = way_mission(mission, stage, way, steps * step, steps, speed)
+        until = min(budget.deadline, time.monotonic() + SEARCH)
+        own = replace(budget, deadline=until, keep=forget, resume=None, found=unheard, listen=ignore)
+        outcome = plan_with_margin(backend, asked, NOTHING_REQUIRED, Options(), own)
+        if isinstance(outcome, Planned):
+            fitted = _flown(mission, stage, way, outcome.trace.position, steps * step, left)
+            if isinstance(fitted, Flyable):
+                return fitted.files
+            nearest = fitted
+        elif isinstance(outcome, Impossible) and times == BEFORE[-1]:
+            break
+    return _no_way(mission, stage, nearest)
+
+
+def _clear(asked: Mission, position: Array) -> bool:
+    """Whether bodies on a plan of it keep clear of each other, of obstacles and of the world's border."""
+    judged = verify(asked, NOTHING_REQUIRED, _trace(asked, position))
+    return not {check.name for check in judged.failures} & {"world", "obstacle", "separation"}
+
+
+def _straight(mission: Mission, way: Way) -> Array:
+    """(agents, steps + 1, dim), metres: everybody straight ahead, in the same rhythm."""
+    share = np.linspace(0.0, 1.0, AT_ONCE + 1)[None, :, None]
+    begin, end = (points[:, None, : mission.dimension] for points in (way.begin, way.end))
+    return np.asarray(begin + share * (end - begin))
+
+
+def _seconds(mission: Mission, way: Way) -> float:
+    """Of the straight way, from rest to rest; up and down a vehicle may be slower."""
+    longest = []
+    for agent, begin, end in zip(mission.agents, way.begin, way.end, strict=True):
+        aside, up = float(np.linalg.norm(end[:2] - begin[:2])), float(abs(end[2] - begin[2]))
+        speed = min(agent.vehicle.speed, UNLIMITED)
+        vertical = min(agent.vehicle.vertical_speed, UNLIMITED)
+        acceleration = min(agent.vehicle.acceleration, UNLIMITED)
+        longest += [rest_to_rest(aside, speed, acceleration), rest_to_rest(up, vertical, acceleration)]
+    return math.ceil(10 * max(*longest, 2.0)) / 10
+
+
+def _speed(mission: Mission) -> float:
+    return min(min(agent.vehicle.speed, 2 * agent.vehicle.vertical_speed, UNLIMITED) for agent in mission.agents)
+
+
+def _flown(
+    mission: Mission, stage: Stage, way: Way, position: Array, seconds: float, left: int
+) -> Flyable | Diagnostic:
+    """Polynomials along a plan of a way, in few pieces where that can be, and else in as many as it takes."""
+    memory = min(agent.vehicle.memory for agent in mission.agents)
+    few = max(FEWEST, left // 2) * PIECE_BYTES
+    fitted = _fitted(mission, stage, way, position, seconds, min(few, memory))
+    return fitted if isinstance(fitted, Flyable) else _fitted(mission, stage, way, position, seconds, memory)
+
+
+def _fitted(
+    mission: Mission, stage: Stage, way: Way, position: Array, seconds: float, memory: int
+) -> Flyable | Diagnostic:
+    """Likewise within a memory, as slow as vehicles need it."""
+    steps = position.shape[1] - 1
+    for _ in range(TIMES):
+        asked = _with_memory(way_mission(mission, stage, way, seconds, steps, math.inf), memory)
+        fitted = crazyflie(asked, NOTHING_REQUIRED, _trace(asked, position))
+        if isinstance(fitted, Flyable) or fitted.code is not NEEDS_MORE_TIME:
+            return fitted
+        seconds *= SLOWER
+    return fitted
+
+
+def _trace(asked: Mission, position: Array) -> Trace:
+    velocity = np.diff(position, axis=1) / asked.step
+    velocity = np.concatenate([velocity, velocity[:, -1:]], axis=1)
+    return Trace(asked.step, position, velocity, np.zeros(position.shape[:2]))
+
+
+def _with_memory(mission: Mission, memory: int) -> Mission:
+    agents = (replace(agent, vehicle=replace(agent.vehicle, memory=memory)) for agent in mission.agents)
+    return replace(mission, agents=tuple(agents))
+
+
+# ------------------------------------------------------------------ messages
+
+WORDS = {Stage.OUT: "from above the pads to the starts", Stage.HOME: "back above the pads"}
+
+
+def _no_way(mission: Mission, stage: Stage, nearest: Diagnostic | None) -> Diagnostic:
+    return Diagnostic(
+        NO_WAY,
+        f"no way was found {WORDS[stage]}",
+        _where(mission),
+        notes=() if nearest is None else (nearest.message, *nearest.notes[:1]),
+        help="give the team other `pads`, or another height to `hover` at",
+    )
+
+
+def _refused(mission: Mission, judged: Certificate) -> Diagnostic:
+    """What of the whole flight cannot be proved."""
+    worst = judged.failures[0]
+    short = f", short by {-worst.margin:.3g} {worst.unit}".rstrip() if worst.margin < 0 else ""
+    who = f" of {listed([f'`{name}`' for name in worst.agents])}" if worst.agents else ""
+    return Diagnostic(
+        NO_WAY,
+        f"the flight from the floor to the floor is not proved: `{worst.name}`{who} fails{short}",
+        _where(mission),
+        notes=(worst.detail,),
+        help="give the team other `pads`, or another height to `hover` at",
+    )
+
+
+def _where(mission: Mission) -> Label:
+    return next(Label(agent.pad.span) for agent in mission.agents if agent.pad is not None)
