@@ -17,6 +17,7 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json
+from missionc.output.documents.safe_end_json import safe_end_json
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.documents.whole_flight_json import phases_on_the_clock, whole_flight_json
 from missionc.output.export.formats import FORMATS, flight
@@ -24,6 +25,7 @@ from missionc.output.folder.file_names import (
     MANIFEST,
     MISSION,
     REPORT,
+    SAFE_END,
     WHOLE_FLIGHT,
     file_names,
     polynomials_file,
@@ -32,6 +34,7 @@ from missionc.output.folder.file_names import (
 from missionc.output.folder.manifest import Option, Provenance, manifest, sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.verify.certificate import Certificate
+from missionc.verify.flight.landing_in_turns import Stop
 from missionc.verify.flight.way_missions import Ways
 from missionc.verify.verify_plan import verify_between, with_delays
 
@@ -40,9 +43,10 @@ __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WholeFlight:
-    """The ways of a mission that comes from the floor, and what was verified of them."""
+    """The ways of a mission that comes from the floor, its safe ends, and what was verified of them."""
 
     ways: Ways
+    stops: tuple[Stop, ...]
     certificate: Certificate
 
 
@@ -107,6 +111,7 @@ def emit(
         files |= {way_file(stage.value, names[name]): text.encode() for name, text in own.items()}
     notes = list(required_performance(mission, flyable.certificate))
     if planned is not None:
+        files[SAFE_END] = safe_end_json(mission, planned.stops).encode()
         files[WHOLE_FLIGHT] = whole_flight_json(mission, flyable.files, ways).encode()
         notes.append(_phases_noted(mission, flyable.files, ways))
     findings: list[Diagnostic] = []
@@ -122,7 +127,7 @@ def emit(
     digest = sha256(files["plan.json"])
     files["certificate.json"] = certificate_json(whole, digest).encode()
     texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs if name not in provenance.data)
-    files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts, digest=digest))
+    files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts, digest=digest, ways=ways))
     files[MANIFEST] = manifest(plan, provenance, files).encode()
     return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))
 

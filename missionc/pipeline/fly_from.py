@@ -18,8 +18,9 @@ from missionc.checks.check_pads import check_pads
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.ir import Mission
 from missionc.output.documents.certificate_json import certificate_json
+from missionc.output.documents.safe_end_json import safe_end_json
 from missionc.output.documents.whole_flight_json import whole_flight_json
-from missionc.output.folder.file_names import WHOLE_FLIGHT
+from missionc.output.folder.file_names import SAFE_END, WHOLE_FLIGHT
 from missionc.output.folder.manifest import sha256
 from missionc.output.output_files import WholeFlight
 from missionc.pipeline.plan_ways import plan_ways
@@ -63,6 +64,7 @@ def fly_from(mission: Mission, flown: Mapping[str, str], poses: Path, limits: Li
     assert whole is not None, "every agent has a pad"
     digest = sha256("".join(flown[agent.name] for agent in placed.agents).encode())
     files = {
+        SAFE_END: safe_end_json(placed, whole.stops).encode(),
         WHOLE_FLIGHT: whole_flight_json(placed, flown, whole.ways).encode(),
         PROOF: certificate_json(whole.certificate, digest).encode(),
     }

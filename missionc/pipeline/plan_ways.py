@@ -24,6 +24,7 @@ from missionc.base.trace import Array, Trace
 from missionc.diagnostics.code import NEEDS_MORE_TIME, NO_WAY
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.flight.crazyflie import Flyable, crazyflie
+from missionc.flight.safe_end import safe_ends
 from missionc.ir import Mission
 from missionc.ir.wording import listed
 from missionc.output.output_files import WholeFlight
@@ -31,7 +32,8 @@ from missionc.pipeline.plan_with_margin import plan_with_margin
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.flight.flight_phases import rest_to_rest
 from missionc.verify.flight.vehicle_claims import PIECE_BYTES
-from missionc.verify.flight.verify_whole_flight import pieces_of, verify_whole_flight
+from missionc.verify.flight.verify_safe_end import verify_safe_end
+from missionc.verify.flight.verify_whole_flight import as_one, pieces_of, verify_whole_flight
 from missionc.verify.flight.way_missions import (
     NOTHING_REQUIRED,
     Stage,
@@ -77,7 +79,13 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
             return own
         found[stage] = own
     judged = verify_whole_flight(mission, files, found)
-    return WholeFlight(found, judged) if judged.passed else _refused(mission, judged)
+    if not judged.passed:
+        return _refused(mission, judged)
+    budget.listen(Progress("emit", detail="safe ends"))
+    whole, before, risen = as_one(mission, files, found)
+    stops = safe_ends(mission, whole, before)
+    ends = verify_safe_end(mission, whole, before, risen, stops)
+    return WholeFlight(found, stops, judged.joined(ends)) if ends.passed else _refused(mission, ends)
 
 
 def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -> Mapping[str, str] | Diagnostic:

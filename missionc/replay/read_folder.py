@@ -24,6 +24,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.read_trace import read_trace
+from missionc.output.documents.whole_flight_json import ways_in
 from missionc.output.folder.file_names import (
     ALTERNATIVES_FOLDER,
     MANIFEST,
@@ -31,11 +32,10 @@ from missionc.output.folder.file_names import (
     MOST_ALTERNATIVES,
     file_names,
     polynomials_file,
-    way_file,
 )
 from missionc.pipeline.checked import Checked
 from missionc.replay.folder_files import FolderFiles, check_mission, names_and_hashes, parsed, read_files, unusable
-from missionc.verify.flight.way_missions import Stage, Ways, is_whole
+from missionc.verify.flight.way_missions import Ways
 
 PLAN, CERTIFICATE = "plan.json", "certificate.json"
 
@@ -143,14 +143,5 @@ def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic
             agent.name: files.get(polynomials_file(names[agent.name]), b"").decode("utf-8", errors="replace")
             for agent in checked.mission.agents
         },
-        ways=_ways(checked.mission, files) if is_whole(checked.mission) else {},
+        ways=ways_in(checked.mission, files),
     )
-
-
-def _ways(mission: Mission, files: Mapping[str, bytes]) -> Ways:
-    names, found = file_names(mission.agents), {}
-    for stage in Stage:
-        own = {agent.name: files.get(way_file(stage.value, names[agent.name])) for agent in mission.agents}
-        if any(content is not None for content in own.values()):
-            found[stage] = {name: (content or b"").decode("utf-8", errors="replace") for name, content in own.items()}
-    return found

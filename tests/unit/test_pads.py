@@ -14,6 +14,7 @@ from missionc.diagnostics.code import (
     UNUSABLE_PAD,
     VALUE_OUT_OF_RANGE,
 )
+from missionc.explain.flights import flights_said
 from tests.support.check_findings import WORLD, findings, found, meant, only, text, words
 
 VOLUME = WORLD.replace("(0, 0)", "(0, 0, 0)").replace("(10, 10)", "(10, 10, 3)")
@@ -84,6 +85,25 @@ def test_in_a_plane_an_agent_hovers_at_its_altitude() -> None:
     assert not [
         each for each in findings(text(HOME, agents=drones("flight", "at (1, 1), (2, 1)"))) if each.code in CODES
     ]
+
+
+@pytest.mark.parametrize(
+    ("flight", "said"),
+    [
+        (
+            "flight { pads at (4, 4, 0), (5, 4, 0)  hover 0.8 m  rise <= 0.3 m/s  land <= 0.2 m/s }",
+            "`drone` rises from pads of its own to 0.8 m at 0.3 m/s at most, and comes back to land there"
+            " at 0.2 m/s at most",
+        ),
+        (
+            "flight",
+            "`drone` rises from below where it starts to the height of its starts, and comes back to land there",
+        ),
+    ],
+)
+def test_it_is_said_back(flight: str, said: str) -> None:
+    assert flights_said(meant(mission(flight))) == [said]
+    assert flights_said(meant(mission(""))) == []
 
 
 # ------------------------------------------------------- what is in the way

@@ -10,7 +10,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from missionc.backends.api import Budget
@@ -247,6 +246,20 @@ def test_a_way_keeps_the_clearance_and_the_bodies_of_its_mission() -> None:
     assert [agent.vehicle for agent in made.agents] == [agent.vehicle for agent in mission().agents]
 
 
+# ------------------------------------------------------------- what is drawn
+
+
+def test_the_report_draws_the_phases_the_ways_and_the_pads() -> None:
+    text = compiled()["report.html"].decode()
+    data = json.loads(text.partition('<script type="application/json" id="data">')[2].partition("</script>")[0])
+    phases = loaded("whole_flight.json")["phases"]
+    assert [each["phase"] for each in data["whole"]["phases"]] == [each["phase"] for each in phases]
+    out, home = data["whole"]["ways"]
+    assert [line[0] for line in out] == [[1, 4, 0.8], [2, 4, 0.8]]
+    assert [line[-1][:2] for line in home] == [[1, 4], [2, 4]]
+    assert data["whole"]["pads"] == [[1, 4, 0], [2, 4, 0]]
+
+
 # --------------------------------------------------------------------- exports
 
 
@@ -266,4 +279,9 @@ def test_exports_fly_the_whole_of_it() -> None:
     assert flown == pytest.approx(lasts, abs=1e-5)
     assert rise == pytest.approx(whole["phases"][0]["end"] - whole["phases"][0]["begin"], abs=1e-5)
     assert sink == pytest.approx(whole["phases"][-1]["end"] - whole["phases"][-1]["begin"], abs=1e-5)
-    assert np.isfinite(lasts)
+    # What takes off is where it was proved that it may: no further from its pad than it may miss.
+    assert "LANDED, NEAR = (0.04, 0.05)" in compiled()["export/cflib/fly.py"].decode()
+    readme = compiled()["export/cflib/README.md"].decode()
+    begins, ends = air[0]["end"] - air[0]["begin"], air[1]["end"] - air[0]["begin"]
+    assert f"the mission from `{begins:.3f}".rstrip("0").rstrip(".") in readme
+    assert f"to `{ends:.3f}".rstrip("0").rstrip(".") in readme

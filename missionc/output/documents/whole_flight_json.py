@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 from missionc.curves.crazyflie_csv import read
 from missionc.ir import Mission
+from missionc.output.folder.file_names import file_names, way_file
 from missionc.output.json_layout import compact, listed
 from missionc.verify.certificate import Check
 from missionc.verify.flight.verify_whole_flight import pieces_of, whole_phases
-from missionc.verify.flight.way_missions import Stage, Ways, ways_of
+from missionc.verify.flight.way_missions import Stage, Ways, is_whole, ways_of
 from missionc.world.columns import FLOOR
 
 SCHEMA = "missionc.whole_flight/1"
@@ -41,6 +42,16 @@ def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) ->
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
     lines += [listed("phases", map(compact, phases)), listed("agents", map(compact, agents))]
     return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def ways_in(mission: Mission, files: Mapping[str, bytes]) -> Ways:
+    """The ways that a folder's files hold; one that is there in part has empty texts for the rest."""
+    names, found = file_names(mission.agents), {}
+    for stage in Stage if is_whole(mission) else ():
+        own = {agent.name: files.get(way_file(stage.value, names[agent.name])) for agent in mission.agents}
+        if any(content is not None for content in own.values()):
+            found[stage] = {name: (content or b"").decode("utf-8", errors="replace") for name, content in own.items()}
+    return found
 
 
 def phases_on_the_clock(mission: Mission, files: Mapping[str, str], ways: Ways) -> list[tuple[str, float, float]]:

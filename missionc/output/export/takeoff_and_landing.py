@@ -21,6 +21,7 @@ from missionc.ir import Obstacle
 from missionc.output.export.export_form import refused
 from missionc.output.export.verified_flight import Flight, Part
 from missionc.verify.flight.flight_phases import LANDED, REST_TO_REST, Phases, phases_of
+from missionc.verify.flight.way_missions import is_whole
 from missionc.verify.tolerances import WAYPOINT
 from missionc.world.columns import FLOOR, column_clearance
 
@@ -52,7 +53,18 @@ def for_templates(flight: Flight) -> dict[str, float]:
     """What a script says of its phases, by the names that it has for them; and what the clock on board may cost."""
     costs = math.ceil(float(speed_bounds(flight.curves).max()) * CLOCK_ERROR * 1e4) / 10
     hours = math.floor(UPTIME / 360) / 10
-    return asdict(phases(flight)) | {"landed": LANDED, "near": NEAR, "clock": costs, "hours": hours}
+    mission = {
+        "whole": bool(flight.ways),
+        "begins": round(flight.before, 3),
+        "ends": round(flight.before + float(flight.mission.horizon), 3),
+    }
+    return asdict(phases(flight)) | mission | {"landed": LANDED, "near": _near(flight), "clock": costs, "hours": hours}
+
+
+def _near(flight: Flight) -> float:
+    """How far from below its first point a vehicle may stand: where columns are proved no further than it may miss."""
+    missed = [each.agent.vehicle.tracking for each in flight.parts if each.agent.vehicle.tracking > 0]
+    return min([NEAR, *missed]) if is_whole(flight.mission) else NEAR
 
 
 def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:

@@ -19,6 +19,7 @@ from missionc.output.folder.file_names import (
     MISSION,
     MOST_ALTERNATIVES,
     REPORT,
+    SAFE_END,
     SIMULATION,
     WHOLE_FLIGHT,
     file_names,
@@ -121,6 +122,6 @@ def _known(opened: OutputFolder) -> set[str]:
     flights = (polynomials_file(names[agent.name]) for agent in opened.mission.agents)
     further = (file for file in opened.files if file.startswith(tuple(f"{name}/" for name in opened.alternatives)))
     table = (ALTERNATIVES,) if OPTION in options(opened.manifest) else ()
-    whole = (WHOLE_FLIGHT,) if is_whole(opened.mission) else ()
+    whole = (WHOLE_FLIGHT, SAFE_END) if is_whole(opened.mission) else ()
     ways = (way_file(stage.value, names[name]) for stage, texts in opened.ways.items() for name in texts)
     return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *flights, *whole, *ways, *table, *further}

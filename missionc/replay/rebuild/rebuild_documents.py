@@ -14,10 +14,12 @@ from collections.abc import Iterator
 
 from missionc.base.limits import Limits
 from missionc.curves.crazyflie_csv import Pieces, read, written
+from missionc.output.documents.safe_end_json import read_safe_end, safe_end_json
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.documents.whole_flight_json import whole_flight_json
 from missionc.output.folder.file_names import (
     REPORT,
+    SAFE_END,
     SIMULATION,
     WHOLE_FLIGHT,
     file_names,
@@ -68,6 +70,7 @@ def check_documents(
             yield _polynomials(way_file(stage.value, names[name]), text)
     if is_whole(opened.mission):
         yield _whole_flight(opened)
+        yield _safe_end(opened)
     yield from check_exports(opened)
     if SIMULATION in opened.files and limits:
         yield check_simulation(opened, limits)
@@ -83,6 +86,13 @@ def _whole_flight(opened: OutputFolder) -> Check:
     made = whole_flight_json(opened.mission, opened.flights, opened.ways)
     same = same_text(opened.text(WHOLE_FLIGHT), made)
     return verdict(WHOLE_FLIGHT, "" if same else "its phases or places are not those of the polynomials")
+
+
+def _safe_end(opened: OutputFolder) -> Check:
+    """That nothing else is written in it than the stops that were judged, in the one form."""
+    stops = read_safe_end(opened.text(SAFE_END), opened.mission)
+    same = not isinstance(stops, str) and safe_end_json(opened.mission, stops) == opened.text(SAFE_END)
+    return verdict(SAFE_END, "" if same else "it is not written as the compiler writes it")
 
 
 def _polynomials(name: str, text: str) -> Check:

@@ -55,6 +55,11 @@ def phases_of(agents: Sequence[Agent], up: Sequence[float], down: Sequence[float
     return Phases(max(rise, RISE), SETTLE, GO, duration, max(sink, SINK))
 
 
+def landing_seconds(agent: Agent, height: float) -> float:
+    """Of a landing from a height in metres."""
+    return max(_seconds(height - LANDED, agent, _most(agent, "land")), SINK)
+
+
 def rest_to_rest(distance: float, speed: float, acceleration: float) -> float:
     """Seconds that the polynomial takes over a distance in metres, within a speed and an acceleration."""
     return max(SPEED * abs(distance) / speed, math.sqrt(ACCELERATION * abs(distance) / acceleration))

@@ -63,6 +63,28 @@ def verify_whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) 
     return whole.joined(Certificate(mission.name, tuple(checks), (lasts,)))
 
 
+def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict[str, Pieces], float, float]:
+    """The way out, the mission and the way home of each agent as one, texts that were verified.
+
+    Returns:
+        Them by the agents' names; the seconds before the mission begins; those from the take-off to the first of them.
+    """
+    flown = pieces_of(mission, files)
+    assert not isinstance(flown, Check), "polynomials that were verified can be read"
+    parts = {stage: pieces_of(mission, texts) for stage, texts in ways.items()}
+    whole: dict[str, Pieces] = {}
+    before = _seconds(mission, ways.get(Stage.OUT, {}))
+    for agent in mission.agents:
+        own = [flown[agent.name]]
+        for stage, part in parts.items():
+            assert not isinstance(part, Check), "polynomials that were verified can be read"
+            own.insert(0 if stage is Stage.OUT else len(own), part[agent.name])
+        durations = np.concatenate([each.duration for each in own])
+        whole[agent.name] = Pieces(durations, np.concatenate([each.coefficients for each in own]))
+    lasting = whole_phases(mission, ways_of(mission, flown), float(durations.sum()))
+    return whole, before, lasting.rise + lasting.settle + lasting.go + lasting.settle
+
+
 def pieces_of(mission: Mission, files: Mapping[str, str]) -> dict[str, Pieces] | Check:
     """Every agent's polynomials, or the check that one cannot be read."""
     flown: dict[str, Pieces] = {}
