@@ -5,22 +5,25 @@ out  the texts of both ways; or why there is none
 says MC740
 
 All at once on straight lines first; where these meet each other or something that stands in the way, on a roadmap, by
-the planner of missions. Either is fitted and proved as a mission's flight is, and flown slower where vehicles need it.
+the planner of missions; and where no polynomials fly that, straight one after the other. Each is fitted and proved as a
+mission's flight is, and flown slower where vehicles need it.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
-from missionc.backends.api import Budget, Impossible, Planned, Progress, forget, ignore, unheard
+from missionc.backends.api import Budget, Planned, Progress, forget, ignore, unheard
 from missionc.backends.load import load
 from missionc.backends.options import Options
 from missionc.base.trace import Array, Trace
+from missionc.base.units import Metres
 from missionc.diagnostics.code import NEEDS_MORE_TIME, NO_WAY
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.flight.crazyflie import Flyable, crazyflie
@@ -43,6 +46,7 @@ from missionc.verify.flight.way_missions import (
     way_mission,
     ways_of,
 )
+from missionc.verify.tolerances import TUBE
 from missionc.verify.verify_plan import verify
 
 AT_ONCE = 2
@@ -51,12 +55,16 @@ QUICK = 0.6
 """The share of its speed at which a vehicle goes on a roadmap: it has to come to that from rest."""
 BEFORE = (1.5, 2.5, 4.0)
 """How many times the steps of the longest line a way on a roadmap may take."""
+ROOM = ((TUBE, TUBE), (TUBE, 0.0), (0.0, 0.0))
+"""Metres more that a plan keeps of obstacles, and of others: so that polynomials may leave it by that."""
 SLOWER, TIMES = 1.25, 8
 """How many times slower a way is flown that is too fast, and how often at most."""
 FEWEST = 3
 """Pieces of a way, where it can be flown in so few."""
-SEARCH = 20.0
-"""Seconds for one search on roadmaps."""
+SEARCH, LONGEST = 8.0, 90.0
+"""Seconds for one search on roadmaps, and for a whole way."""
+LEAST_STEP = 0.5
+"""Seconds of a step on roadmaps, at least."""
 UNLIMITED = 2.0
 """m/s, of vehicles that say nothing of their own."""
 
@@ -93,33 +101,73 @@ def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -
     Args:
         left: pieces for which memories have room beside the mission's.
     """
-    position, lasts = _straight(mission, way), _seconds(mission, way)
+    until = min(budget.deadline, time.monotonic() + LONGEST)
     nearest: Diagnostic | None = None
-    if _clear(way_mission(mission, stage, way, lasts, AT_ONCE, math.inf), position):
-        straight = _flown(mission, stage, way, position, lasts, left)
-        if isinstance(straight, Flyable):
-            return straight.files
-        nearest = straight
-    backend = load("smt", Options())
-    if isinstance(backend, Diagnostic):
-        return backend
-    speed = QUICK * _speed(mission)
-    step = max(float(mission.step), 0.5)
-    least = max(1, math.ceil(distance_of(way) / (speed * step)))
-    for times in BEFORE:
-        steps = math.ceil(times * least) + 2
-        asked = way_mission(mission, stage, way, steps * step, steps, speed)
-        until = min(budget.deadline, time.monotonic() + SEARCH)
-        own = replace(budget, deadline=until, keep=forget, resume=None, found=unheard, listen=ignore)
-        outcome = plan_with_margin(backend, asked, NOTHING_REQUIRED, Options(), own)
-        if isinstance(outcome, Planned):
-            fitted = _flown(mission, stage, way, outcome.trace.position, steps * step, left)
-            if isinstance(fitted, Flyable):
-                return fitted.files
-            nearest = fitted
-        elif isinstance(outcome, Impossible) and times == BEFORE[-1]:
+    for position, seconds in _candidates(mission, stage, way, replace(budget, deadline=until)):
+        fitted = _flown(mission, stage, way, position, seconds, left)
+        if isinstance(fitted, Flyable):
+            return fitted.files
+        nearest = fitted
+        if time.monotonic() > until:
             break
     return _no_way(mission, stage, nearest)
+
+
+def _candidates(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Iterator[tuple[Array, float]]:
+    """Plans of a way that keep clear, (agents, steps + 1, dim) in metres, and the seconds that each lasts."""
+    lasts = _seconds(mission, way)
+    straight = _straight(mission, way)
+    if _clear(way_mission(mission, stage, way, lasts, AT_ONCE, math.inf), straight):
+        yield straight, lasts
+    yield from _on_roadmaps(mission, stage, way, budget)
+    turns = one_by_one(mission, stage, way, lasts)
+    if turns is not None:
+        yield turns, lasts * (turns.shape[1] - 1) / AT_ONCE
+
+
+def _on_roadmaps(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Iterator[tuple[Array, float]]:
+    """On roadmaps, with more room between all at first, then less; each time with more time."""
+    backend = load("smt", Options())
+    assert not isinstance(backend, Diagnostic), "the roadmap planner needs nothing that may be missing"
+    speed, step = QUICK * _speed(mission), max(float(mission.step), LEAST_STEP)
+    least = max(1, math.ceil(distance_of(way) / (speed * step)))
+    for times, (clear, apart) in product(BEFORE, ROOM):
+        steps = math.ceil(times * least) + 2
+        asked = way_mission(mission, stage, way, steps * step, steps, speed)
+        asked = replace(asked, clearance=Metres(asked.clearance + clear), separation=Metres(asked.separation + apart))
+        deadline = min(budget.deadline, time.monotonic() + SEARCH)
+        own = replace(budget, deadline=deadline, keep=forget, resume=None, found=unheard, listen=ignore)
+        outcome = plan_with_margin(backend, asked, NOTHING_REQUIRED, Options(), own)
+        if isinstance(outcome, Planned):
+            yield outcome.trace.position, steps * step
+        if time.monotonic() > budget.deadline:
+            return
+
+
+def one_by_one(mission: Mission, stage: Stage, way: Way, lasts: float) -> Array | None:
+    """One after the other, each straight while all others stand; None where at some time nobody can go so."""
+    begin, end = (points[:, : mission.dimension] for points in (way.begin, way.end))
+    here, waiting = begin.copy(), list(range(len(begin)))
+    rows = [here.copy()]
+    while waiting:
+        for agent in waiting:
+            there = here.copy()
+            there[agent] = end[agent]
+            middle = (here + there) / 2
+            asked = way_mission(mission, stage, Way(_level(way, here), _level(way, there), way.yaw), lasts, 2, math.inf)
+            if _clear(asked, np.stack([here, middle, there], axis=1)):
+                rows += [middle, there]
+                here = there
+                waiting.remove(agent)
+                break
+        else:
+            return None
+    return np.stack(rows, axis=1)
+
+
+def _level(way: Way, points: Array) -> Array:
+    """(agents, 3): points of the mission's world at the heights of a way, where they have none."""
+    return points if points.shape[1] == 3 else np.column_stack([points, way.begin[:, 2]])
 
 
 def _clear(asked: Mission, position: Array) -> bool:

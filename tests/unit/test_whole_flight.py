@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from missionc.backends.api import Budget
@@ -21,9 +22,9 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.flight.stop_and_hover import state_at
 from missionc.ir import Disc, Mission, Obstacle, Pad, Prism
 from missionc.output.output_files import WholeFlight
-from missionc.pipeline.plan_ways import plan_ways
+from missionc.pipeline.plan_ways import one_by_one, plan_ways
 from missionc.verify.flight.verify_whole_flight import verify_whole_flight
-from missionc.verify.flight.way_missions import Stage, Ways, way_mission, ways_of
+from missionc.verify.flight.way_missions import Stage, Way, Ways, way_mission, ways_of
 from tests.support.forged_folders import changed, forged
 from tests.support.hall_flights import compiled, mission
 from tests.support.legal_plans import SPAN, moving, still
@@ -172,7 +173,10 @@ def test_an_obstacle_counts_where_it_is_in_each_phase() -> None:
 def test_what_grows_is_on_the_way_home_as_large_as_it_is_at_its_end() -> None:
     post = Obstacle("post", Disc((4.5, 4), 0.1, Prism(0.0, 2.5)), still(Disc((0, 0), 1), "x").motion, SPAN, 0.0)
     assert failed(replace(mission(), obstacles=(post,))) == set()
-    assert failed(replace(mission(), obstacles=(replace(post, growth=0.2),))) >= {"home flown obstacle"}
+    assert failed(replace(mission(), obstacles=(replace(post, growth=0.2),))) == {
+        "home flown obstacle",
+        "sink obstacle",
+    }
 
 
 def test_pads_that_are_too_near_fail_the_proof() -> None:
@@ -215,6 +219,20 @@ def test_pads_in_the_other_order_are_reached_without_meeting() -> None:
     found = planned(replace(mission(), agents=crossed))
     assert isinstance(found, WholeFlight)
     assert found.certificate.passed
+
+
+def test_where_straight_ways_meet_agents_can_go_one_after_the_other() -> None:
+    begin, end = np.array([(2, 2.5, 1), (2, 0.5, 1)], float), np.array([(1, 1, 1), (1, 2, 1)], float)
+    position = one_by_one(mission(), Stage.OUT, Way(begin, end, np.zeros(2)), 4.0)
+    assert position is not None
+    assert np.array_equal(position[:, 0], begin)
+    assert np.array_equal(position[:, -1], end)
+    assert ((np.abs(np.diff(position, axis=1)).max(axis=-1) > 0).sum(axis=0) == 1).all()
+
+
+def test_nobody_goes_where_each_stands_in_the_way_of_the_other() -> None:
+    begin = np.array([(1, 1, 1), (3, 1, 1)], float)
+    assert one_by_one(mission(), Stage.OUT, Way(begin, begin[::-1], np.zeros(2)), 4.0) is None
 
 
 def test_a_way_leads_round_what_stands_in_it() -> None:

@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.base.units import Metres, Seconds
+from missionc.base.units import Seconds
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.curves.piecewise_polynomials import values
 from missionc.ir import Agent, Mission, Obstacle, Path
@@ -34,6 +34,7 @@ from missionc.verify.flight.vehicle_claims import limits
 from missionc.verify.flight.verify_polynomials import prove_all
 from missionc.verify.proof.proof_boxes import Boxes
 from missionc.verify.tolerances import MOTION, WAYPOINT
+from missionc.world.grown_shape import grown_shape
 
 HOVER = 1.0
 """Seconds of hovering that are judged with each stop, before anybody lands."""
@@ -171,10 +172,6 @@ def _beside(mission: Mission, obstacle: Obstacle, stops: Sequence[Stop]) -> Chec
         alone = replace(
             mission,
             obstacles=(_since(obstacle, stop.at, seconds),),
-            agents=tuple(
-                replace(agent, radius=Metres(agent.radius + obstacle.grown(stop.at + seconds)))
-                for agent in mission.agents
-            ),
         )
         flight = Flight(stop.pieces[0].duration, np.stack([own.coefficients for own in stop.pieces]))
         found: list[Check] = []
@@ -184,15 +181,16 @@ def _beside(mission: Mission, obstacle: Obstacle, stops: Sequence[Stop]) -> Chec
 
 
 def _since(obstacle: Obstacle, time: float, seconds: float) -> Obstacle:
-    """An obstacle on a clock that begins at a time, for so many seconds, without its growth."""
+    """An obstacle on a clock that begins at a time, for so many seconds, as large as it is after them."""
+    shape = grown_shape(obstacle.shape, obstacle.grown(time + seconds)) if obstacle.growth else obstacle.shape
     if not isinstance(obstacle.motion, Path):
-        return replace(obstacle, growth=0.0)
+        return replace(obstacle, shape=shape, growth=0.0)
     knots, offsets = np.array(obstacle.motion.times), np.array(obstacle.motion.offsets)
     inner = [each - time for each in obstacle.motion.times if 0 < each - time < seconds]
     times = np.array([0.0, *inner, seconds])
     rows = np.stack([np.interp(times + time, knots, axis) for axis in offsets.T], axis=-1)
     path = Path(tuple(map(Seconds, times.tolist())), tuple(map(tuple, rows.tolist())))
-    return replace(obstacle, motion=path, growth=0.0)
+    return replace(obstacle, shape=shape, motion=path, growth=0.0)
 
 
 def _landing(mission: Mission, stops: Sequence[Stop]) -> Check:

@@ -36,6 +36,7 @@ from missionc.ir import (
 from missionc.kernel.nodes import Kernel
 from missionc.verify.tolerances import MOTION
 from missionc.world.displacement import displaced, moved
+from missionc.world.grown_shape import grown_shape
 
 NOTHING_REQUIRED = Kernel((), ())
 """The kernel of every way."""
@@ -115,14 +116,12 @@ def way_mission(mission: Mission, stage: Stage, way: Way, seconds: float, steps:
         speed: m/s, that its plan keeps to, and an agent's own dynamics.
     """
     shift = mission.horizon if stage is Stage.HOME else 0.0
-    growth = max((obstacle.growth for obstacle in mission.obstacles), default=0.0)
-    # What grows is as large throughout as it is at the end, and on the way out not grown yet: bodies are wider instead.
-    grown = growth * (shift + seconds) if stage is Stage.HOME else 0.0
+    # What grows is as large throughout as it is at the end of the way, and on the way out not grown yet.
+    end = shift + seconds if stage is Stage.HOME else 0.0
     size = mission.dimension
     agents = tuple(
         replace(
             agent,
-            radius=Metres(agent.radius + grown),
             start=Exactly(tuple(begin[:size]), agent.span),
             finish=Exactly(tuple(end[:size]), agent.span),
             altitude=Metres(begin[2]) if size == 2 else agent.altitude,
@@ -139,7 +138,7 @@ def way_mission(mission: Mission, stage: Stage, way: Way, seconds: float, steps:
         step=Seconds(seconds / steps),
         steps=Steps(steps),
         agents=agents,
-        obstacles=tuple(_then(obstacle, stage, shift, size) for obstacle in mission.obstacles),
+        obstacles=tuple(_then(obstacle, stage, shift, end, size) for obstacle in mission.obstacles),
         formations=(),
         requirements=(),
         preferences=(),
@@ -152,19 +151,22 @@ def way_mission(mission: Mission, stage: Stage, way: Way, seconds: float, steps:
     )
 
 
-def _then(obstacle: Obstacle, stage: Stage, shift: float, dimension: int) -> Obstacle:
-    """An obstacle on the clock of a way, without its growth."""
+def _then(obstacle: Obstacle, stage: Stage, shift: float, end: float, dimension: int) -> Obstacle:
+    """An obstacle on the clock of a way, as large as it is at the end of that."""
+    if obstacle.growth:
+        shape = grown_shape(obstacle.shape, obstacle.grown(end))
+        return _then(replace(obstacle, shape=shape, growth=0.0), stage, shift, end, dimension)
     if not isinstance(obstacle.motion, Path):
-        return replace(obstacle, growth=0.0)
+        return obstacle
     last = obstacle.motion.times[-1]
     if stage is Stage.OUT or last <= shift:
         there = moved(obstacle.shape, displaced(obstacle, shift, dimension))
-        return replace(obstacle, shape=there, motion=Still(), growth=0.0)
+        return replace(obstacle, shape=there, motion=Still())
     later = [time - shift for time in obstacle.motion.times]
     now = displaced(obstacle, shift, dimension)
     rest = [(time, offset) for time, offset in zip(later, obstacle.motion.offsets, strict=True) if time > 0]
     times, offsets = zip((0.0, now), *rest, strict=True)
-    return replace(obstacle, motion=Path(tuple(map(Seconds, times)), tuple(offsets)), growth=0.0)
+    return replace(obstacle, motion=Path(tuple(map(Seconds, times)), tuple(offsets)))
 
 
 def distance_of(way: Way) -> float:
