@@ -73,9 +73,7 @@ def main() -> None:
     parser.add_argument("--within", type=float, default=3.0)
     parser.add_argument("--clock", type=float, default=None)
     arguments = parser.parse_args()
-    print(
-        f"{'mission':28} {'flights':>7} {'lost without':>12} {'with':>5} {'saved':>6} {'touched':>8} {'replan/first':>12}"
-    )
+    print("mission                      flights lost without  with  saved  touched replan/first")
     totals = np.zeros(4, dtype=int)
     for number, file in enumerate(MISSIONS):
         began = time.monotonic()

@@ -249,7 +249,14 @@ def _items() -> Rule:
         _after(_any(("start", "finish")), part, rf"(?!{_FROM}){_FREE}", "support.type.placement"),
         _after(_any(("yaw",)), part, _any(("path",)), part, along),
         _value_after(_any(("in",)), "keyword.other.preposition"),
-        _bracketed(r"\{", r"\}", "meta.block", _include("settings"), _COMMON),
+        _bracketed(
+            r"\{",
+            r"\}",
+            "meta.block",
+            _after(_any(("pads",)), part, rf"(?!{_FROM}){_FREE}", "support.type.placement"),
+            _include("settings"),
+            _COMMON,
+        ),
         _include("settings"),
         _COMMON,
     )

@@ -17,10 +17,12 @@ import pytest
 
 from missionc.base.source import Source
 from missionc.diagnostics.render import render_json
+from missionc.output.documents.whole_flight_json import whole_flight_json
 from missionc.pipeline import driver
 from tests.support.certificates import certified
 from tests.support.documentation_fences import console, shell, usage
 from tests.support.golden_pages import FILES, Block, blocks, run
+from tests.support.hand_made_flights import wandered
 from tests.support.small_missions import CONFLICT, LATE, SMALL
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -102,11 +104,13 @@ def documents() -> dict[str, Any]:
     late = render_json(list(driver.check(Source("late.mission", LATE)).findings))
     either = SMALL.replace("eventually[0, 6 s] goal", "eventually[0, 6 s] (goal or base)")
     several = dict(driver.compile(Source("small.mission", either), alternatives=2).files)
+    flown = wandered(1, 2)
     written = [
         json.loads(planned["plan.json"]),
         json.loads(missed["near_miss.json"]),
         json.loads(several["alternatives.json"]),
         json.loads(certified("short_relay").files["cover.json"]),
+        json.loads(whole_flight_json(flown.mission, flown.texts, {})),
     ]
     return {
         **{document["schema"]: document for document in written},

@@ -14,6 +14,7 @@ from __future__ import annotations
 from missionc.checks.check_goals import check_goals
 from missionc.checks.check_graphs import check_graphs
 from missionc.checks.check_lanes import check_lanes
+from missionc.checks.check_pads import check_pads
 from missionc.checks.check_resources import check_resources
 from missionc.checks.check_starts import check_starts
 from missionc.checks.check_tracking import check_tracking
@@ -43,6 +44,7 @@ def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = Non
             *check_resources(mission, kernel, ground),
             *check_vehicles(mission, ground),
             *check_tracking(mission),
+            *check_pads(mission),
             *check_lanes(mission),
         ]
     )

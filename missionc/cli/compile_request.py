@@ -44,6 +44,8 @@ class CompileRequest:
     backend: str = "auto"
     vehicle: str = ""
     """What flies teams that name none; empty for none."""
+    poses: Path | None = None
+    """Where the agents were measured to stand, a file."""
     options: Options = field(default_factory=Options)
     seed: int = 0
     time_limit: Seconds = driver.DEFAULT_TIME_LIMIT
@@ -121,6 +123,7 @@ def check(request: CompileRequest) -> Checked:
         backend=request.backend,
         limits=request.limits,
         vehicle=request.vehicle,
+        poses=request.poses,
     )
 
 
@@ -138,6 +141,7 @@ def carry_out(request: CompileRequest, deadline: float, listen: Callable[[Progre
         overrides=dict(request.overrides),
         backend=request.backend,
         vehicle=request.vehicle,
+        poses=request.poses,
     )
     if isinstance(checked, Compiled):
         return CompileResult(checked, Status.UNDECIDED)

@@ -296,6 +296,15 @@ vehicle = click.option(
     help="Fly teams that name no vehicle as this one; `missionc vehicles` lists them.",
 )
 
+poses = click.option(
+    "--from",
+    "poses",
+    type=existing,
+    shell_complete=files,
+    metavar="FILE",
+    help="Fly from where the agents were measured to stand: `agent,x,y,z`, a `.csv` or a `.json`.",
+)
+
 watch = click.option("--watch", is_flag=True, help="Go on, and do it again whenever a file of the mission is saved.")
 
 verbose = click.option(

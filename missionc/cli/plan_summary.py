@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from missionc.pipeline.results import Verified
     from missionc.verify.certificate import Between, Certificate, Check
 
+WHOLE = "whole flight"
+"""The figure of a certificate that says how long that takes."""
+
 MOST_WARNED = 2
 """Requirements, and warnings, that are told; of more how many there are."""
 
@@ -37,6 +40,7 @@ def plan_lines(verified: Verified, mission: Mission, seconds: Seconds, output: s
         *warning_lines(certificate),
         *_cut_short(verified.report),
         f"  {who_flies(mission)}",
+        *_floor_to_floor(certificate),
         *([f"  {Path(output) / REPORT} plays it"] if output else []),
     ]
 
@@ -93,6 +97,12 @@ def who_flies(mission: Mission) -> str:
         return "no vehicle is named, so nothing is proven of who can fly it: `--vehicle crazyflie21` asks"
     flown = f"{listed(tuple(f'`{name}`' for name in sorted(named)))} can fly it, proven between the samples"
     return flown + (f"; {counted(without, 'agent')} of no named vehicle" if without else "")
+
+
+def _floor_to_floor(certificate: Certificate) -> list[str]:
+    """How long the whole flight takes, of a mission that comes from the floor."""
+    seconds = [figure.value for figure in certificate.figures if figure.name == WHOLE]
+    return [f"  from the floor to the floor it takes {each:.4g} s, proven with all its ways" for each in seconds]
 
 
 def _cut_short(report: Report) -> list[str]:

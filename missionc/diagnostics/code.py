@@ -119,6 +119,10 @@ OUTLASTS_VEHICLE = Code("MC522", "a mission that outlasts its vehicle")
 LANE_NODE_MISPLACED = Code("MC541", "a node of a roadmap where no agent may be")
 LANE_BLOCKED = Code("MC542", "a lane through an obstacle")
 NOT_ON_LANES = Code("MC543", "a start or finish that no lane leads to")
+PADS_TOO_NEAR = Code("MC544", "pads too near to rise from at once")
+UNUSABLE_PAD = Code("MC545", "a pad that its vehicle cannot rise from")
+UNUSABLE_POSES = Code("MC546", "measured poses that cannot be used")
+PAD_ELSEWHERE = Code("MC547", "an agent that stands elsewhere than its pad", warning=True)
 SIGHT_PAST_MOTION = Code("MC530", "a sight past an obstacle that moves")
 RUNS_OUT = Code("MC531", "a resource that runs out")
 ONE_WAY_LAMBDA2 = Code("MC536", "`lambda2` of links that lead one way")
@@ -171,6 +175,7 @@ TRACKING_NOT_MEASURED = Code("MC731", "the tracking margin was measured for less
 NOT_TO_BE_LOST = Code("MC730", "the flight has no such agent to be lost")
 IMPLAUSIBLE_TIME = Code("MC725", "a sample is far ahead in time", warning=True)
 RECORDING_BROKEN = Code("MC726", "the recording cannot be read")
+NO_WAY = Code("MC740", "the way from the floor, or back to it, is not proved")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

@@ -18,6 +18,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Turn
 from missionc.checks.check_horizons import steps_ahead
 from missionc.explain.convention_examples import Trap
+from missionc.explain.flights import flights_said
 from missionc.explain.indexed import for_each_index, with_indices
 from missionc.explain.phrases import names
 from missionc.explain.sentences import Sentences, sentences
@@ -246,7 +247,7 @@ def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None,
     """The page, at most ``WIDTH`` columns but for what the author wrote."""
     agents, steps = counted(len(mission.agents), "agent"), counted(mission.steps, "step")
     page = [f"mission {mission.name}: {agents}, {steps} of {number(mission.step)} s"]
-    for said in (*_growths(mission), *_tolerances(mission)):
+    for said in (*flights_said(mission), *_growths(mission), *_tolerances(mission)):
         page += _wrapped(f"{said}.", 2, 4)
     for _, alike in groupby(parts, key=lambda part: (part.weight is None, part.line, part.turns == ())):
         of_one_text = tuple(alike)
@@ -327,6 +328,7 @@ def document(parts: Iterable[Explained], mission: Mission, choice: Choice | None
         "mission": mission.name,
         "step": mission.step,
         "steps": mission.steps,
+        "flights": flights_said(mission),
         "obstacles": _growths(mission),
         "tolerances": _tolerances(mission),
         "backend": None if choice is None else choice.backend,

@@ -31,6 +31,8 @@ ORDERS = 5
 """Position, velocity, acceleration, jerk and snap."""
 SHORTEST, LONGEST, LONGER = 0.25, 12.0, 1.12
 """Seconds of a stop: the first that is tried, the last one at most, and how many times longer each is."""
+GLANCES = 17
+"""Moments of a stop that are looked at before its limits are found."""
 HOVER = 1.0
 """Seconds of hovering after it."""
 
@@ -97,10 +99,23 @@ def _stop(state: Array, duration: float, hover: float) -> Pieces:
 def _kept(stop: Pieces, vehicle: Vehicle) -> bool:
     """Whether all limits of the vehicle are."""
     place = Curves(stop.times, stop.coefficients[None, :, :3])
-    if peaks(limits_of(vehicle), place):
+    if _plainly_beyond(stop, vehicle) or peaks(limits_of(vehicle), place):
         return False
     turn = Curves(stop.times, stop.coefficients[None, :, 3:])
     return _slow(turn.derivative(), vehicle.yaw_rate) and _in_band(place, vehicle)
+
+
+def _plainly_beyond(stop: Pieces, vehicle: Vehicle) -> bool:
+    """Whether some moments show already that a limit is not kept: most durations need no more than that."""
+    share = np.linspace(0.0, 1.0, GLANCES)[:, None] ** np.arange(8)
+    numbers = stop.coefficients[0, :3] * stop.duration[0] ** np.arange(8)
+    for order, most in ((1, vehicle.speed), (2, vehicle.acceleration), (3, vehicle.jerk)):
+        factor = np.array([math.perm(power, order) for power in range(order, 8)])
+        seen = share[:, : 8 - order] @ (numbers[:, order:] * factor).T / stop.duration[0] ** order
+        size = np.linalg.norm(seen[:, :2] if order == 1 else seen, axis=-1).max()
+        if size > most * (1 + EXACT):
+            return True
+    return False
 
 
 def _slow(rate: Curves, most: float) -> bool:

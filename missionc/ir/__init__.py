@@ -34,6 +34,7 @@ from missionc.ir.formulas import (
 )
 from missionc.ir.lanes import Lane, LaneNode, Lanes
 from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith, Spacing, Tolerance
+from missionc.ir.pads import PAD_FIGURES, Pad
 from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
 from missionc.ir.predicates import (
     Altitude,
@@ -59,6 +60,7 @@ from missionc.ir.vehicles import AHEAD, FIGURES, PLAIN, AlongPath, Band, Figure,
 __all__ = [
     "AHEAD",
     "FIGURES",
+    "PAD_FIGURES",
     "PLAIN",
     "About",
     "Agent",
@@ -108,6 +110,7 @@ __all__ = [
     "Objective",
     "Obstacle",
     "OfAgent",
+    "Pad",
     "PairRange",
     "PairWeight",
     "Path",

@@ -8,6 +8,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Metres
 from missionc.ir.dynamics import Dynamics
+from missionc.ir.pads import Pad
 from missionc.ir.places import Region
 from missionc.ir.shapes import Vector
 from missionc.ir.vehicles import AHEAD, PLAIN, Vehicle, Yaw
@@ -45,6 +46,7 @@ class Agent:
     span: Span
     vehicle: Vehicle = PLAIN
     yaw: Yaw = AHEAD
+    pad: Pad | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -164,6 +164,8 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
         yield from ((name, "a bound") for name in DYNAMICS.get(opener.text, ()))
     elif place.bracket == "{" and head is not None and head.word == "vehicle":
         yield from ((name, f"{figure.dimension.value} {figure.says}") for name, figure in ir.FIGURES.items())
+    elif place.bracket == "{" and opener is not None and opener.word == "flight":
+        yield from ((name, f"{figure.dimension.value} {figure.says}") for name, figure in ir.PAD_FIGURES.items())
     elif place.bracket == "{" and first == "solve":
         yield from ((name, "an option") for name in (*OPTIONS, CONNECTIVITY, ROADMAP))
     elif place.bracket == "{" and first == "resource":

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from missionc.base.units import UNITS, Dimension
-from missionc.ir import FIGURES
+from missionc.ir import FIGURES, PAD_FIGURES
 from missionc.lsp.completion_context import Spot
 from missionc.syntax.tokens import NUMBER, UNIT
 
-MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in FIGURES.items()} | {
+MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in (FIGURES | PAD_FIGURES).items()} | {
     **dict.fromkeys(("altitude", "spacing", "tolerance", "proximity", "beacons", "sight"), Dimension.LENGTH),
     **dict.fromkeys(("separation", "clearance", "distance"), Dimension.LENGTH),
     **dict.fromkeys(("step", "horizon", "delay"), Dimension.TIME),

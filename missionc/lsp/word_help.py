@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missionc.base.units import UNITS
 from missionc.data.vehicles import example, profiles
-from missionc.ir import FIGURES
+from missionc.ir import FIGURES, PAD_FIGURES
 from missionc.ir.wording import listed
 from missionc.language.operators import by_name
 from missionc.language.predicates import CALLED
@@ -57,6 +57,10 @@ def meaning(token: Token, before: Token | None = None) -> str:
         return _entry("a part of an agent's state", token.text, STATE_MEANINGS[token.text], f"{token.text} <= 1")
     if token.text in FIGURES:
         return figure(token.text)
+    if token.text in PAD_FIGURES:
+        known = PAD_FIGURES[token.text]
+        form = f"{token.text} {known.relation} {example(known)}".replace("  ", " ")
+        return _entry(f"{known.dimension.value} of a `flight`", token.text, known.says, form)
     if word:
         form = forms.IN_FORMULA.get(word, "")
         return _entry(next(known.says for known in WORDS if known.text == word), word, "", form)

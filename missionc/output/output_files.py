@@ -7,6 +7,7 @@ says MC703 MC711, and what exports say
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from missionc.base.trace import Plan
@@ -16,16 +17,49 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json
+from missionc.output.documents.safe_end_json import safe_end_json
 from missionc.output.documents.trajectories_csv import trajectories
+from missionc.output.documents.whole_flight_json import phases_on_the_clock, whole_flight_json
 from missionc.output.export.formats import FORMATS, flight
-from missionc.output.folder.file_names import MANIFEST, MISSION, PAST, REPORT, file_names, polynomials_file, stop_file
+from missionc.output.folder.file_names import (
+    MANIFEST,
+    MISSION,
+    PAST,
+    REPORT,
+    SAFE_END,
+    WHOLE_FLIGHT,
+    file_names,
+    polynomials_file,
+    stop_file,
+    way_file,
+)
 from missionc.output.folder.manifest import Option, Provenance, manifest, sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.verify.certificate import Certificate
+from missionc.verify.flight.landing_in_turns import Stop
 from missionc.verify.flight.verify_stops import verify_stops
+from missionc.verify.flight.way_missions import Ways
 from missionc.verify.verify_plan import verify_between, with_delays
 
 __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WholeFlight:
+    """The ways of a mission that comes from the floor, its safe ends, and what was verified of them."""
+
+    ways: Ways
+    stops: tuple[Stop, ...]
+    certificate: Certificate
+
+
+PlanWays = Callable[[Mission, Mapping[str, str]], WholeFlight | Diagnostic | None]
+"""From a mission and its polynomials to its ways; None where it does not come from the floor."""
+
+
+def no_ways(mission: Mission, files: Mapping[str, str]) -> WholeFlight | Diagnostic | None:
+    """Of a mission whose whole flight is not asked for."""
+    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +82,13 @@ def emit(
     certificate: Certificate,
     provenance: Provenance,
     exports: tuple[str, ...] = (),
+    plan_ways: PlanWays = no_ways,
 ) -> Output | Diagnostic:
     """All files of a verified plan, the same bytes each time; or why its polynomials cannot be flown.
 
     Args:
         exports: names of forms that the flight is to be written in as well.
+        plan_ways: plans the way from the floor, and back to it, of polynomials that were verified.
     """
     # Imported here: who draws a folder anew fits nothing, and needs no solver for that.
     from missionc.flight.crazyflie import crazyflie
@@ -61,8 +97,12 @@ def emit(
     flyable = crazyflie(mission, kernel, plan.trace, provenance.stretch)
     if isinstance(flyable, Diagnostic):
         return flyable
-    whole = with_delays(mission, kernel, plan.trace, certificate)
-    whole = whole.joined(flyable.certificate).joined(verify_between(mission, kernel, plan.trace, flyable.files))
+    planned = plan_ways(mission, flyable.files)
+    if isinstance(planned, Diagnostic):
+        return planned
+    whole = with_delays(mission, kernel, plan.trace, certificate).joined(flyable.certificate)
+    whole = whole if planned is None else whole.joined(planned.certificate)
+    whole = whole.joined(verify_between(mission, kernel, plan.trace, flyable.files))
     if provenance.stops:
         whole = whole.joined(Certificate(mission.name, tuple(verify_stops(mission, dict(provenance.stops)))))
         if not whole.passed:
@@ -77,10 +117,17 @@ def emit(
     files.update({stop_file(names[name]): text.encode() for name, text in provenance.stops})
     if provenance.past:
         files[PAST] = provenance.past.encode()
+    ways = {} if planned is None else planned.ways
+    for stage, own in ways.items():
+        files |= {way_file(stage.value, names[name]): text.encode() for name, text in own.items()}
     notes = list(required_performance(mission, flyable.certificate))
+    if planned is not None:
+        files[SAFE_END] = safe_end_json(mission, planned.stops).encode()
+        files[WHOLE_FLIGHT] = whole_flight_json(mission, flyable.files, ways).encode()
+        notes.append(_phases_noted(mission, flyable.files, ways))
     findings: list[Diagnostic] = []
     for name in dict.fromkeys(exports):
-        made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files))
+        made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files, ways))
         if isinstance(made, Diagnostic):
             findings.append(made)
             continue
@@ -91,6 +138,13 @@ def emit(
     digest = sha256(files["plan.json"])
     files["certificate.json"] = certificate_json(whole, digest).encode()
     texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs if name not in provenance.data)
-    files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts, digest=digest))
+    files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts, digest=digest, ways=ways))
     files[MANIFEST] = manifest(plan, provenance, files).encode()
     return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))
+
+
+def _phases_noted(mission: Mission, files: Mapping[str, str], ways: Ways) -> str:
+    """How long the whole flight takes, and each of its phases."""
+    rows = phases_on_the_clock(mission, files, ways)
+    each = ", ".join(f"{name} {end - begin:.4g} s" for name, begin, end in rows)
+    return f"whole flight: {rows[-1][2] - rows[0][1]:.4g} s from the floor to the floor ({each})"

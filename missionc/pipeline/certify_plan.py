@@ -71,6 +71,7 @@ def certify_plan(
     # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
     from missionc.output.notebook_ground import notebook_ground
     from missionc.output.output_files import Provenance, emit
+    from missionc.pipeline.plan_ways import plan_ways
     from missionc.progression.past_document import past_json
     from missionc.verify.verify_plan import verify
 
@@ -118,7 +119,7 @@ def certify_plan(
             past_json(checked.past) if checked.past else "",
             checked.stops,
         )
-        output = emit(mission, kernel, verified, certificate, provenance, exports)
+        output = emit(mission, kernel, verified, certificate, provenance, exports, partial(plan_ways, budget=budget))
     if isinstance(output, Diagnostic):
         return Certified(checked, Refused(), (output,))
     report = replace(report, notes=(*report.notes, *output.notes))
@@ -134,5 +135,6 @@ def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
         limits=budget.limits,
         stretch=options.stretch,
         vehicle=checked.vehicle,
+        poses=checked.poses,
     )
     return replace(longer, choice=checked.choice, seconds=checked.seconds)

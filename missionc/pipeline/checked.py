@@ -38,6 +38,8 @@ class Checked:
     overrides: Mapping[str, str] = field(default_factory=dict)
     vehicle: str = ""
     """The profile that flies the teams which name none; empty for none."""
+    poses: Source | None = None
+    """Where its agents were measured to stand."""
     program: ast.Program | None = None
     mission: ir.Mission | None = None
     choice: Choice | None = None

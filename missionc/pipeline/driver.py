@@ -86,6 +86,7 @@ def compile(
     throughout: Throughout = Throughout.WANTED,
     explain_limit: Seconds = NO_EXPLANATION,
     vehicle: str = "",
+    poses: Path | Source | None = None,
     alternatives: int = 1,
 ) -> Compiled:
     """``check``; then, where there is no error, ``plan``.
@@ -96,6 +97,7 @@ def compile(
         backend: as for ``check``.
         limits: as for ``check``.
         vehicle: as for ``check``.
+        poses: as for ``check``.
         seed: of everything drawn at random.
         time_limit: seconds from now, of the whole compilation. A search ends so early that its plan can be verified and
             written; whatever else is late is interrupted, in the main thread.
@@ -110,7 +112,7 @@ def compile(
         alternatives: as for ``plan``.
     """
     budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
-    checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle)
+    checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle, poses=poses)
     if not isinstance(checked, Checked):
         return checked
     return plan(
@@ -132,11 +134,12 @@ def check_within(
     overrides: Mapping[str, str],
     backend: str,
     vehicle: str,
+    poses: Path | Source | None = None,
 ) -> Checked | Compiled:
     """``check`` within the time and memory of a compilation; the end of that compilation, where they do not suffice."""
 
     def work() -> Checked:
-        return check(file, overrides=overrides, backend=backend, limits=budget.limits, vehicle=vehicle)
+        return check(file, overrides=overrides, backend=backend, limits=budget.limits, vehicle=vehicle, poses=poses)
 
     with limited(budget.memory_bytes):
         checked = within(last_call(budget.deadline), work)

@@ -28,14 +28,15 @@ from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.diagnostics.turns import once_for_all_turns
-from missionc.ir import PLAIN
+from missionc.ir import PLAIN, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.lower.choose_backend import choose_backend
 from missionc.lower.expand import expand
 from missionc.pipeline.checked import Checked
+from missionc.resolve.measured_pads import with_measured_pads
 from missionc.resolve.resolve_mission import resolve
 from missionc.syntax.parse import parse
-from missionc.syntax.read_file import Loader, loader, read_source
+from missionc.syntax.read_file import Loader, loader, read_data, read_source
 from missionc.syntax.tokens import MOST_FINDINGS
 
 ANY_BACKEND = "any"
@@ -71,6 +72,7 @@ def check(
     limits: Limits | None = None,
     stretch: float = 1.0,
     vehicle: str = "",
+    poses: Path | Source | None = None,
     before: Callable[[str], None] = ignore,
     load: Loader | None = None,
     begun: bool = False,
@@ -84,6 +86,7 @@ def check(
         limits: of the sizes a mission may have.
         stretch: how many times as long as written the mission lasts, in whole steps; its windows stay as they are.
         vehicle: the name of the profile that flies teams which name none; empty for none.
+        poses: where the agents were measured to stand, a file or its text in hand: they come from the floor there.
         before: called with the name of each stage before it runs; what it raises ends the check.
         load: finds what the mission includes; read from beside it if left out.
         begun: the mission is being flown; whether its starts and its whole time fit the world as it reads now is not
@@ -101,6 +104,7 @@ def check(
         return Checked(name, (source,))
     watch = Stopwatch(before=before)
     sources = [source]
+    measured: list[Source] = []
     unread: list[str] = []
     find = load or loader(Path(name), name, limits)
 
@@ -120,6 +124,7 @@ def check(
             tuple(unread),
             dict(overrides or {}),
             vehicle,
+            measured[0] if measured else None,
             seconds=tuple(watch.seconds),
         )
 
@@ -130,6 +135,10 @@ def check(
     with watch.stage("resolve"):
         flown = profiles()[vehicle] if vehicle else PLAIN
         mission, more = resolve(program, dict(overrides or {}), limits, stretch, flown)
+        if mission is not None and poses is not None and not has_errors(more):
+            mission, wrong = _from(mission, poses, limits, measured)
+            sources.extend(measured)
+            more = [*more, *wrong]
     findings = [*findings, *more]
     if mission is None or has_errors(findings):
         return replace(so_far(findings), program=program)
@@ -154,6 +163,17 @@ def check(
         elif kernel is not None and ground is not None:
             findings += check_ends(mission, kernel, ground)
     return replace(so_far(findings), program=program, mission=mission, choice=choice, kernel=kernel)
+
+
+def _from(
+    mission: Mission, poses: Path | Source, limits: Limits, measured: list[Source]
+) -> tuple[Mission | None, list[Diagnostic]]:
+    """The mission from where its agents were measured to stand; what holds that is added to ``measured``."""
+    text = poses if isinstance(poses, Source) else read_data(poses, str(poses), limits)
+    if isinstance(text, Diagnostic):
+        return None, [text]
+    measured.append(text)
+    return with_measured_pads(mission, text, limits)
 
 
 def in_file_order(findings: list[Diagnostic], sources: list[Source]) -> tuple[Diagnostic, ...]:

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from missionc.output.folder.manifest import Option
 
 
+POSES = "from"
+"""The option that names where agents were measured to stand, one of the inputs."""
+
+
 def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
     """Every file of the mission, by its name relative to the mission's folder."""
     folder = Path(checked.file).parent
@@ -46,6 +50,8 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     named = [(each.name, each.text(options)) for each in DESCRIBED.values() if _is_recorded(each, options, hears)]
     named.extend([("backend", AUTO)] if len(engines) > 1 else [])
     named.extend([("vehicle", checked.vehicle)] if checked.vehicle else [])
+    if checked.poses is not None:
+        named.append((POSES, input_name(checked.poses.name, Path(checked.file).parent)))
     return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
 
 

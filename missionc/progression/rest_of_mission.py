@@ -3,7 +3,8 @@
     in   the mission with its world as it is now, how many steps are over, the states then; levels and who is left
     out  Mission, whose step 0 is the one after those that are over
 
-Obstacles go on from where they are then, and as large as they have grown.
+Obstacles go on from where they are then, and as large as they have grown. Whoever has risen from a pad is in the air,
+and no way back to the floor is part of the rest.
 """
 
 from __future__ import annotations
@@ -30,7 +31,12 @@ def rest_of(
     places = dict(zip(left, position.tolist(), strict=True))
     index = {agent.index: number for number, agent in enumerate(each for each in mission.agents if each.name in places)}
     agents = tuple(
-        replace(agent, index=index[agent.index], start=ir.Exactly(tuple(places[agent.name]), agent.start.span))
+        replace(
+            agent,
+            index=index[agent.index],
+            start=ir.Exactly(tuple(places[agent.name]), agent.start.span),
+            pad=None,
+        )
         for agent in mission.agents
         if agent.index in index
     )

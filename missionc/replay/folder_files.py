@@ -19,6 +19,7 @@ from typing import Protocol
 
 from missionc.backends.options import SLOWEST
 from missionc.base.limits import Limits
+from missionc.base.source import Source
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import FOLDER_UNREADABLE
@@ -27,9 +28,10 @@ from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, MISSION
 from missionc.output.folder.walk_folder import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, check
+from missionc.pipeline.provenance import POSES
 from missionc.pipeline.remaining import remaining
 from missionc.progression.past_document import read_past
-from missionc.syntax.read_file import cannot_read, held, too_large
+from missionc.syntax.read_file import cannot_read, data_of, held, too_large
 from missionc.verify.certificate import Check
 
 STRETCH, VEHICLE = "stretch", "vehicle"
@@ -127,6 +129,9 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
     if vehicle and vehicle not in profiles():
         return unusable(folder, f"the `{VEHICLE}` in its `{MANIFEST}` is none that this version knows")
     own = {name: found.files[f"{MISSION}/{name}"] for name in inputs}
+    poses = _poses(found, own_names=inputs)
+    if isinstance(poses, Diagnostic):
+        return poses
     source, load = held(next(iter(inputs)), str(folder / MISSION), own, limits)
     if isinstance(source, Diagnostic):
         return source
@@ -138,6 +143,7 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
         limits=limits,
         stretch=lasting,
         vehicle=vehicle,
+        poses=poses,
         load=load,
         begun=PAST in found.files,
     )
@@ -152,6 +158,16 @@ def _rest(found: FolderFiles, checked: Checked, limits: Limits, stretch: float) 
     if isinstance(past, str):
         return unusable(found.path, f"its `{PAST}` cannot be used: {past}")
     return remaining(checked, past, limits, stretch)
+
+
+def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnostic | None:
+    """What the manifest says that agents were measured at, one of its inputs; None where it says nothing."""
+    name = option(found.manifest, POSES)
+    if name is None:
+        return None
+    if name not in own_names:
+        return unusable(found.path, f"the `{POSES}` in its `{MANIFEST}` is none of its inputs")
+    return data_of(found.files[f"{MISSION}/{name}"], str(found.path / MISSION / name))
 
 
 # ------------------------------------------------------------------ what lies there

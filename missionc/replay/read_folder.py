@@ -24,6 +24,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.read_trace import read_trace
+from missionc.output.documents.whole_flight_json import ways_in
 from missionc.output.folder.file_names import (
     ALTERNATIVES_FOLDER,
     MANIFEST,
@@ -35,6 +36,7 @@ from missionc.output.folder.file_names import (
 )
 from missionc.pipeline.checked import Checked
 from missionc.replay.folder_files import FolderFiles, check_mission, names_and_hashes, parsed, read_files, unusable
+from missionc.verify.flight.way_missions import Ways
 
 PLAN, CERTIFICATE = "plan.json", "certificate.json"
 
@@ -52,6 +54,7 @@ class OutputFolder:
         checked: its mission, without an error.
         trace: its plan.
         flights: the text of each agent's polynomials, by the agent's name; empty where the file is missing.
+        ways: likewise of the ways from the floor and back to it, those that the folder holds any file of.
         alternatives: the folders of further plans in it, by their names relative to it.
     """
 
@@ -65,6 +68,7 @@ class OutputFolder:
     kernel: Kernel
     trace: Trace
     flights: Mapping[str, str]
+    ways: Ways = field(default_factory=dict)
     alternatives: Mapping[str, OutputFolder] = field(default_factory=dict)
 
     @property
@@ -146,4 +150,5 @@ def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic
             agent.name: files.get(polynomials_file(names[agent.name]), b"").decode("utf-8", errors="replace")
             for agent in checked.mission.agents
         },
+        ways=ways_in(checked.mission, files),
     )

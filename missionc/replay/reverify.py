@@ -14,7 +14,8 @@ from pathlib import Path
 from missionc.base.limits import Limits
 from missionc.diagnostics.code import FOLDER_REFUSED, NOT_JUDGED
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.file_names import PAST
+from missionc.output.documents.safe_end_json import read_safe_end
+from missionc.output.folder.file_names import PAST, SAFE_END
 from missionc.output.folder.walk_folder import printable
 from missionc.replay.folder_files import UNLISTED, file_checks
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder, read_folder
@@ -23,7 +24,10 @@ from missionc.replay.rebuild.rebuild_documents import check_documents
 from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED, unjudged, verdict
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.check_certificate import check_certificate
+from missionc.verify.flight.verify_safe_end import verify_safe_end
 from missionc.verify.flight.verify_stops import verify_stops
+from missionc.verify.flight.verify_whole_flight import as_one, verify_whole_flight
+from missionc.verify.flight.way_missions import is_whole
 from missionc.verify.verify_plan import verify, verify_between, verify_polynomials, with_delays
 
 MOST_REASONS = 8
@@ -75,6 +79,10 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
         flown = flown.joined(verify_polynomials(mission, kernel, trace, opened.flights))
     if flown.passed and PAST in opened.files:
         flown = flown.joined(Certificate(mission.name, tuple(verify_stops(mission, opened.stops))))
+    if flown.passed and is_whole(mission):
+        flown = flown.joined(verify_whole_flight(mission, opened.flights, opened.ways))
+        if flown.passed:
+            flown = flown.joined(_safe_end(opened))
     documents: tuple[Check, ...] = ()
     if flown.passed:
         flown = flown.joined(verify_between(mission, kernel, trace, opened.flights))
@@ -86,6 +94,16 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     say = _not_judged if _undecided(certificate) else _refused
     findings = () if certificate.passed else (say(opened.path, certificate),)
     return Reverified(opened.path, findings, opened, certificate, flown, others)
+
+
+def _safe_end(opened: OutputFolder) -> Certificate:
+    """The safe ends of a whole flight, which was verified."""
+    mission = opened.mission
+    stops = read_safe_end(opened.text(SAFE_END), mission)
+    if isinstance(stops, str):
+        return Certificate(mission.name, (Check("safe end file", SAFE_END, 0.0, "", 0.0, False, detail=stops),))
+    whole, before, risen = as_one(mission, opened.flights, opened.ways)
+    return verify_safe_end(mission, whole, before, risen, stops)
 
 
 def plans_of(others: tuple[Reverified, ...]) -> list[Judged]:

@@ -19,6 +19,7 @@ from missionc.resolve.definitions import ordered
 from missionc.resolve.grid import on_grid, on_line
 from missionc.resolve.names import AGENTS, Kind, Unresolved
 from missionc.resolve.resolve_dynamics import UNMOVED, resolve_dynamics
+from missionc.resolve.resolve_pads import pads_of, resolve_pads
 from missionc.resolve.resolve_points import known, resolve_point
 from missionc.resolve.resolve_quantities import excerpt, number, shown, whole
 from missionc.resolve.resolve_settings import known_settings, missing, relation, said_twice
@@ -106,6 +107,7 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
     finish = _places(context, ends[0].places, size, owner) if ends else NO_FINISH
     first = len(context.agents)
     count = 0 if math.isnan(size) else int(size)
+    pads = _pads(context, team, size, owner)
     for index in range(count if len(start) == count else 0):
         agent = ir.Agent(
             index=first + index,
@@ -119,10 +121,21 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
             span=team.name.span,
             vehicle=vehicle,
             yaw=yaw,
+            pad=pads[index] if len(pads) == count else None,
         )
         context.agents.append(agent)
     members = tuple(range(first, len(context.agents)))
     context.sets[name] = ir.AgentSet(name, members, team.name.span)
+
+
+def _pads(context: Context, team: ast.Team, size: float, owner: str) -> tuple[ir.Pad, ...]:
+    """One for each agent; none where the team does not say how it comes from the floor."""
+    flights = _only(context, team, ast.Flight, "flight")
+    if not flights:
+        return ()
+    said = pads_of(context, flights[0])
+    places = _places(context, said.places, size, owner) if said is not None else None
+    return resolve_pads(context, flights[0], places, owner, 0 if math.isnan(size) else int(size))
 
 
 def _settings(context: Context) -> tuple[str, ...]:
@@ -137,7 +150,7 @@ def _length(context: Context, setting: ast.Setting | None, default: Metres, what
     return Metres(number(context, setting.high, Dimension.LENGTH, what, least=0))
 
 
-Item = TypeVar("Item", ast.Dynamics, ast.Start, ast.Finish, ast.Vehicle, ast.Yaw)
+Item = TypeVar("Item", ast.Dynamics, ast.Start, ast.Finish, ast.Vehicle, ast.Flight, ast.Yaw)
 
 
 def _only(context: Context, team: ast.Team, kind: type[Item], word: str) -> list[Item]:

@@ -86,6 +86,17 @@ def _item(context: Context, item: ast.TeamItem) -> ast.TeamItem:
         case ast.Start(places=ast.AtListed(span, file)) | ast.Finish(places=ast.AtListed(span, file)):
             points = _points(context, file)
             return replace(item, places=ast.AtPoints(span, points)) if points else item
+        case ast.Flight(items=items):
+            return replace(item, items=tuple(_pads(context, each) for each in items))
+        case _:
+            return item
+
+
+def _pads(context: Context, item: ast.Pads | ast.Setting) -> ast.Pads | ast.Setting:
+    match item:
+        case ast.Pads(places=ast.AtListed(span, file)):
+            points = _points(context, file)
+            return replace(item, places=ast.AtPoints(span, points)) if points else item
         case _:
             return item
 

@@ -13,6 +13,7 @@ from typing import assert_never
 from missionc import ir
 from missionc.resolve.resolve_quantities import SI
 from missionc.resolve.show_ir_formula import number, show_formula, vector
+from missionc.resolve.show_pad import show_pad
 from missionc.resolve.show_vehicle import show_vehicle, show_yaw
 
 
@@ -37,6 +38,9 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
     for team, vehicle in dict.fromkeys((agent.team, agent.vehicle) for agent in mission.agents):
         if vehicle != ir.PLAIN:
             yield f"vehicle of {team} = {show_vehicle(vehicle)}"
+    for agent in mission.agents:
+        if agent.pad is not None:
+            yield f"pad of {agent.name} = {show_pad(agent.pad)}"
     for word, sets in (("team", mission.teams), ("group", mission.groups)):
         for agents in sets:
             yield f"{word} {agents.name} = {indices(agents.agents)}"

@@ -86,6 +86,10 @@ def vehicle(span: Span, name: ast.Name, *settings: ast.Setting | None) -> ast.Ve
     return ast.Vehicle(span, name, tuple(setting for setting in settings if setting is not None))
 
 
+def flight(span: Span, *items: ast.Pads | ast.Setting | None) -> ast.Flight:
+    return ast.Flight(span, tuple(item for item in items if item is not None))
+
+
 def yaw(span: Span, angle: ast.Quantity | None = None) -> ast.Yaw:
     """``along path`` is words alone, which the grammar leaves out."""
     return ast.Yaw(span, angle)
@@ -295,6 +299,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = (
         "disc": ast.Disc,
         "dynamics": dynamics,
         "finish": ast.Finish,
+        "flight": flight,
         "file": file,
         "file_setting": file_setting,
         "flag": flag,
@@ -325,6 +330,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = (
         "of_pairs": of_pairs,
         "offsets": lambda span, *points: points,
         "origin": lambda span, point: ast.FileOption(span, "origin", point),
+        "pads": ast.Pads,
         "param": ast.Param,
         "parentheses": same,
         "placed": lambda span, point: ast.FileOption(span, "at", point),

@@ -105,6 +105,8 @@ def _items(program: ast.Program) -> frozenset[int]:
                 starts.add(item.span.start)
                 if isinstance(item, ast.Vehicle):
                     starts.update(setting.span.start for setting in item.settings)
+                if isinstance(item, ast.Flight):
+                    starts.update(part.span.start for part in item.items)
     return frozenset(starts)
 
 

@@ -48,6 +48,8 @@ PARTS: dict[str, str] = {
     "dynamics": "dynamics single_integrator(speed <= 2 m/s)",
     "start": "start in base` or `start grid (1, 1) to (3, 3)",
     "vehicle": "vehicle crazyflie21` or `vehicle crazyflie21 { speed <= 0.8 m/s }",
+    "flight": "flight` or `flight { pads at (1, 1, 0), (2, 1, 0)  hover 1 m  rise <= 0.3 m/s }",
+    "pads": "pads at (1, 1, 0), (2, 1, 0)",
     "yaw": "yaw 90 deg` or `yaw along path",
     "finish": "finish in base` or `finish grid (1, 1) to (3, 3)",
 }

@@ -119,7 +119,8 @@ def data_of(content: bytes, name: str) -> Source:
     return Source(name, "" if isinstance(text, Diagnostic) else text, content)
 
 
-def _read_data(path: Path, name: str, limits: Limits, cause: Span) -> Source | Diagnostic:
+def read_data(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
+    """A file that is no mission, within the limits."""
     content = read_bytes(path, name, limits.map_bytes, MAP_UNREADABLE, cause)
     return content if isinstance(content, Diagnostic) else data_of(content, name)
 
@@ -167,7 +168,7 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
         link = "" if path in names else _link(Path(span.source.name).relative_to(folder).parent / written, path, root)
         called = names.setdefault(path, str(folder / path.relative_to(root)))
         paths[called] = path
-        source = (_read_data if data else read_source)(path, called, limits, span)
+        source = (read_data if data else read_source)(path, called, limits, span)
         if not link or isinstance(source, Diagnostic):
             return source
         leads[str(folder / link)] = path

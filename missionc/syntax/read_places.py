@@ -102,13 +102,25 @@ def with_files(declaration: ast.Declaration, whole: Callable[[ast.File], ast.Fil
             return declaration
 
 
-def _is_listed(item: ast.TeamItem) -> bool:
-    return isinstance(item, ast.Start | ast.Finish) and isinstance(item.places, ast.AtListed)
+def _is_listed(item: ast.TeamItem | ast.Pads) -> bool:
+    if isinstance(item, ast.Flight):
+        return any(map(_is_listed, item.items))
+    return isinstance(item, ast.Start | ast.Finish | ast.Pads) and isinstance(item.places, ast.AtListed)
 
 
 def _item(item: ast.TeamItem, whole: Callable[[ast.File], ast.File]) -> ast.TeamItem:
     match item:
         case ast.Start(places=ast.AtListed(span, file)) | ast.Finish(places=ast.AtListed(span, file)):
+            return replace(item, places=ast.AtListed(span, whole(file)))
+        case ast.Flight(items=items):
+            return replace(item, items=tuple(_pads(each, whole) for each in items))
+        case _:
+            return item
+
+
+def _pads(item: ast.Pads | ast.Setting, whole: Callable[[ast.File], ast.File]) -> ast.Pads | ast.Setting:
+    match item:
+        case ast.Pads(places=ast.AtListed(span, file)):
             return replace(item, places=ast.AtListed(span, whole(file)))
         case _:
             return item

@@ -167,6 +167,9 @@ def _item(node: ast.TeamItem) -> str:
             return f"finish {_places(places)}"
         case ast.Vehicle(_, name, settings):
             return f"vehicle {name.text}" + (f" {{ {'  '.join(map(_setting, settings))} }}" if settings else "")
+        case ast.Flight(_, items):
+            parts = (f"pads {_places(item.places)}" if isinstance(item, ast.Pads) else _setting(item) for item in items)
+            return "flight" + (f" {{ {'  '.join(parts)} }}" if items else "")
         case ast.Yaw(_, angle):
             return f"yaw {_yaw(angle)}"
         case ast.Setting():

@@ -98,7 +98,8 @@ obstacle  wall=disc at(1,1)radius 0.5 moving(2,0)m/s
 # who
 team drone[ 2 ]{radius 0.1 m dynamics unicycle( speed 1 .. 2 m/s )
 start line(0, 0) to (1,1) # there
-vehicle crazyflie21{speed<=0.5 m/s tracking 2 cm}}
+vehicle crazyflie21{speed<=0.5 m/s tracking 2 cm}
+flight{pads at (1,2),(3,4) rise<=0.2 m/s}}
 formation f=distances of drone(0-1:0.8)tolerance 0.1
 require one:every drone:always[ 0,T ](b implies distance (b)<=2*x - -1)
 prefer other:drone reach[hops 2 .. on radio]b
@@ -120,6 +121,7 @@ team drone[2] {
   dynamics unicycle(speed 1..2 m/s)
   start    line (0, 0) to (1, 1)  # there
   vehicle  crazyflie21 { speed <= 0.5 m/s  tracking 2 cm }
+  flight   { pads at (1, 2), (3, 4)  rise <= 0.2 m/s }
 }
 formation f = distances of drone (0-1: 0.8) tolerance 0.1
 require one:   every drone: always[0, T] (b implies distance(b) <= 2*x - -1)

@@ -99,6 +99,7 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             **OF_MISSION,
             "-o": output,
             "--force": None,
+            "--from": name,
             "--backend": drawn("auto", "smt", "smt", "hybrid", ""),
             "--solver": drawn("z3", "cadical", "race"),
             "--preset": drawn("sketch", "search", ODD),
@@ -130,7 +131,10 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
         },
     ),
     "explain": ((mission,), {**SHARED, "-D": override}),
-    "export": ((compiled, drawn("cflib", "mcap", "px4", "", ODD)), {**SHARED, "-o": output, "--force": None}),
+    "export": (
+        (compiled, drawn("cflib", "mcap", "px4", "", ODD)),
+        {**SHARED, "-o": output, "--force": None, "--from": name},
+    ),
     "fmt": ((mission,), {**SHARED, "--check": None, "--diff": None}),
     "init": ((name,), {"--format": drawn("text", "json"), "--template": drawn("patrol", "", ODD), "--force": None}),
     "monitor": (

@@ -76,7 +76,8 @@ ODD = {
 }
 
 
-INFINITE = {"turn", "high", *(name for name, figure in ir.FIGURES.items() if figure.relation == "<=")}
+FIGURES = ir.FIGURES | ir.PAD_FIGURES
+INFINITE = {"turn", "high", *(name for name, figure in FIGURES.items() if figure.relation == "<=")}
 """Where nothing limits it; ``low`` and ``high`` of a vehicle's band likewise."""
 
 

@@ -224,6 +224,8 @@ def _items(draw: _Drawn, count: int, row: int) -> str:
             "crazyflie21", "brushless21", "plain { tracking 2 cm }", "plain { speed <= 3 m/s  pair_distance 0.3 m }"
         )
         items += [f"vehicle {vehicle}"]
+    if draw.odds(0.15):
+        items += [draw.one("flight", "flight { rise <= 0.3 m/s  land <= 0.2 m/s }")]
     if draw.odds(0.2):
         items += [draw.one("yaw 90 deg", "yaw along path")]
     return "  ".join(items)

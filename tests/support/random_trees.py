@@ -35,7 +35,7 @@ SOFT = (
     "least",
     "delay",
 )
-SOFT += ("vehicle", "yaw", "path")
+SOFT += ("vehicle", "flight", "pads", "yaw", "path")
 SOFT += ("obstacles", "regions", "beacons", "from", "origin", "layer", "unknown", "named")
 UNITS = ("ms", "s", "min", "cm", "m", "km", "deg", "rad", "m/s", "m/s^2", "deg/s", "steps")
 
@@ -253,13 +253,13 @@ _dynamics = st.builds(
     _named("unicycle", "single_integrator", "double_integrator"),
     st.lists(_bounds, max_size=2).map(tuple),
 )
-_places = st.one_of(
-    st.builds(ast.InRegion, st.just(NOWHERE), references),
+_points = st.one_of(
     st.builds(ast.AtPoints, st.just(NOWHERE), point_lists),
     st.builds(ast.OnLine, st.just(NOWHERE), points, points),
     st.builds(ast.OnGrid, st.just(NOWHERE), points, points),
     st.builds(ast.AtListed, st.just(NOWHERE), files),
 )
+_places = st.one_of(st.builds(ast.InRegion, st.just(NOWHERE), references), _points)
 _items = st.one_of(
     _dynamics,
     st.builds(ast.Start, st.just(NOWHERE), _places),
@@ -272,6 +272,18 @@ _items = st.one_of(
         st.lists(st.one_of(_bounds, _settings("", "tracking", "memory")), max_size=3).map(tuple),
     ),
     st.builds(ast.Yaw, st.just(NOWHERE), st.none() | quantities),
+    st.builds(
+        ast.Flight,
+        st.just(NOWHERE),
+        st.lists(
+            st.one_of(
+                st.builds(ast.Pads, st.just(NOWHERE), _points),
+                _settings("", "hover"),
+                _settings("<=", "rise", "land"),
+            ),
+            max_size=3,
+        ).map(tuple),
+    ),
 )
 _links = st.builds(ast.Link, st.just(NOWHERE), counts, counts, quantities)
 

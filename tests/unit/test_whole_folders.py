@@ -95,7 +95,7 @@ def test_a_table_has_the_states_of_the_plan(tmp_path: Path) -> None:
     assert found == {"trajectories.csv": "it does not hold the states of `plan.json`"}
 
 
-@pytest.mark.parametrize("name", ["trajectories.csv", "report.html", "certificate.json", "export/px4/drone0.csv"])
+@pytest.mark.parametrize("name", ["trajectories.csv", "report.html", "certificate.json", "export/px4/Drone 1.csv"])
 def test_a_file_that_nobody_lists_any_more_is_missing(name: str, tmp_path: Path) -> None:
     found = {key: content for key, content in files().items() if key != name}
     manifest = json.loads(found["manifest.json"])

@@ -43,6 +43,7 @@ from missionc.pipeline import driver
 )
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
 @options.vehicle
+@options.poses
 @click.option("--backend", type=click.Choice([AUTO, *OFFERS]), default=AUTO, show_default=True)
 @options.of_a_plan("solver", "preset", "samples", "device", "margin", "processes", "stretch")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
@@ -124,6 +125,7 @@ def command(
     output: Path | None,
     force: bool,
     vehicle: str | None,
+    poses: Path | None,
     backend: str,
     seed: int,
     time_limit: float,
@@ -179,6 +181,7 @@ def command(
         limits=read_limits(limits),
         backend=backend,
         vehicle=vehicle or "",
+        poses=poses,
         options=chosen,
         seed=seed,
         time_limit=Seconds(time_limit),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from missionc.cli.options import (
     limits_and_form,
     named,
     one_of,
+    poses,
     read_limits,
 )
 from missionc.diagnostics.model import Diagnostic
@@ -28,7 +30,9 @@ from missionc.output.folder.write_file import beside
 from missionc.output.folder.write_folder import write_folder
 
 if TYPE_CHECKING:
+    from missionc.base.limits import Limits
     from missionc.output.export.export_form import Exported
+    from missionc.output.export.formats import Flight
     from missionc.replay.reverify import Reverified
 
 
@@ -49,22 +53,35 @@ def _list(context: click.Context, parameter: click.Parameter, listed: bool) -> N
 @click.option(
     "-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write; FOLDER-export if left out."
 )
+@poses
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list, help="List the names.")
 @limits_and_form
 def command(
-    path: Path, names: tuple[str, ...], output: Path | None, force: bool, limits: tuple[tuple[str, str], ...], form: str
+    path: Path,
+    names: tuple[str, ...],
+    output: Path | None,
+    poses: Path | None,
+    force: bool,
+    limits: tuple[tuple[str, str], ...],
+    form: str,
 ) -> Status:
     """Write a compiled folder's flight in other forms, once it has been verified again."""
     from missionc.replay.reverify import reverify
 
-    reverified = reverify(path, read_limits(limits))
+    allowed = read_limits(limits)
+    reverified = reverify(path, allowed)
     target = output or beside(named(path), "-export")
     findings = list(reverified.findings)
     files: dict[str, bytes] = {}
     notes: list[str] = []
+    flown = _flown(reverified, poses, allowed)
+    if isinstance(flown, Grounded):
+        findings += [each for each in flown.findings if not (flown.files and each.code.warning)]
+        notes += [each.message for each in flown.findings if flown.files and each.code.warning]
+        files |= flown.files
     for name in dict.fromkeys(names):
-        made = _made(reverified, name)
+        made = _made(flown, name)
         if isinstance(made, Diagnostic):
             findings.append(made)
         elif made is not None:
@@ -83,11 +100,40 @@ def command(
     return status_of(False, reverified.undecided) if refused else Status.MISSION_ERRORS
 
 
-def _made(reverified: Reverified, name: str) -> Exported | Diagnostic | None:
-    """One form; nothing of a folder that is not to be flown."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Grounded:
+    """A flight from where agents were measured to stand: it, and the files that say so; or why there is none."""
+
+    flight: Flight | None
+    files: dict[str, bytes]
+    findings: tuple[Diagnostic, ...]
+
+
+def _flown(reverified: Reverified, poses: Path | None, limits: Limits) -> Flight | Grounded | None:
+    """What is to be exported; nothing of a folder that is not to be flown."""
     if reverified.opened is None or not reverified.passed:
         return None
-    from missionc.output.export.formats import FORMATS, flight
+    from missionc.output.export.formats import flight
 
     opened = reverified.opened
-    return FORMATS[name].export(flight(opened.mission, opened.kernel, opened.trace, opened.flights))
+    if poses is None:
+        return flight(opened.mission, opened.kernel, opened.trace, opened.flights, opened.ways)
+    from missionc.pipeline.fly_from import fly_from  # for those who measure: it plans
+
+    answer = fly_from(opened.mission, opened.flights, poses, limits)
+    if answer.whole is None:
+        return Grounded(None, {}, answer.findings)
+    ways, mission = answer.whole.ways, answer.mission
+    return Grounded(
+        flight(mission, opened.kernel, opened.trace, opened.flights, ways), dict(answer.files), answer.findings
+    )
+
+
+def _made(flown: Flight | Grounded | None, name: str) -> Exported | Diagnostic | None:
+    """One form."""
+    own = flown.flight if isinstance(flown, Grounded) else flown
+    if own is None:
+        return None
+    from missionc.output.export.formats import FORMATS
+
+    return FORMATS[name].export(own)

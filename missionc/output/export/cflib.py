@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from missionc.curves.crazyflie_csv import written
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.export.compressed import Compressed, as_polynomials, compress
 from missionc.output.export.crazyswarm2 import uri
@@ -21,7 +20,6 @@ from missionc.output.export.takeoff_and_landing import GROUND, cannot_rise_or_la
 from missionc.output.export.trajectory_memory import raw
 from missionc.output.export.verified_flight import Flight, Part
 from missionc.verify.tolerances import TUBE
-from missionc.verify.verify_plan import verify_polynomials
 
 NAME = "cflib"
 
@@ -100,19 +98,12 @@ def _packed(flight: Flight) -> _Packed | Diagnostic:
 
 def _judged(flight: Flight, compressed: list[Compressed]) -> tuple[str, ...] | Diagnostic:
     """What rounding costs: refused where a body comes too close to another, to an obstacle or to the world's border."""
-    texts = {each.agent.name: each.text for each in flight.parts}
-    exact = verify_polynomials(flight.mission, flight.kernel, flight.trace, texts)
-    rounded = verify_polynomials(
-        flight.mission,
-        flight.kernel,
-        flight.trace,
-        {
-            each.agent.name: written(as_polynomials(packed))
-            for each, packed in zip(flight.parts, compressed, strict=True)
-        },
+    exact = flight.judged({each.agent.name: each.pieces for each in flight.parts})
+    rounded = flight.judged(
+        {each.agent.name: as_polynomials(packed) for each, packed in zip(flight.parts, compressed, strict=True)}
     )
-    judged = [check for check in rounded.checks if check.name.startswith("flown ")]
-    assert len(judged) == sum(check.name.startswith("flown ") for check in exact.checks), "some of it was not judged"
+    judged = [check for check in rounded.checks if "flown " in check.name]
+    assert len(judged) == sum("flown " in check.name for check in exact.checks), "some of it was not judged"
     failed = [check for check in judged if not check.passed]
     if failed:
         worst = min(failed, key=lambda check: check.margin)

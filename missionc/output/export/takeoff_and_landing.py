@@ -2,18 +2,13 @@
 
 Each goes straight up and down in a column of its own, clear of everything that stands, as fast as its profile allows,
 and is on the floor again before its battery is empty. Where that cannot be, a form that flies so is refused.
-
-The firmware rises and sinks on the polynomial of degree 7 that begins and ends at rest, without acceleration and jerk.
-
-Source:
-    crazyflie-firmware, planner.c (``plan_takeoff``, ``plan_land``) and pptraj.c (``piecewise_plan_7th_order_no_jerk``).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from itertools import combinations
 
 import numpy as np
@@ -22,27 +17,18 @@ from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.curves.piecewise_polynomials import speed_bounds, values
 from missionc.diagnostics.model import Diagnostic
-from missionc.ir import Mission, Obstacle, Vector, Vehicle
+from missionc.ir import Obstacle
 from missionc.output.export.export_form import refused
 from missionc.output.export.verified_flight import Flight, Part
+from missionc.verify.flight.flight_phases import LANDED, REST_TO_REST, Phases, phases_of
+from missionc.verify.flight.way_missions import is_whole
 from missionc.verify.tolerances import WAYPOINT
-from missionc.world.displacement import displaced, moved
-from missionc.world.signed_distance import signed_distance
+from missionc.world.columns import FLOOR, column_clearance
 
-GROUND = 0.0
+GROUND = FLOOR
 """Metres: where the vehicles stand before they take off."""
-RISE, SETTLE, GO, SINK = 3.0, 2.0, 4.0, 4.0
-"""Seconds: to take off and to land at least, to hover quietly, to go to the first point."""
-LANDED = 0.04
-"""Metres: the height to which they sink before their motors stop."""
 NEAR = 0.1
 """Metres: how far from below its first point a vehicle may stand, for it to take off."""
-SPEED, ACCELERATION = 35 / 16, 7.514
-"""The largest speed and acceleration of the polynomial, over 1 m in 1 s: m/s; m/s², rounded up."""
-FINE = 0.002
-"""Metres between the heights of a column that are looked at: what lies in between is nearer by half of it at most."""
-REST_TO_REST = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
-"""The polynomial of the firmware, from 0 to 1 in 1 s: ascending powers."""
 CLOCK_ERROR, UPTIME = 2.0**-10, 2**14
 """Seconds by which a firmware's clock, seconds since it was switched on in float32, is wrong up to so many of them.
 
@@ -54,41 +40,31 @@ Source:
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Phases:
-    """Seconds of each phase, the same for everybody; ``duration`` is that of the polynomials."""
-
-    rise: float
-    settle: float
-    go: float
-    duration: float
-    sink: float
-
-    @property
-    def whole(self) -> float:
-        """Seconds from the floor to the floor."""
-        return self.rise + self.settle + self.go + self.settle + self.duration + self.settle + self.sink
-
-
 def phases(flight: Flight) -> Phases:
     """How long a flight takes in each phase, so that nobody rises or sinks faster than its vehicle may."""
-    rise = max(_seconds(each.first[2] - GROUND, each.agent.vehicle) for each in flight.parts)
-    sink = max(_seconds(each.last[2] - LANDED, each.agent.vehicle) for each in flight.parts)
-    return Phases(max(rise, RISE), SETTLE, GO, flight.duration, max(sink, SINK))
-
-
-def _seconds(height: float, vehicle: Vehicle) -> float:
-    """For so many metres at the vehicle's limits, rounded up to a tenth."""
-    by_speed = SPEED * abs(height) / vehicle.vertical_speed
-    by_acceleration = math.sqrt(ACCELERATION * abs(height) / vehicle.acceleration)
-    return math.ceil(10 * max(by_speed, by_acceleration) - 1e-9) / 10
+    agents = [each.agent for each in flight.parts]
+    up, down = (
+        [end[2] for end in ends] for ends in zip(*((each.first, each.last) for each in flight.parts), strict=True)
+    )
+    return phases_of(agents, up, down, flight.duration)
 
 
 def for_templates(flight: Flight) -> dict[str, float]:
     """What a script says of its phases, by the names that it has for them; and what the clock on board may cost."""
     costs = math.ceil(float(speed_bounds(flight.curves).max()) * CLOCK_ERROR * 1e4) / 10
     hours = math.floor(UPTIME / 360) / 10
-    return asdict(phases(flight)) | {"landed": LANDED, "near": NEAR, "clock": costs, "hours": hours}
+    mission = {
+        "whole": bool(flight.ways),
+        "begins": round(flight.before, 3),
+        "ends": round(flight.before + float(flight.mission.horizon), 3),
+    }
+    return asdict(phases(flight)) | mission | {"landed": LANDED, "near": _near(flight), "clock": costs, "hours": hours}
+
+
+def _near(flight: Flight) -> float:
+    """How far from below its first point a vehicle may stand: where columns are proved no further than it may miss."""
+    missed = [each.agent.vehicle.tracking for each in flight.parts if each.agent.vehicle.tracking > 0]
+    return min([NEAR, *missed]) if is_whole(flight.mission) else NEAR
 
 
 def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:
@@ -155,20 +131,12 @@ def _blocked_column(name: str, flight: Flight) -> Diagnostic | None:
         need = part.agent.radius + part.agent.vehicle.tracking
         for verb, point, at_end in _ends(part):
             for obstacle in mission.obstacles:
-                time = flight.duration if at_end else 0.0
-                clear = _clearance(mission, obstacle, time, point)
+                time = flight.duration - flight.before if at_end else 0.0
+                clear = column_clearance(obstacle, point, time, time)
                 # A flight need not begin or end nearer than this to where the plan does.
                 if clear < need - WAYPOINT:
                     return _blocked(name, verb, part, obstacle, clear, need)
     return None
-
-
-def _clearance(mission: Mission, obstacle: Obstacle, time: float, point: Vector) -> float:
-    """Metres between an obstacle and the column below a point, at least."""
-    shape = moved(obstacle.shape, displaced(obstacle, time, mission.dimension))
-    heights = np.linspace(GROUND, point[2], max(2, math.ceil(abs(point[2] - GROUND) / FINE) + 1))
-    column = np.column_stack([np.full(heights.shape, point[0]), np.full(heights.shape, point[1]), heights])
-    return float(signed_distance(np, shape, column).min()) - FINE / 2 - obstacle.grown(time)
 
 
 def _too_long(name: str, flight: Flight) -> Diagnostic | None:

@@ -6,12 +6,18 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from missionc.base.trace import Array, Trace
-from missionc.curves.crazyflie_csv import Pieces, curves_of, read
+from missionc.curves.crazyflie_csv import Pieces, curves_of, read, written
 from missionc.curves.piecewise_polynomials import Curves, values
 from missionc.ir import Agent, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.folder.file_names import file_names
+from missionc.verify.certificate import Certificate
+from missionc.verify.flight.verify_whole_flight import verify_whole_flight
+from missionc.verify.flight.way_missions import Stage, Ways
+from missionc.verify.verify_plan import verify_polynomials
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,12 +57,21 @@ class Part:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flight:
-    """Every agent's polynomials, in mission order, on one grid of times."""
+    """Every agent's polynomials, in mission order, on one grid of times.
+
+    Args:
+        before: seconds of it before the mission begins; 0 where that is all of it.
+        ways: those that are in it, before the mission and after it.
+        texts: the polynomials of the mission alone, by the agent's name.
+    """
 
     mission: Mission
     kernel: Kernel
     trace: Trace
     parts: tuple[Part, ...]
+    texts: Mapping[str, str]
+    ways: Ways
+    before: float = 0.0
 
     @property
     def times(self) -> Array:
@@ -77,9 +92,39 @@ class Flight:
         """Likewise, the one coordinate yaw, radians."""
         return curves_of([each.pieces for each in self.parts], slice(3, 4))
 
+    def judged(self, pieces: Mapping[str, Pieces]) -> Certificate:
+        """What is verified of other polynomials with as many pieces, by the agent's name, in the place of these."""
+        sections: dict[Stage | None, dict[str, str]] = {}
+        for each in self.parts:
+            begin = 0
+            for stage, size in _sizes(self, each.agent.name):
+                own, end = pieces[each.agent.name], begin + size
+                part = Pieces(own.duration[begin:end], own.coefficients[begin:end])
+                sections.setdefault(stage, {})[each.agent.name] = written(part)
+                begin = end
+        flown = sections.pop(None)
+        certificate = verify_polynomials(self.mission, self.kernel, self.trace, flown)
+        if not self.ways or not all(check.passed for check in certificate.checks if check.name == "file"):
+            return certificate
+        ways = {stage: texts for stage, texts in sections.items() if stage is not None}
+        return certificate.joined(verify_whole_flight(self.mission, flown, ways))
 
-def flight(mission: Mission, kernel: Kernel, trace: Trace, texts: Mapping[str, str]) -> Flight:
-    """The flight of verified polynomials.
+
+def _sizes(flight: Flight, name: str) -> list[tuple[Stage | None, int]]:
+    """How many pieces of an agent belong to the way out, to the mission (None) and to the way home."""
+    stages: list[tuple[Stage | None, str]] = []
+    for stage in (Stage.OUT, None, Stage.HOME):
+        texts = flight.texts if stage is None else flight.ways.get(stage)
+        if texts is not None:
+            stages.append((stage, texts[name]))
+    # A header, and the end of the last line.
+    return [(stage, text.count("\n") - 1) for stage, text in stages]
+
+
+def flight(
+    mission: Mission, kernel: Kernel, trace: Trace, texts: Mapping[str, str], ways: Ways | None = None
+) -> Flight:
+    """The flight of verified polynomials, with the ways before and after the mission.
 
     Args:
         texts: each agent's file, by the agent's name.
@@ -87,15 +132,29 @@ def flight(mission: Mission, kernel: Kernel, trace: Trace, texts: Mapping[str, s
     Raises:
         ValueError: a text does not hold polynomials.
     """
+    ways = ways or {}
     files, robots = file_names(mission.agents), robot_names(mission)
-    parts = []
+    parts, before = [], 0.0
     for agent in mission.agents:
-        text = texts[agent.name]
-        pieces = read(text)
-        if isinstance(pieces, str):
-            raise ValueError(f"{agent.name}: {pieces}")
+        own = [_read(agent, texts[agent.name])]
+        if Stage.OUT in ways:
+            own.insert(0, _read(agent, ways[Stage.OUT][agent.name]))
+            before = float(own[0].times[-1])
+        if Stage.HOME in ways:
+            own.append(_read(agent, ways[Stage.HOME][agent.name]))
+        pieces = Pieces(
+            np.concatenate([each.duration for each in own]), np.concatenate([each.coefficients for each in own])
+        )
+        text = written(pieces) if ways else texts[agent.name]
         parts.append(Part(agent, files[agent.name], robots[agent.name], text, pieces))
-    return Flight(mission, kernel, trace, tuple(parts))
+    return Flight(mission, kernel, trace, tuple(parts), texts, ways, before)
+
+
+def _read(agent: Agent, text: str) -> Pieces:
+    pieces = read(text)
+    if isinstance(pieces, str):
+        raise ValueError(f"{agent.name}: {pieces}")
+    return pieces
 
 
 def robot_names(mission: Mission) -> dict[str, str]:

@@ -13,6 +13,10 @@ SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/3"
 """Where ``simulate`` leaves what it flew, and what that says it is."""
 SIMULATIONS_BEFORE = ("missionc.simulation/1", "missionc.simulation/2")
 """What files of older versions say they are: they do not tell what their flights were flown through."""
+WHOLE_FLIGHT = "whole_flight.json"
+"""The phases of a flight from the floor to the floor."""
+SAFE_END = "safe_end.json"
+"""How everybody comes to rest, and down, from many moments of such a flight."""
 REPORT = "report.html"
 """The page that is drawn of a folder."""
 MANIFEST, MANIFEST_SCHEMA = "manifest.json", "missionc.manifest/1"
@@ -40,6 +44,11 @@ def input_name(source: str, folder: PurePath) -> str:
 def polynomials_file(file: str) -> str:
     """Where an agent's polynomials lie, by the name that ``file_names`` gives it."""
     return f"crazyflie/{file}.csv"
+
+
+def way_file(stage: str, file: str) -> str:
+    """Likewise the polynomials of a way, `out` or `home`."""
+    return f"crazyflie/{stage}/{file}.csv"
 
 
 def stop_file(file: str) -> str:

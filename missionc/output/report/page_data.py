@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import Any
 
@@ -29,8 +29,10 @@ from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.requirement_lanes import Places, lanes
 from missionc.output.report.sample_tracks import Placed
 from missionc.output.report.tightest_margins import checks
+from missionc.output.report.whole_flight import whole_flight
 from missionc.output.report.world_data import world_data
 from missionc.verify.certificate import Between, Certificate, Verdict
+from missionc.verify.flight.way_missions import Ways
 from missionc.version import __version__
 
 
@@ -44,6 +46,7 @@ class Plotted:
         miss: what is wrong with a motion that is no plan, in words; empty of a plan.
         simulation: the text of ``simulation.json``; what cannot be read is not drawn.
         digest: the SHA-256 of the file that holds the motion; empty where there is none.
+        ways: likewise those before and after the mission.
     """
 
     mission: Mission
@@ -55,6 +58,7 @@ class Plotted:
     miss: str = ""
     simulation: str = ""
     digest: str = ""
+    ways: Ways = field(default_factory=dict)
 
 
 def data(plotted: Plotted) -> dict[str, Any]:
@@ -101,6 +105,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "passed": plotted.certificate.passed,
         "miss": plotted.miss,
         "warnings": list(plotted.certificate.warnings),
+        "whole": whole_flight(mission, plotted.flights, plotted.ways),
     }
 
 

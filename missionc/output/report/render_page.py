@@ -30,6 +30,7 @@ SCRIPTS = (
     "labels.js",
     "world_view.js",
     "motion_view.js",
+    "phases.js",
     "map_view.js",
     "svg_canvas.js",
     "gestures.js",

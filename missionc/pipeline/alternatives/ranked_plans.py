@@ -14,6 +14,7 @@ from missionc.base.throughout import Throughout
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.alternatives_json import rows
+from missionc.output.documents.whole_flight_json import ways_in
 from missionc.output.folder.file_names import file_names, polynomials_file
 from missionc.output.folder.manifest import sha256
 from missionc.output.report.report_html import Plotted
@@ -59,4 +60,7 @@ def _plotted(
     files, names = dict(verified.files), file_names(mission.agents)
     flights = {agent.name: files[polynomials_file(names[agent.name])].decode() for agent in mission.agents}
     digest = sha256(files["plan.json"])
-    return Plotted(mission, kernel, verified.plan, verified.certificate, flights, mission_texts, digest=digest)
+    ways = ways_in(mission, files)
+    return Plotted(
+        mission, kernel, verified.plan, verified.certificate, flights, mission_texts, digest=digest, ways=ways
+    )

@@ -137,6 +137,7 @@ class Explaining:
             backend=self.backend.name,
             limits=self.budget.limits,
             vehicle=self.checked.vehicle,
+            poses=self.checked.poses,
         )
         return checked if checked.ok and checked.mission is not None and checked.kernel is not None else None
 

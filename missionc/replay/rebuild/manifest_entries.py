@@ -20,20 +20,24 @@ from missionc.output.folder.file_names import (
     MOST_ALTERNATIVES,
     PAST,
     REPORT,
+    SAFE_END,
     SIMULATION,
+    WHOLE_FLIGHT,
     file_names,
     polynomials_file,
     stop_file,
+    way_file,
 )
 from missionc.output.folder.manifest import PACKAGES
 from missionc.output.with_alternatives import OPTION
-from missionc.pipeline.provenance import inputs
+from missionc.pipeline.provenance import POSES, inputs
 from missionc.replay.folder_files import VEHICLE, options
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder
 from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import is_version, shown
+from missionc.verify.flight.way_missions import is_whole
 
 KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
 LARGEST_SEED = 2**63 - 1
@@ -80,6 +84,7 @@ def _versions(versions: object) -> str:
 OPTIONS: Mapping[str, Callable[[str], bool]] = {
     **{each.name: each.kind.admits for each in DESCRIBED.values() if each.recorded is not Recorded.NEVER},
     VEHICLE: lambda text: text in profiles(),
+    POSES: bool,
     OPTION: lambda text: Whole(2, MOST_ALTERNATIVES).admits(text),
     "backend": lambda text: text == "auto",
     "export": lambda text: bool(text) and len(set(text.split(","))) == text.count(",") + 1,
@@ -121,4 +126,6 @@ def _known(opened: OutputFolder) -> set[str]:
     table = (ALTERNATIVES,) if OPTION in options(opened.manifest) else ()
     stops = (stop_file(names[agent.name]) for agent in opened.mission.agents) if PAST in opened.files else ()
     past = {PAST, *stops} if PAST in opened.files else set()
-    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *past, *flights, *table, *further}
+    whole = (WHOLE_FLIGHT, SAFE_END) if is_whole(opened.mission) else ()
+    ways = (way_file(stage.value, names[name]) for stage, texts in opened.ways.items() for name in texts)
+    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *past, *flights, *whole, *ways, *table, *further}

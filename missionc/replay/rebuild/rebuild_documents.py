@@ -14,8 +14,18 @@ from collections.abc import Iterator
 
 from missionc.base.limits import Limits
 from missionc.curves.crazyflie_csv import Pieces, read, written
+from missionc.output.documents.safe_end_json import read_safe_end, safe_end_json
 from missionc.output.documents.trajectories_csv import trajectories
-from missionc.output.folder.file_names import REPORT, SIMULATION, file_names, polynomials_file
+from missionc.output.documents.whole_flight_json import whole_flight_json
+from missionc.output.folder.file_names import (
+    REPORT,
+    SAFE_END,
+    SIMULATION,
+    WHOLE_FLIGHT,
+    file_names,
+    polynomials_file,
+    way_file,
+)
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder
 from missionc.replay.rebuild.alternatives import Judged, check_alternatives, table_of
 from missionc.replay.rebuild.export_files import check_exports
@@ -25,6 +35,8 @@ from missionc.replay.rebuild.report_page import check_page, page
 from missionc.replay.rebuild.simulation_document import check_simulation
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Certificate, Check
+from missionc.verify.compare_documents import same_text
+from missionc.verify.flight.way_missions import is_whole
 
 __all__ = ["check_documents", "page"]
 
@@ -53,6 +65,12 @@ def check_documents(
     yield verdict(TRAJECTORIES, "" if same else f"it does not hold the states of `{PLAN}`")
     for agent in opened.mission.agents:
         yield _polynomials(polynomials_file(names[agent.name]), opened.flights[agent.name])
+    for stage, texts in opened.ways.items():
+        for name, text in texts.items():
+            yield _polynomials(way_file(stage.value, names[name]), text)
+    if is_whole(opened.mission):
+        yield _whole_flight(opened)
+        yield _safe_end(opened)
     yield from check_exports(opened)
     if SIMULATION in opened.files and limits:
         yield check_simulation(opened, limits)
@@ -60,6 +78,21 @@ def check_documents(
     yield from check_alternatives(opened, others, table)
     if REPORT in opened.files:
         yield check_page(opened, plan, flown, others, table)
+
+
+def _whole_flight(opened: OutputFolder) -> Check:
+    if WHOLE_FLIGHT not in opened.files:
+        return verdict(WHOLE_FLIGHT, "it is missing")
+    made = whole_flight_json(opened.mission, opened.flights, opened.ways)
+    same = same_text(opened.text(WHOLE_FLIGHT), made)
+    return verdict(WHOLE_FLIGHT, "" if same else "its phases or places are not those of the polynomials")
+
+
+def _safe_end(opened: OutputFolder) -> Check:
+    """That nothing else is written in it than the stops that were judged, in the one form."""
+    stops = read_safe_end(opened.text(SAFE_END), opened.mission)
+    same = not isinstance(stops, str) and safe_end_json(opened.mission, stops) == opened.text(SAFE_END)
+    return verdict(SAFE_END, "" if same else "it is not written as the compiler writes it")
 
 
 def _polynomials(name: str, text: str) -> Check:

@@ -54,6 +54,7 @@ def plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None = 
         texts(opened.checked),
         simulation=opened.text(SIMULATION),
         digest=sha256(opened.files[PLAN]) if PLAN in opened.files else "",
+        ways=opened.ways,
     )
 
 

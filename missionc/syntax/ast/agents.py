@@ -90,6 +90,22 @@ class Vehicle:
 
 
 @dataclass(frozen=True, slots=True)
+class Pads:
+    """``pads at (1, 1, 0), (2, 1, 0)``: where the agents of a team stand before they rise, and land."""
+
+    span: Span
+    places: Places
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """``flight { pads …  hover 1 m  rise <= 0.3 m/s }``; ``flight`` alone leaves all of it out."""
+
+    span: Span
+    items: tuple[Pads | Setting, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Yaw:
     """``yaw 90 deg``, or ``yaw along path`` where ``angle`` is None."""
 
@@ -97,5 +113,5 @@ class Yaw:
     angle: Quantity | None
 
 
-TeamItem: TypeAlias = "Dynamics | Start | Finish | Vehicle | Yaw | Setting"
+TeamItem: TypeAlias = "Dynamics | Start | Finish | Vehicle | Flight | Yaw | Setting"
 """In any order inside the braces; ``radius`` and ``altitude`` are settings."""

@@ -26,9 +26,7 @@ DEGREE = 7
 
 def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> list[Check]:
     """Clock, joints, rest and waypoints of an agent's file; altitude in a plane, yaw where that is one angle."""
-    times = own.times
-    # The firmware's numbers have 24 bits, wherever the world is.
-    exact = MOTION * max(1.0, float(np.abs(own.coefficients[:, :, 0]).max()))
+    times, exact = own.times, exactness(own)
     late = abs(float(times[-1]) - mission.step * mission.steps)
     findings = [
         judged(
@@ -40,8 +38,7 @@ def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -
             agents=(agent.name,),
             detail="it lasts as long as the plan",
         ),
-        _joints(agent, own, times, exact),
-        _rest(agent, own, times, exact),
+        *check_smooth(agent, own),
         _waypoints(agent, own.coefficients[:, : mission.dimension], times, planned),
     ]
     if mission.dimension == 2:
@@ -54,6 +51,17 @@ def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -
         detail = f"its nose points at {agent.yaw.angle:g} rad throughout"
         findings.append(_worst(agent, "yaw", -off, times, MOTION * max(1.0, abs(agent.yaw.angle)), detail, "rad"))
     return findings
+
+
+def check_smooth(agent: Agent, own: Pieces) -> list[Check]:
+    """Joints, and rest at both ends, of an agent's file."""
+    exact = exactness(own)
+    return [_joints(agent, own, own.times, exact), _rest(agent, own, own.times, exact)]
+
+
+def exactness(own: Pieces) -> float:
+    """Metres that count as none: the firmware's numbers have 24 bits, wherever the world is."""
+    return MOTION * max(1.0, float(np.abs(own.coefficients[:, :, 0]).max()))
 
 
 def clock(mission: Mission) -> float:

@@ -52,7 +52,7 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
         files: the text of each agent's file, by the agent's name.
     """
     trajectories = {agent.name: read(files.get(agent.name, "")) for agent in mission.agents}
-    checks = [_file(agent, trajectories[agent.name]) for agent in mission.agents]
+    checks = [check_file(agent, trajectories[agent.name]) for agent in mission.agents]
     pieces = [own for own in trajectories.values() if isinstance(own, Pieces)]
     if len(pieces) < len(trajectories):
         return Certificate(mission.name, tuple(checks))
@@ -60,15 +60,15 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
     boxes: list[Boxes] = []
     for agent, own in zip(mission.agents, pieces, strict=True):
         checks += check_flight(mission, agent, own, planned)
-        _prove(mission, [tube(mission, agent, own, planned)], checks, boxes)
+        prove_all(mission, [tube(mission, agent, own, planned)], checks, boxes)
     same = all(np.array_equal(own.duration, pieces[0].duration) for own in pieces)
     checks.append(Check("clock", "polynomials", 0.0, "s", 0.0, same, detail="all files have the same durations"))
     if not same:
         return Certificate(mission.name, tuple(checks), boxes=tuple(boxes))
     flight = Flight(pieces[0].duration, np.stack([own.coefficients for own in pieces]))
-    _prove(mission, [world(mission, flight)], checks, boxes)
-    warnings = _apart(mission, flight, checks, boxes)
-    _prove(mission, [*downwash(mission, flight), *limits(mission, flight)], checks, boxes)
+    prove_all(mission, [world(mission, flight)], checks, boxes)
+    warnings = check_apart(mission, flight, checks, boxes)
+    prove_all(mission, [*downwash(mission, flight), *limits(mission, flight)], checks, boxes)
     checks += [*check_memory(mission, flight), *check_endurance(mission, flight)]
     checks += _requirements(mission, kernel, trace, flight)
     figures = (
@@ -79,19 +79,21 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
     return Certificate(mission.name, tuple(checks), figures, tuple(warnings), boxes=tuple(boxes))
 
 
-def _file(agent: Agent, value: Pieces | str) -> Check:
+def check_file(agent: Agent, value: Pieces | str) -> Check:
+    """That it could be read."""
     detail = value if isinstance(value, str) else "header, columns, at least two rows, finite, durations positive"
     return Check("file", agent.name, 0.0, "", 0.0, isinstance(value, Pieces), agents=(agent.name,), detail=detail)
 
 
-def _prove(mission: Mission, claims: list[Claim], checks: list[Check], boxes: list[Boxes]) -> None:
+def prove_all(mission: Mission, claims: list[Claim], checks: list[Check], boxes: list[Boxes]) -> None:
+    """Adds the check of each claim, and its boxes."""
     for claim in claims:
         check, proof = prove(mission, claim)
         checks.append(check)
         boxes.append(proof)
 
 
-def _apart(mission: Mission, flight: Flight, checks: list[Check], boxes: list[Boxes]) -> list[str]:
+def check_apart(mission: Mission, flight: Flight, checks: list[Check], boxes: list[Boxes]) -> list[str]:
     """Obstacles and separation; where the flight keeps less than the mission asks, what it needs, and a warning."""
     warnings = []
     wishes, needed = (

@@ -91,6 +91,7 @@ if (state.looked) map.view.camera.set(state.looked);
 const bar = addressBar(model, state, map.view.camera);
 const tracks = timeline(model, state, change, words, other);
 const clockwork = player(model, state, change);
+phaseBar(model);
 margins(model, change);
 plansTable(whole, rank, bar.whole);
 suggestionCards(whole, rank, bar.whole);

@@ -29,7 +29,10 @@ function mapView(canvas, first, shared = null) {
       const below = still.getContext("2d");
       below.setTransform(ratio, 0, 0, ratio, room * ratio, room * ratio);
       paintStanding(below, { ...frame }, model, palette);
-      if (state.layers.paths) paintPaths(below, frame, model, palette);
+      if (state.layers.paths) {
+        paintPaths(below, frame, model, palette);
+        paintWays(below, frame, model, palette);
+      }
       drawn = { key, ox: frame.ox, oy: frame.oy, room };
       [right, down] = [0, 0];
     }
@@ -58,7 +61,10 @@ function mapView(canvas, first, shared = null) {
     const frame = eye.frame(width, height);
     const grid = ground(context, frame, palette);
     paintStanding(context, frame, model, palette);
-    if (state.layers.paths) paintPaths(context, frame, model, palette);
+    if (state.layers.paths) {
+      paintPaths(context, frame, model, palette);
+      paintWays(context, frame, model, palette);
+    }
     paintScale(context, frame, model, palette, grid);
     paintMoving(context, frame, palette, state, ghost);
   }

@@ -1,0 +1,41 @@
+"""Pads: where an agent stands before it rises and where it lands, how high and how fast.
+
+An agent with a pad flies from the floor to the floor: up above its pad, to its start, its mission, back above the pad,
+and down.
+"""
+
+from __future__ import annotations
+
+import math
+
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.base.units import Dimension
+from missionc.ir.shapes import Vector
+from missionc.ir.vehicles import Figure
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pad:
+    """What ``flight`` says of one agent.
+
+    Args:
+        point: x and y, metres; None below where the agent starts.
+        hover: metres, up to which it rises; None at the height of its start.
+        rise: m/s at most on the way up, beside what its vehicle may; infinite where that alone counts.
+        land: likewise on the way down.
+    """
+
+    point: Vector | None
+    span: Span
+    hover: float | None = None
+    rise: float = math.inf
+    land: float = math.inf
+
+
+PAD_FIGURES: dict[str, Figure] = {
+    "hover": Figure(Dimension.LENGTH, "", "height to rise to above the pad, and to sink from", above=True),
+    "rise": Figure(Dimension.SPEED, "<=", "on the way up", above=True),
+    "land": Figure(Dimension.SPEED, "<=", "on the way down", above=True),
+}
+"""What may be said of a pad beside where it is, in the order of its fields."""

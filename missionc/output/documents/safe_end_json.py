@@ -1,0 +1,110 @@
+"""Safe ends as JSON: at each moment a polynomial of every agent that brings it to rest, and the turns of landing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import values
+from missionc.ir import Mission
+from missionc.output.json_layout import compact, listed
+from missionc.verify.flight.landing_in_turns import Stop
+from missionc.verify.flight.verify_safe_end import HOVER
+
+SCHEMA = "missionc.safe_end/1"
+MOST_MOMENTS = 1000
+"""That a file may have."""
+
+
+def safe_end_json(mission: Mission, stops: Sequence[Stop]) -> str:
+    """The text of ``safe_end.json``; nine digits tell every float32 number from every other."""
+    names = [agent.name for agent in mission.agents]
+    rows = []
+    for stop in stops:
+        landing = {index for turn in stop.turns for index in turn}
+        rows.append(
+            {
+                "at": stop.at,
+                "seconds": stop.seconds,
+                "land": [[names[index] for index in turn] for turn in stop.turns],
+                "hover": [name for index, name in enumerate(names) if index not in landing],
+                "stops": [[float(f"{each:.9g}") + 0.0 for each in _numbers(own)] for own in stop.pieces],
+            }
+        )
+    head = {"schema": SCHEMA, "mission": mission.name, "agents": names}
+    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
+    lines.append(listed("moments", map(compact, rows)))
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _numbers(own: Pieces) -> list[float]:
+    """Eight ascending powers each of x, y, z and yaw."""
+    numbers: list[float] = own.coefficients[0].reshape(-1).tolist()
+    return numbers
+
+
+def read_safe_end(text: str, mission: Mission) -> tuple[Stop, ...] | str:
+    """The stops that a text holds, as the firmware would hold their numbers; or what is wrong with it."""
+    try:
+        value = parse_json(text)
+    except NotJsonError as error:
+        return error.reason
+    names = [agent.name for agent in mission.agents]
+    if not isinstance(value, dict) or set(value) != {"schema", "mission", "agents", "moments"}:
+        return "it has not the keys of safe ends"
+    if value["schema"] != SCHEMA or value["agents"] != names or not isinstance(value["moments"], list):
+        return "it is about other agents, or of another version"
+    if len(value["moments"]) > MOST_MOMENTS:
+        return f"it has more than {MOST_MOMENTS} moments"
+    stops = []
+    for number, row in enumerate(value["moments"], 1):
+        stop = _stop(row, names)
+        if stop is None:
+            return f"moment {number} is no stop of all its agents"
+        stops.append(stop)
+    return tuple(stops)
+
+
+def _stop(row: object, names: list[str]) -> Stop | None:
+    if not isinstance(row, dict) or set(row) != {"at", "seconds", "land", "hover", "stops"}:
+        return None
+    numbers = row["stops"]
+    if not (_is_number(row["at"]) and _is_number(row["seconds"]) and isinstance(numbers, list)):
+        return None
+    sound = len(numbers) == len(names) and all(isinstance(own, list) and len(own) == 32 for own in numbers)
+    if not sound or not all(_is_number(each) for own in numbers for each in own):
+        return None
+    turns = _turns(row["land"], names)
+    seconds = np.float32(row["seconds"])
+    if turns is None or not 0 < seconds < np.inf:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        pieces = tuple(_pieces(own, float(seconds)) for own in numbers)
+    if not all(np.isfinite(own.coefficients).all() for own in pieces):
+        return None
+    return Stop(float(row["at"]), pieces, turns)
+
+
+def _pieces(numbers: list[float], seconds: float) -> Pieces:
+    moving = np.array(numbers, dtype=np.float64).astype(np.float32).astype(np.float64).reshape(4, 8)
+    still = np.zeros_like(moving)
+    still[:, 0] = values(moving, np.asarray(seconds)).astype(np.float32)
+    return Pieces(np.array([seconds, float(np.float32(HOVER))]), np.stack([moving, still]))
+
+
+def _turns(land: object, names: list[str]) -> tuple[tuple[int, ...], ...] | None:
+    """The turns by indices; None where one is empty, or somebody lands twice or is nobody."""
+    if not isinstance(land, list) or not all(isinstance(turn, list) and turn for turn in land):
+        return None
+    known = {name: index for index, name in enumerate(names)}
+    called = [name for turn in land for name in turn]
+    if not all(isinstance(name, str) and name in known for name in called) or len(set(called)) < len(called):
+        return None
+    return tuple(tuple(known[name] for name in turn) for turn in land)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value)

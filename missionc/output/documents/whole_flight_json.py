@@ -1,0 +1,92 @@
+"""The whole flight as JSON: its phases on the mission's clock, and where everybody stands, hovers, starts and ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from missionc.curves.crazyflie_csv import read
+from missionc.ir import Mission
+from missionc.output.folder.file_names import file_names, way_file
+from missionc.output.json_layout import compact, listed
+from missionc.verify.certificate import Check
+from missionc.verify.flight.verify_whole_flight import pieces_of, whole_phases
+from missionc.verify.flight.way_missions import Stage, Ways, is_whole, ways_of
+from missionc.world.columns import FLOOR
+
+SCHEMA = "missionc.whole_flight/1"
+
+
+def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) -> str:
+    """The text of ``whole_flight.json``; the files and ways were verified."""
+    flown = pieces_of(mission, files)
+    assert not isinstance(flown, Check), "polynomials that were verified can be read"
+    wanted = ways_of(mission, flown)
+    begins, ends = wanted[Stage.OUT], wanted[Stage.HOME]
+    rows = phases_on_the_clock(mission, files, ways)
+    agents = [
+        {
+            "agent": agent.name,
+            "pad": _point([*begins.begin[agent.index, :2].tolist(), FLOOR]),
+            "hover": _point(begins.begin[agent.index].tolist()),
+            "start": _point(begins.end[agent.index].tolist()),
+            "finish": _point(ends.begin[agent.index].tolist()),
+        }
+        for agent in mission.agents
+    ]
+    head = {
+        "schema": SCHEMA,
+        "mission": mission.name,
+        "seconds": round(rows[-1][2] - rows[0][1], 6),
+    }
+    phases = ({"phase": name, "begin": round(begin, 6), "end": round(end, 6)} for name, begin, end in rows)
+    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
+    lines += [listed("phases", map(compact, phases)), listed("agents", map(compact, agents))]
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def ways_in(mission: Mission, files: Mapping[str, bytes]) -> Ways:
+    """The ways that a folder's files hold; one that is there in part has empty texts for the rest."""
+    names, found = file_names(mission.agents), {}
+    for stage in Stage if is_whole(mission) else ():
+        own = {agent.name: files.get(way_file(stage.value, names[agent.name])) for agent in mission.agents}
+        if any(content is not None for content in own.values()):
+            found[stage] = {name: (content or b"").decode("utf-8", errors="replace") for name, content in own.items()}
+    return found
+
+
+def phases_on_the_clock(mission: Mission, files: Mapping[str, str], ways: Ways) -> list[tuple[str, float, float]]:
+    """Each phase, and from when to when it lasts: seconds since the mission began, negative before."""
+    flown = pieces_of(mission, files)
+    assert not isinstance(flown, Check), "polynomials that were verified can be read"
+    lengths = {stage: _seconds(files_of) for stage, files_of in ways.items()}
+    out, home = lengths.get(Stage.OUT, 0.0), lengths.get(Stage.HOME, 0.0)
+    duration = float(next(iter(flown.values())).times[-1])
+    lasting = whole_phases(mission, ways_of(mission, flown), out + duration + home)
+    hover = lasting.settle + lasting.go + lasting.settle
+    begin = -(lasting.rise + hover + out)
+    rows = []
+    for name, seconds in (
+        ("rise", lasting.rise),
+        ("hover", hover),
+        ("out", out),
+        ("mission", duration),
+        ("home", home),
+        ("hover", lasting.settle),
+        ("land", lasting.sink),
+    ):
+        if seconds > 0:
+            # The mission's own beginning is exactly 0.
+            begin = 0.0 if name == "mission" else begin
+            rows.append((name, begin, begin + seconds))
+            begin += seconds
+    return rows
+
+
+def _seconds(files: Mapping[str, str]) -> float:
+    own = read(next(iter(files.values())))
+    assert not isinstance(own, str), "polynomials that were verified can be read"
+    return float(own.times[-1])
+
+
+def _point(values: list[float]) -> list[float]:
+    return [round(value, 6) + 0.0 for value in values]
