@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from missionc.base.limits import Limits
+from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
 from missionc.closed_loop.ground import flights_of
@@ -35,11 +36,14 @@ MISSIONS = (
     "missions/gallery/laser_links.mission",
 )
 VEHICLE = "crazyflie21"
+EVADED = 1.0
+"""Metres from everybody at which an obstacle appears at least: what appears nearer hits whoever flies at 1 m/s."""
 
 
-def drawn(mission: Mission, random: np.random.Generator) -> Scenario:
-    """A scenario with one event, at some time in the middle half of the mission."""
+def drawn(mission: Mission, plan: Trace, random: np.random.Generator) -> Scenario:
+    """A scenario with one event, some time after the beginning and before the last third of the mission."""
     at = float(mission.horizon * random.uniform(0.1, 0.6))
+    there = plan.position[:, int(at / mission.step), :2]
     agent = mission.agents[int(random.integers(len(mission.agents)))].name
     match int(random.integers(3)):
         case 0:
@@ -48,10 +52,12 @@ def drawn(mission: Mission, random: np.random.Generator) -> Scenario:
             event = Event(at, slow=agent, to=0.5)
         case _:
             low, high = np.array(mission.world.low[:2]), np.array(mission.world.high[:2])
-            x, y = (low + (high - low) * random.uniform(0.1, 0.9, 2)).round(2).tolist()
-            event = Event(
-                at, change=f"obstacle debris = disc at ({x}, {y}) radius {0.04 * float((high - low).min()):.2f}"
-            )
+            radius = 0.04 * float((high - low).min())
+            place = low + (high - low) * random.uniform(0.1, 0.9, 2)
+            while np.linalg.norm(there - place, axis=1).min() < radius + EVADED:
+                place = low + (high - low) * random.uniform(0.1, 0.9, 2)
+            x, y = place.round(2).tolist()
+            event = Event(at, change=f"obstacle debris = disc at ({x}, {y}) radius {radius:.2f}")
     return Scenario(
         wind=float(random.uniform(0, 0.3)),
         gust=float(random.uniform(0, 0.1)),
@@ -88,7 +94,7 @@ def main() -> None:
         counts, took = np.zeros(4, dtype=int), []
         for flight in range(arguments.flights):
             random = np.random.default_rng([number, flight])
-            scenario = drawn(mission, random)
+            scenario = drawn(mission, flying.trace, random)
             clock = None if arguments.clock is None else Seconds(arguments.clock)
             settings = (flying, scenario, flight, Seconds(arguments.within), Limits())
             alone = fly_loop(*settings, replans=False)
