@@ -160,8 +160,8 @@ NO_SUCH_MOMENT = Code("MC715", "the mission has no such moment to draw")
 NOT_ONE_MISSION = Code("MC716", "the folders are of different missions")
 UNUSABLE_SAMPLE = Code("MC717", "a line of samples cannot be used", warning=True)
 NOT_LISTENING = Code("MC718", "samples cannot be received there")
-TRACKING_NOT_MEASURED = Code("MC731", "the tracking margin was measured for less", warning=True)
 NOT_TO_BE_LOST = Code("MC730", "the flight has no such agent to be lost")
+TRACKING_NOT_MEASURED = Code("MC731", "the tracking margin was measured for less", warning=True)
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")
