@@ -176,6 +176,8 @@ NOT_TO_BE_LOST = Code("MC730", "the flight has no such agent to be lost")
 IMPLAUSIBLE_TIME = Code("MC725", "a sample is far ahead in time", warning=True)
 RECORDING_BROKEN = Code("MC726", "the recording cannot be read")
 NO_WAY = Code("MC740", "the way from the floor, or back to it, is not proved")
+NOT_TO_BE_LOST = Code("MC730", "the flight has no such agent to be lost")
+TRACKING_NOT_MEASURED = Code("MC731", "the tracking margin was measured for less", warning=True)
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

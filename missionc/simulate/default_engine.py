@@ -159,10 +159,10 @@ class Airborne:
         self._land()
 
     def _pushed_down(self) -> Array | None:
-        """By those above: (bodies,), N. Who is lost pushes nobody for long: it falls out of their way."""
+        """By those above whose rotors turn: (bodies,), N."""
         if not self._downwash or self._together < 2:
             return None
-        return self._downwash * push(self._state[quadrotor.POSITION], self._together)
+        return self._downwash * push(self._state[quadrotor.POSITION], self._together, self._lost)
 
     def _land(self) -> None:
         """The lost ones that are at height 0 lie there."""

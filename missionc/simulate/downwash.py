@@ -8,6 +8,7 @@ Source:
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from missionc.base.trace import Array
 
@@ -21,11 +22,12 @@ NEAREST = 0.1
 """Metres below: nearer, the model grows beyond all bounds, and bodies touch."""
 
 
-def push(position: Array, together: int) -> Array:
+def push(position: Array, together: int, still: NDArray[np.bool_] | None = None) -> Array:
     """Downward force on each body, of all that are above it: (3, bodies), m -> (bodies,), N.
 
     Args:
         together: so many neighbouring columns fly in the same air.
+        still: (bodies,): whose rotors stand; nobody's where none is given.
     """
     x, y, z = position.reshape(3, -1, together)
     below = z[:, None, :] - z[:, :, None]
@@ -33,4 +35,7 @@ def push(position: Array, together: int) -> Array:
     height = np.maximum(below, NEAREST)
     width = np.maximum(np.abs(WIDTH[0] + WIDTH[1] * height), 1e-3)
     each = STRENGTH * (ROTOR / (4 * height)) ** 2 * np.exp(-beside / (2 * width**2))
-    return np.asarray(np.where(below > 0, each, 0.0).sum(axis=-1).ravel())
+    blows = below > 0
+    if still is not None:
+        blows &= ~still.reshape(-1, 1, together)
+    return np.asarray(np.where(blows, each, 0.0).sum(axis=-1).ravel())

@@ -166,6 +166,14 @@ def test_nobody_is_pushed_by_who_flies_in_another_flight() -> None:
     assert push(position, 4)[:2].all()
 
 
+def test_nobody_is_pushed_by_rotors_that_stand() -> None:
+    position = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 1.5, 2.0]])
+    both = push(position, 3)
+    upper = push(position, 3, np.array([False, True, False]))
+    assert 0 < upper[0] < both[0]
+    assert upper[1] == both[1] > 0
+
+
 def test_who_hovers_below_sinks() -> None:
     position = np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 1.6]])
     air = Airborne(position, np.zeros(2), downwash=1.0)
