@@ -56,6 +56,7 @@ def test_a_page_that_knows_something_is_told_the_rest() -> None:
         [[1000, 1000, 1000], [2000, 2000, 2000]],
         [[1000, 1000, 1000], [1000, 1500, 1000]],
     ]
+    assert second["stream"]["heard"] == 2.0
     assert second["now"]["goals"][0]["verdict"] == "violated"
     assert second["now"]["goals"][0]["since"] == 2.0
     assert [each["tone"] for each in second["news"]] == ["risk", "bad"]

@@ -140,6 +140,8 @@ class FlightRecord:
 
     def _judged(self, judged: Judged) -> None:
         self._now, state, standings = judged, judged.state, judged.standings
+        reached = state.step * float(self.mission.step)
+        self.hear(reached if self._heard is None else max(self._heard, reached))
         if state.step % self.stride:
             return
         column = state.step // self.stride
