@@ -20,7 +20,7 @@ from missionc.curves.crazyflie_csv import Pieces
 from missionc.flight.stop_and_hover import state_at, stop_together
 from missionc.ir import Mission
 from missionc.verify.flight.landing_in_turns import Stop, in_turns
-from missionc.verify.flight.verify_safe_end import HOVER, judge_stops
+from missionc.verify.flight.verify_safe_end import HOVER, judge_stops, missing_by_skew
 
 EVERY, MOST = 0.5, 40
 """Seconds from a moment to the next, and how many there are at most: of a long flight they are further apart."""
@@ -34,10 +34,11 @@ def safe_ends(mission: Mission, whole: Mapping[str, Pieces], before: float) -> t
     """The stops in the order of their moments; arguments as of ``verify_safe_end``."""
     flown = [whole[agent.name] for agent in mission.agents]
     last = float(flown[0].times[-1])
+    wide = missing_by_skew(mission, flown)
     count = min(MOST, max(1, math.floor(last / EVERY)))
     times = [round(time / ROUNDED) * ROUNDED for time in np.linspace(0.0, last, count, endpoint=False).tolist()]
-    stops = [stop for time in times if (stop := _stop(mission, flown, time, before)) is not None]
-    end = _stop(mission, flown, last, before)
+    stops = [stop for time in times if (stop := _stop(wide, flown, time, before)) is not None]
+    end = _stop(wide, flown, last, before)
     assert end is not None, "who is at rest may stay there"
     return (*_good(mission, whole, before, stops), end)
 

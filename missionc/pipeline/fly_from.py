@@ -43,11 +43,12 @@ class FlownFrom:
     findings: tuple[Diagnostic, ...]
 
 
-def fly_from(mission: Mission, flown: Mapping[str, str], poses: Path, limits: Limits) -> FlownFrom:
+def fly_from(mission: Mission, flown: Mapping[str, str], plan: bytes, poses: Path, limits: Limits) -> FlownFrom:
     """The ways from where the agents were measured to stand, and back there.
 
     Args:
         flown: each agent's polynomials, by its name; they were verified.
+        plan: the file of the plan that they fly.
     """
     text = read_data(poses, str(poses), limits)
     if isinstance(text, Diagnostic):
@@ -62,10 +63,9 @@ def fly_from(mission: Mission, flown: Mapping[str, str], poses: Path, limits: Li
     if isinstance(whole, Diagnostic):
         return FlownFrom(placed, None, {}, (*findings, whole))
     assert whole is not None, "every agent has a pad"
-    digest = sha256("".join(flown[agent.name] for agent in placed.agents).encode())
     files = {
         SAFE_END: safe_end_json(placed, whole.stops).encode(),
         WHOLE_FLIGHT: whole_flight_json(placed, flown, whole.ways).encode(),
-        PROOF: certificate_json(whole.certificate, digest).encode(),
+        PROOF: certificate_json(whole.certificate, sha256(plan)).encode(),
     }
     return FlownFrom(placed, whole, files, tuple(findings))

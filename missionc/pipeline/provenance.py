@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.offers import AUTO, OFFERS
@@ -24,7 +24,21 @@ POSES = "from"
 def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
     """Every file of the mission, by its name relative to the mission's folder."""
     folder = Path(checked.file).parent
-    return tuple((input_name(source.name, folder), source.content) for source in checked.sources)
+    return tuple(
+        (poses_name(checked) if source is checked.poses else input_name(source.name, folder), source.content)
+        for source in checked.sources
+    )
+
+
+def poses_name(checked: Checked) -> str:
+    """How the file of measured poses is called among the mission's, wherever it lies: no other of them is called so."""
+    assert checked.poses is not None
+    folder = Path(checked.file).parent
+    taken = {input_name(source.name, folder) for source in checked.sources if source is not checked.poses}
+    name = input_name(PurePath(checked.poses.name).name, PurePath())
+    while name in taken:
+        name = f"measured-{name}"
+    return name
 
 
 def input_name_of(checked: Checked, source: Source) -> str:
@@ -51,7 +65,7 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     named.extend([("backend", AUTO)] if len(engines) > 1 else [])
     named.extend([("vehicle", checked.vehicle)] if checked.vehicle else [])
     if checked.poses is not None:
-        named.append((POSES, input_name(checked.poses.name, Path(checked.file).parent)))
+        named.append((POSES, poses_name(checked)))
     return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
 
 

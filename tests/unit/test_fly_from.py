@@ -101,6 +101,22 @@ def test_without_pads_the_starts_say_where_vehicles_are_expected(tmp_path: Path)
     assert codes(POSES.replace("3.97", "1.03").replace("2.01,4.03", "1.0,2.0"), of=checked.mission) == []
 
 
+def test_a_file_from_anywhere_is_kept_under_a_name_of_its_own(tmp_path: Path) -> None:
+    """Also where the mission has another file of that name."""
+    (tmp_path / "hall").mkdir()
+    (tmp_path / "today").mkdir()
+    pads = HALL.replace("pads at (1, 4, 0), (2, 4, 0)", 'pads from "poses.csv"')
+    (tmp_path / "hall" / "hall.mission").write_text(pads)
+    (tmp_path / "hall" / "poses.csv").write_text("x,y,z\n1,4,0\n2,4,0\n")
+    (tmp_path / "today" / "poses.csv").write_text(POSES)
+    folder = tmp_path / "out"
+    words = [str(tmp_path / "hall" / "hall.mission"), "-o", str(folder), "--quiet"]
+    assert main(["compile", *words, "--from", str(tmp_path / "today" / "poses.csv")]) == 0
+    kept = {path.name: path.read_text() for path in (folder / "mission").iterdir()}
+    assert kept == {"hall.mission": pads, "poses.csv": "x,y,z\n1,4,0\n2,4,0\n", "measured-poses.csv": POSES}
+    assert main(["verify", str(folder)]) == 0
+
+
 def test_vehicles_that_stand_too_near_each_other_are_found(tmp_path: Path) -> None:
     near = Source("poses.csv", POSES.replace("2.01,4.03", "1.3,3.97"))
     assert PADS_TOO_NEAR in [finding.code for finding in check(Source("hall.mission", HALL), poses=near).findings]

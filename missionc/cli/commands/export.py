@@ -120,7 +120,7 @@ def _flown(reverified: Reverified, poses: Path | None, limits: Limits) -> Flight
         return flight(opened.mission, opened.kernel, opened.trace, opened.flights, opened.ways)
     from missionc.pipeline.fly_from import fly_from  # for those who measure: it plans
 
-    answer = fly_from(opened.mission, opened.flights, poses, limits)
+    answer = fly_from(opened.mission, opened.flights, opened.files["plan.json"], poses, limits)
     if answer.whole is None:
         return Grounded(None, {}, answer.findings)
     ways, mission = answer.whole.ways, answer.mission

@@ -92,7 +92,7 @@ def judge_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, st
         prove_all(wide, [*claims, *obstacles(constant, flight, False)], checks, boxes)
         checks = [_on_the_clock(check, flight, stops) for check in checks]
         checks += [_beside(wide, obstacle, stops) for obstacle in mission.obstacles if not obstacle.constant]
-    checks.append(_landing(mission, stops))
+    checks.append(_landing(wide, stops))
     return Certificate(mission.name, tuple(checks), boxes=tuple(boxes))
 
 
@@ -155,13 +155,22 @@ def _as_one(mission: Mission, flown: Sequence[Pieces], stops: Sequence[Stop]) ->
     coefficients = np.stack(
         [np.concatenate([stop.pieces[agent.index].coefficients for stop in stops]) for agent in mission.agents]
     )
+    return missing_by_skew(mission, flown), Flight(durations, coefficients)
+
+
+def missing_by_skew(mission: Mission, flown: Sequence[Pieces]) -> Mission:
+    """The mission of vehicles that all start at once, and miss their trajectories by what starting late costs, too.
+
+    Args:
+        flown: by agent: the whole of its flight.
+    """
     whole = Flight(flown[0].duration, np.stack([each.coefficients for each in flown]))
     agents = []
     for agent in mission.agents:
         vehicle = agent.vehicle
         missed = vehicle.tracking + vehicle.start_skew * float(whole.speed[agent.index].max())
         agents.append(replace(agent, vehicle=replace(vehicle, tracking=missed, start_skew=0.0)))
-    return replace(mission, agents=tuple(agents)), Flight(durations, coefficients)
+    return replace(mission, agents=tuple(agents))
 
 
 def _beside(mission: Mission, obstacle: Obstacle, stops: Sequence[Stop]) -> Check:
