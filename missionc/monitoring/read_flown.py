@@ -3,8 +3,9 @@
     in   the text, as of a trace; the Mission; who is lost
     out  FlownSoFar: the states at the steps that are over, and where everybody was last
 
-It ends where the first agent that is not lost was seen last. Who is lost is, from where it was seen last, taken to stay
-there: of what it does nothing is asked.
+It ends where the first agent that is not lost was seen last. Logs of flights have holes: whoever is not seen for up to
+``UNSEEN`` seconds went straight from where it was to where it is seen again. Who is lost is, from where it was seen
+last, taken to stay there: of what it does nothing is asked.
 """
 
 from __future__ import annotations
@@ -22,6 +23,10 @@ from missionc.base.units import Steps
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.monitoring.read_trace import ON_TIME, State, assemble, mismatch, read_states
+
+
+UNSEEN = 1.0
+"""Seconds; who is not seen for longer is not known to have been anywhere."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +62,10 @@ def read_flown(
     if ends and until >= end - ON_TIME:
         over = next(samples[-1] for name, samples in own.items() if samples and name not in lost)
         return None, [mismatch(over.span, f"the mission is over at {end:g} s: nothing of it is left to be planned")]
-    kept = [_until(samples, until, name in lost, mission.step) for name, samples in own.items()]
+    kept = [
+        _without_holes(_until(samples, until, name in lost, mission.step), mission.step)
+        for name, samples in own.items()
+    ]
     steps = math.floor(until / mission.step + ON_TIME)
     so_far = replace(mission, steps=Steps(max(steps, 0)))
     trace, findings = assemble(source, so_far, [state for samples in kept for state in samples])
@@ -76,6 +84,35 @@ def _until(samples: list[State], until: float, lost: bool, step: float) -> list[
     begin, missing = kept[-1].time, until - kept[-1].time
     more = math.ceil(missing / step) if missing > ON_TIME else 0
     return kept + [replace(kept[-1], time=min(begin + step * number, until)) for number in range(1, more + 1)]
+
+
+def _without_holes(samples: list[State], step: float) -> list[State]:
+    """The samples, once for each time, with others on the straight line wherever they are more than a step apart."""
+    if not samples:
+        return []
+    first = samples[0]
+    filled = [replace(first, time=0.0)] if ON_TIME < first.time <= UNSEEN else []
+    for state in samples:
+        before = filled[-1] if filled else None
+        if before is not None and state.time - before.time <= ON_TIME:
+            continue
+        if before is not None and step < state.time - before.time <= UNSEEN:
+            missing = math.ceil((state.time - before.time) / step - ON_TIME) - 1
+            filled += [_between(before, state, number / (missing + 1)) for number in range(1, missing + 1)]
+        filled.append(state)
+    return filled
+
+
+def _between(before: State, after: State, share: float) -> State:
+    """A state on the way from one to another; what only one of them says is left out."""
+    numbers = {
+        name: value + share * (after.numbers[name] - value)
+        for name, value in before.numbers.items()
+        if name in after.numbers and name != "yaw"
+    }
+    if "yaw" in before.numbers and "yaw" in after.numbers:
+        numbers["yaw"] = before.numbers["yaw"]
+    return replace(before, time=before.time + share * (after.time - before.time), numbers=numbers)
 
 
 def _at(samples: list[State], axis: str, time: float) -> float:

@@ -168,6 +168,20 @@ def test_an_obstacle_where_somebody_is_leaves_no_stop() -> None:
     assert found.must_stop
 
 
+def test_holes_in_a_log_are_gone_straight_over_and_long_ones_are_not() -> None:
+    mission = flying().checked.mission
+    assert mission is not None
+    fine = ["agent,t,x,y"]
+    for name in ("drone[0]", "drone[1]", "drone[2]"):
+        fine += [f"{name},{time},{time},1" for time in (0.4, 1.2, 1.2, 1.9, 2.9)]
+    found, findings = read_flown(Source("flown.csv", "\n".join(fine)), mission, ())
+    assert found is not None, findings
+    assert found.until == 2.9
+    assert found.trace.position[0, :, 0].tolist() == pytest.approx([0.4, 1.0, 2.0])
+    _, findings = read_flown(Source("flown.csv", "\n".join(fine).replace(",1.9,1.9,1", ",1.3,1.3,1")), mission, ())
+    assert "is not seen from 1.3 s to 2.9 s" in findings[0].message
+
+
 def test_nothing_is_planned_for_nobody() -> None:
     found = replan(flying(), Request(so_far(4), ("drone[0]", "drone[1]", "drone[2]")), LIMITS)
     assert [each.code for each in found.findings] == [NO_LONGER_KEPT]
