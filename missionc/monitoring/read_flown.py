@@ -24,7 +24,6 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.monitoring.read_trace import ON_TIME, State, assemble, mismatch, read_states
 
-
 UNSEEN = 1.0
 """Seconds; who is not seen for longer is not known to have been anywhere."""
 

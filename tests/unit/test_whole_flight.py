@@ -6,6 +6,7 @@ import json
 import math
 import re
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,9 @@ import numpy as np
 import pytest
 
 from missionc.backends.api import Budget
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.trace import Trace
 from missionc.base.units import Metres
 from missionc.cli.app import main
 from missionc.curves.crazyflie_csv import Pieces, read
@@ -21,6 +25,11 @@ from missionc.diagnostics.code import NO_WAY
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.stop_and_hover import state_at
 from missionc.ir import Disc, Mission, Obstacle, Pad, Prism
+from missionc.kernel.nodes import Kernel
+from missionc.monitoring.read_trace import read_trace
+from missionc.output.documents.whole_flight_json import whole_flight_json
+from missionc.output.export.formats import FORMATS, Exported, flight
+from missionc.output.export.takeoff_and_landing import floor_to_floor, phases
 from missionc.output.output_files import WholeFlight
 from missionc.pipeline.plan_ways import one_by_one, plan_ways
 from missionc.verify.flight.verify_whole_flight import verify_whole_flight
@@ -28,6 +37,15 @@ from missionc.verify.flight.way_missions import Stage, Way, Ways, way_mission, w
 from tests.support.forged_folders import changed, forged
 from tests.support.hall_flights import compiled, mission
 from tests.support.legal_plans import SPAN, moving, still
+
+KERNEL = Kernel((), ())
+
+
+def trace_of() -> Trace:
+    """The plan of the folder, which no export of raw pieces looks at."""
+    trace, _ = read_trace(Source("plan.json", compiled()["plan.json"].decode()), mission(), Limits())
+    assert trace is not None
+    return trace
 
 
 def texts(stage: str = "") -> dict[str, str]:
@@ -262,6 +280,54 @@ def test_a_way_keeps_the_clearance_and_the_bodies_of_its_mission() -> None:
     made = way_mission(replace(mission(), clearance=Metres(0.3)), Stage.OUT, way, 5.0, 2, 1.0)
     assert (made.clearance, made.separation, made.requirements) == (0.3, mission().separation, ())
     assert [agent.vehicle for agent in made.agents] == [agent.vehicle for agent in mission().agents]
+
+
+# ----------------------------------------------------------------- rising in turns
+
+
+def staggered() -> Mission:
+    """Pads too near to rise from at once, and hovers one well above the other."""
+    agents = []
+    for agent, point, hover in zip(mission().agents, ((1.0, 4.0), (1.32, 4.0)), (1.6, 0.6), strict=True):
+        assert agent.pad is not None
+        agents.append(replace(agent, pad=replace(agent.pad, point=point, hover=hover)))
+    return replace(mission(), agents=tuple(agents))
+
+
+@cache
+def in_turns() -> WholeFlight:
+    found = planned(staggered())
+    assert isinstance(found, WholeFlight), found
+    return found
+
+
+def test_from_pads_that_are_too_near_agents_rise_in_turns_and_land_the_other_way_round() -> None:
+    document = json.loads(whole_flight_json(staggered(), texts(), in_turns().ways))
+    assert document["turns"] == [["drone[0]"], ["drone[1]"]]
+    rise, land = document["phases"][0], document["phases"][-1]
+    # The higher one takes 1.6 m at 0.3 m/s at most, and both as long.
+    assert rise["end"] - rise["begin"] == pytest.approx(2 * 1.6 * 35 / 16 / 0.3, abs=0.21)
+    lasting = phases(flight(staggered(), KERNEL, trace_of(), texts(), in_turns().ways))
+    assert land["end"] - land["begin"] == pytest.approx(2 * lasting.sink, abs=1e-5)
+    assert document["seconds"] == pytest.approx(lasting.whole, abs=1e-4)
+
+
+def test_a_show_and_the_scripts_rise_in_these_turns() -> None:
+    flown = flight(staggered(), KERNEL, trace_of(), texts(), in_turns().ways)
+    first, second = floor_to_floor(flown)
+    lasting = phases(flown)
+    half = [state_at(own, lasting.rise)[0, 2] for own in (first, second)]
+    assert half == pytest.approx([1.6, 0.0], abs=1e-5)
+    end = float(first.times[-1]) - lasting.sink
+    assert [state_at(own, end)[0, 2] for own in (first, second)] == pytest.approx([1.6, 0.0], abs=1e-4)
+    for time in np.linspace(0.0, float(first.times[-1]), 400):
+        here, there = (state_at(own, time)[0, :3] for own in (first, second))
+        sideways, height = math.hypot(*(here - there)[:2]), abs(here[2] - there[2])
+        on_the_floor = min(here[2], there[2]) < 1e-6
+        assert sideways >= 0.3 if on_the_floor else (sideways / 0.4) ** 2 + (height / 0.7) ** 2 >= 1
+    made = FORMATS["crazyswarm2"].export(flown)
+    assert isinstance(made, Exported)
+    assert b"TURNS = (('drone0',), ('drone1',))" in made.files["fly.py"]
 
 
 # ------------------------------------------------------------- what is drawn

@@ -9,6 +9,7 @@ from missionc.ir import Mission
 from missionc.output.folder.file_names import file_names, way_file
 from missionc.output.json_layout import compact, listed
 from missionc.verify.certificate import Check
+from missionc.verify.flight.landing_in_turns import pad_turns
 from missionc.verify.flight.verify_whole_flight import pieces_of, whole_phases
 from missionc.verify.flight.way_missions import Stage, Ways, is_whole, ways_of
 from missionc.world.columns import FLOOR
@@ -37,6 +38,9 @@ def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) ->
         "schema": SCHEMA,
         "mission": mission.name,
         "seconds": round(rows[-1][2] - rows[0][1], 6),
+        "turns": [
+            [mission.agents[index].name for index in turn] for turn in reversed(pad_turns(mission, begins.begin))
+        ],
     }
     phases = ({"phase": name, "begin": round(begin, 6), "end": round(end, 6)} for name, begin, end in rows)
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
@@ -63,16 +67,16 @@ def phases_on_the_clock(mission: Mission, files: Mapping[str, str], ways: Ways) 
     duration = float(next(iter(flown.values())).times[-1])
     lasting = whole_phases(mission, ways_of(mission, flown), out + duration + home)
     hover = lasting.settle + lasting.go + lasting.settle
-    begin = -(lasting.rise + hover + out)
+    begin = -(lasting.rounds * lasting.rise + hover + out)
     rows = []
     for name, seconds in (
-        ("rise", lasting.rise),
+        ("rise", lasting.rounds * lasting.rise),
         ("hover", hover),
         ("out", out),
         ("mission", duration),
         ("home", home),
         ("hover", lasting.settle),
-        ("land", lasting.sink),
+        ("land", lasting.rounds * lasting.sink),
     ):
         if seconds > 0:
             # The mission's own beginning is exactly 0.

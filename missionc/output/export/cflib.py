@@ -16,7 +16,7 @@ from missionc.output.export.compressed import Compressed, as_polynomials, compre
 from missionc.output.export.crazyswarm2 import uri
 from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.fill_templates import render
-from missionc.output.export.takeoff_and_landing import GROUND, cannot_rise_or_land, for_templates
+from missionc.output.export.takeoff_and_landing import GROUND, cannot_rise_or_land, for_templates, turns_of
 from missionc.output.export.trajectory_memory import raw
 from missionc.output.export.verified_flight import Flight, Part
 from missionc.verify.tolerances import TUBE
@@ -45,8 +45,10 @@ def write(flight: Flight) -> Exported | Diagnostic:
     packed = _packed(flight)
     if isinstance(packed, Diagnostic):
         return packed
+    turns = turns_of(flight)
     given = {
         "mission": flight.mission.name,
+        "turns_count": len(turns),
         "kind": packed.kind,
         "kind_number": KINDS.index(packed.kind),
         "pieces": int(flight.parts[0].pieces.duration.size),
@@ -61,6 +63,7 @@ def write(flight: Flight) -> Exported | Diagnostic:
                 "ground": (each.first[0], each.first[1], GROUND),
                 "yaw": each.yaw,
                 "within": within,
+                "turn": next(number for number, turn in enumerate(turns) if each.agent.index in turn),
             }
             for each, within in zip(flight.parts, packed.within, strict=True)
         ],

@@ -21,6 +21,7 @@ from missionc.ir import Obstacle
 from missionc.output.export.export_form import refused
 from missionc.output.export.verified_flight import Flight, Part
 from missionc.verify.flight.flight_phases import LANDED, REST_TO_REST, Phases, phases_of
+from missionc.verify.flight.landing_in_turns import pad_turns
 from missionc.verify.flight.way_missions import is_whole
 from missionc.verify.tolerances import WAYPOINT
 from missionc.world.columns import FLOOR, column_clearance
@@ -46,15 +47,25 @@ def phases(flight: Flight) -> Phases:
     up, down = (
         [end[2] for end in ends] for ends in zip(*((each.first, each.last) for each in flight.parts), strict=True)
     )
-    return phases_of(agents, up, down, flight.duration)
+    return phases_of(agents, up, down, flight.duration, len(turns_of(flight)))
 
 
-def for_templates(flight: Flight) -> dict[str, float]:
+def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
+    """Who rises at once, by the agents' indices, in turn; they land the other way round. All at once but above pads."""
+    everyone = tuple(each.agent.index for each in flight.parts)
+    if not is_whole(flight.mission):
+        return (everyone,)
+    turns = pad_turns(flight.mission, np.array([each.first for each in flight.parts]))
+    return tuple(reversed(turns)) if sum(map(len, turns)) == len(everyone) else (everyone,)
+
+
+def for_templates(flight: Flight) -> dict[str, object]:
     """What a script says of its phases, by the names that it has for them; and what the clock on board may cost."""
     costs = math.ceil(float(speed_bounds(flight.curves).max()) * CLOCK_ERROR * 1e4) / 10
     hours = math.floor(UPTIME / 360) / 10
     mission = {
         "whole": bool(flight.ways),
+        "turns": tuple(tuple(flight.parts[index].robot for index in turn) for turn in turns_of(flight)),
         "begins": round(flight.before, 3),
         "ends": round(flight.before + float(flight.mission.horizon), 3),
     }
@@ -73,17 +84,24 @@ def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:
     They rise, hover, fly, hover and sink, without the way to the first points that scripts fly: here vehicles rise to
     them.
     """
-    lasting = phases(flight)
+    lasting, turns = phases(flight), turns_of(flight)
     joined = []
     for each in flight.parts:
-        start = _upright(each, 0, GROUND, each.first[2], lasting.rise)
-        stay = _upright(each, 0, each.first[2], each.first[2], lasting.settle)
-        hover = _upright(each, -1, each.last[2], each.last[2], lasting.settle)
-        end = _upright(each, -1, each.last[2], GROUND, lasting.sink)
-        duration = np.concatenate(
-            [[lasting.rise, lasting.settle], each.pieces.duration, [lasting.settle, lasting.sink]]
-        )
-        coefficients = np.concatenate([[start, stay], each.pieces.coefficients, [hover, end]])
+        own = next(number for number, turn in enumerate(turns) if each.agent.index in turn)
+        up, down = each.first[2], each.last[2]
+        rising, sinking = [], []
+        for number in range(len(turns)):
+            low, high = (GROUND if number <= own else up), (up if number >= own else GROUND)
+            rising.append(_upright(each, 0, low, high, lasting.rise))
+            later = len(turns) - 1 - number
+            low, high = (GROUND if later < own else down), (GROUND if later <= own else down)
+            sinking.append(_upright(each, -1, low, high, lasting.sink))
+        stay = _upright(each, 0, up, up, lasting.settle)
+        hover = _upright(each, -1, down, down, lasting.settle)
+        before = [lasting.rise] * len(turns) + [lasting.settle]
+        after = [lasting.settle] + [lasting.sink] * len(turns)
+        duration = np.concatenate([before, each.pieces.duration, after])
+        coefficients = np.concatenate([[*rising, stay], each.pieces.coefficients, [hover, *sinking]])
         joined.append(Pieces(duration, coefficients))
     return tuple(joined)
 
@@ -112,6 +130,8 @@ def _ends(part: Part) -> Iterator[tuple[str, tuple[float, float, float], bool]]:
 
 def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
     """Two vehicles that would take off, or land, through each other."""
+    if len(turns_of(flight)) > 1:
+        return None
     for first, second in combinations(flight.parts, 2):
         need = flight.mission.spacing(first.agent.index, second.agent.index).sideways
         for (verb, one, _), (_, other, _) in zip(_ends(first), _ends(second), strict=True):

@@ -27,21 +27,28 @@ REST_TO_REST = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
 
 @dataclass(frozen=True, slots=True)
 class Phases:
-    """Seconds of each phase, the same for everybody; ``duration`` is that of the polynomials."""
+    """Seconds of each phase, the same for everybody; ``duration`` is that of the polynomials.
+
+    All rise, and sink, in so many ``rounds``, each of which takes so long.
+    """
 
     rise: float
     settle: float
     go: float
     duration: float
     sink: float
+    rounds: int = 1
 
     @property
     def whole(self) -> float:
         """Seconds from the floor to the floor."""
-        return self.rise + self.settle + self.go + self.settle + self.duration + self.settle + self.sink
+        hovering = self.settle + self.go + self.settle
+        return self.rounds * (self.rise + self.sink) + hovering + self.duration + self.settle
 
 
-def phases_of(agents: Sequence[Agent], up: Sequence[float], down: Sequence[float], duration: float) -> Phases:
+def phases_of(
+    agents: Sequence[Agent], up: Sequence[float], down: Sequence[float], duration: float, rounds: int = 1
+) -> Phases:
     """How long a flight takes in each phase.
 
     Args:
@@ -52,7 +59,7 @@ def phases_of(agents: Sequence[Agent], up: Sequence[float], down: Sequence[float
     sink = max(
         _seconds(height - LANDED, agent, _most(agent, "land")) for agent, height in zip(agents, down, strict=True)
     )
-    return Phases(max(rise, RISE), SETTLE, GO, duration, max(sink, SINK))
+    return Phases(max(rise, RISE), SETTLE, GO, duration, max(sink, SINK), rounds)
 
 
 def landing_seconds(agent: Agent, height: float) -> float:

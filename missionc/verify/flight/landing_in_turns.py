@@ -7,8 +7,8 @@ any height of its own at any time of its turn.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.ir import Mission
 from missionc.verify.flight.flight_phases import landing_seconds
+from missionc.verify.tolerances import MOTION
 from missionc.world.columns import column_clearance
 
 
@@ -105,6 +106,29 @@ def _onto(mission: Mission, one: int, other: int, places: Array) -> float:
 
 def _sideways(places: Array, one: int, other: int) -> float:
     return float(np.linalg.norm((places[one] - places[other])[:2]))
+
+
+def pad_turns(mission: Mission, hovers: Array) -> tuple[tuple[int, ...], ...]:
+    """The turns in which agents can land from above their pads, as many at once as can; they rise the other way round.
+
+    Obstacles are left out: they count with the times at which they are there.
+
+    Args:
+        hovers: (agents, 3), metres.
+    """
+    return in_turns(replace(mission, obstacles=()), above_pads(hovers), -MOTION)
+
+
+def pads_suffice(mission: Mission, hovers: Sequence[tuple[float, ...]]) -> bool:
+    """Whether everybody can rise to where it hovers, and land from there, in whatever turns; three coordinates each."""
+    return sum(map(len, pad_turns(mission, np.array(hovers, dtype=np.float64)))) == len(mission.agents)
+
+
+def above_pads(hovers: Array, turns: tuple[tuple[int, ...], ...] = ()) -> Stop:
+    """Everybody at rest above its pad."""
+    still = np.zeros((len(hovers), 2, 4, 8))
+    still[:, :, :3, 0] = hovers[:, None]
+    return Stop(0.0, tuple(Pieces(np.ones(2), own) for own in still), turns)
 
 
 def in_turns(mission: Mission, stop: Stop, enough: float = 0.0) -> tuple[tuple[int, ...], ...]:

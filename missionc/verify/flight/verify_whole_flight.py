@@ -16,6 +16,7 @@ from itertools import combinations
 
 import numpy as np
 
+from missionc.base.trace import Array
 from missionc.curves.bernstein_intervals import from_powers
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.curves.piecewise_polynomials import values
@@ -25,6 +26,7 @@ from missionc.verify.flight.continuity_and_fidelity import check_smooth, exactne
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.flight_phases import Phases, phases_of
 from missionc.verify.flight.joint_claims import downwash, world
+from missionc.verify.flight.landing_in_turns import above_pads, landing_margins, pad_turns
 from missionc.verify.flight.vehicle_claims import limits
 from missionc.verify.flight.verify_polynomials import check_apart, check_file, prove_all
 from missionc.verify.flight.way_missions import Stage, Way, Ways, way_mission, ways_of
@@ -82,7 +84,7 @@ def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict
         durations = np.concatenate([each.duration for each in own])
         whole[agent.name] = Pieces(durations, np.concatenate([each.coefficients for each in own]))
     lasting = whole_phases(mission, ways_of(mission, flown), float(durations.sum()))
-    return whole, before, lasting.rise + lasting.settle + lasting.go + lasting.settle
+    return whole, before, lasting.rounds * lasting.rise + lasting.settle + lasting.go + lasting.settle
 
 
 def pieces_of(mission: Mission, files: Mapping[str, str]) -> dict[str, Pieces] | Check:
@@ -99,7 +101,8 @@ def pieces_of(mission: Mission, files: Mapping[str, str]) -> dict[str, Pieces] |
 def whole_phases(mission: Mission, wanted: Mapping[Stage, Way], seconds: float) -> Phases:
     """The phases of a whole flight, whose polynomials and ways last so many seconds."""
     up, down = wanted[Stage.OUT].begin[:, 2].tolist(), wanted[Stage.HOME].end[:, 2].tolist()
-    return phases_of(mission.agents, up, down, seconds)
+    rounds = max(1, len(pad_turns(mission, wanted[Stage.OUT].begin)))
+    return phases_of(mission.agents, up, down, seconds, rounds)
 
 
 def _seconds(mission: Mission, files: Mapping[str, str]) -> float:
@@ -165,17 +168,16 @@ def _yaw(agent: Agent, own: Pieces, way: Way) -> Check:
 def _columns(
     mission: Mission, wanted: Mapping[Stage, Way], begins: Mapping[Stage, float], lasting: Phases
 ) -> list[Check]:
-    """That all may rise, and sink, at once."""
+    """That all may rise, and sink, in their turns."""
     checks: list[Check] = []
     hovers = wanted[Stage.OUT].begin
     fenced = [_fence(mission, agent, hovers[agent.index].tolist()) for agent in mission.agents]
     checks.append(min(fenced, key=lambda check: check.margin))
-    pairs = [_pair(mission, *pair, hovers.tolist()) for pair in combinations(range(len(mission.agents)), 2)]
-    checks += [min(pairs, key=lambda check: check.margin)] if pairs else []
+    checks += [_turns(mission, hovers)] if len(mission.agents) > 1 else []
     size = mission.dimension
     for name, begin, end in (
         ("rise", -math.inf, begins[Stage.OUT]),
-        ("sink", begins[Stage.HOME], begins[Stage.HOME] + lasting.settle + lasting.sink),
+        ("sink", begins[Stage.HOME], begins[Stage.HOME] + lasting.settle + lasting.rounds * lasting.sink),
     ):
         for obstacle in mission.obstacles:
             found = []
@@ -206,11 +208,25 @@ def _fence(mission: Mission, agent: Agent, point: list[float]) -> Check:
     return judged("column world", "world", margin, "m", MOTION, agents=(agent.name,), detail=detail)
 
 
+def _turns(mission: Mission, hovers: Array) -> Check:
+    """That nobody comes too near to another on its way, in the turns in which they go; or the worst of those who do."""
+    turns = pad_turns(mission, hovers)
+    if sum(map(len, turns)) < len(mission.agents):
+        pairs = (_pair(mission, *pair, hovers.tolist()) for pair in combinations(range(len(mission.agents)), 2))
+        return min(pairs, key=lambda check: check.margin)
+    bare = replace(mission, obstacles=())
+    margin, index = min((each, index) for index, each in landing_margins(bare, above_pads(hovers, turns)))
+    name, count = mission.agents[index].name, len(turns)
+    how = "all at once" if count == 1 else f"in {count} turns"
+    detail = f"they rise and sink {how}, each far enough from those beside it, who hover, or who stand"
+    return judged("column separation", "all pairs", margin, "m", MOTION, agents=(name,), detail=detail)
+
+
 def _pair(mission: Mission, first: int, second: int, points: list[list[float]]) -> Check:
     """Sideways, whatever their heights: so that neither is in the other's downwash."""
     apart = math.dist(points[first][:2], points[second][:2])
     names = (mission.agents[first].name, mission.agents[second].name)
-    detail = "seen from above, all pads are as far apart as vehicles have to be, so that all rise and sink at once"
+    detail = "seen from above, pads are as far apart as vehicles have to be, or one hovers well above the other"
     margin = apart - mission.spacing(first, second).sideways
     return judged("column separation", "all pairs", margin, "m", MOTION, agents=names, detail=detail)
 
