@@ -190,7 +190,8 @@ class _Replanning:
         own = [flights[agent] for agent in self.left]
         least = float(self.request.in_time)
         team = counted_from(team, moment)
-        self.must_stop = not all(check.passed for check in flown_on(team, own, moment))
+        # Nothing is known of the way of one that is not where its flight has it.
+        self.must_stop = bool(off) or not all(check.passed for check in flown_on(team, own, moment))
         return stop_all(team, own, moment, off, least, int(self.mission.steps))
 
     def _stops(self, stopped: Stopped) -> dict[str, str]:

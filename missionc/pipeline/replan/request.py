@@ -87,7 +87,7 @@ class Replanned:
         changed: the agents that fly another way than they would have.
         stops: the text of the polynomials that each agent flies until the rest begins, by the agent's name.
         cannot: the names of requirements without which there may be a plan, where there is none.
-        must_stop: whether somebody touches something where everybody flies on.
+        must_stop: whether somebody touches something where everybody flies on, or is off its way and may.
         seconds: that all of it took.
     """
 
