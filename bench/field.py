@@ -30,7 +30,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -217,10 +217,14 @@ class Run:
     wall: float
 
 
-def run(path: Path, limit: float, folder: Path) -> Run:
-    """A mission compiled as by a user who asks for no advice; the folder is there where there is a plan."""
+def run(path: Path, limit: float, folder: Path, more: Sequence[str] = ()) -> Run:
+    """A mission compiled as by a user who asks for no advice; the folder is there where there is a plan.
+
+    Args:
+        more: further flags.
+    """
     command = [sys.executable, "-m", "missionc", "compile", str(path), "-o", str(folder), "--force", "--quiet"]
-    command += ["--format", "json", "--explain-limit", "0", "--time-limit", str(limit)]
+    command += ["--format", "json", "--explain-limit", "0", "--time-limit", str(limit), *more]
     begin = time.perf_counter()
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(

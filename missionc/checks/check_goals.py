@@ -54,7 +54,7 @@ class Journey:
 
 def check_goals(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
     """Finishes out of reach of their starts, and requirements out of reach of theirs."""
-    return [*_finishes(mission, ground), *_requirements(mission, kernel, ground)]
+    return [*_finishes(mission, ground), *requirements_out_of_reach(mission, kernel, ground, mission.steps)]
 
 
 def _finishes(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
@@ -87,7 +87,8 @@ def _late_to_point(ground: FreeSpace, agent: Agent, steps: int) -> Journey | Non
     return next(iter(_late(ground, [agent], ground.atlas.point(goal), steps)), None)
 
 
-def _requirements(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
+def requirements_out_of_reach(mission: Mission, kernel: Kernel, ground: FreeSpace, last: int) -> list[Diagnostic]:
+    """What requirements ask for up to a step, and nobody reaches by then."""
     if not mission.agents:
         return []
     places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
@@ -97,8 +98,8 @@ def _requirements(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[D
             break
         seen: set[tuple[Literal, int]] = set()
         for fact in sorted(necessary.of_requirement(requirement.formula).facts, key=lambda fact: fact.when.high):
-            if fact.when.high == 0:
-                continue  # a contradiction with the start
+            if not 0 < fact.when.high <= last:
+                continue  # at 0, a contradiction with the start
             area = places.rule(fact.literal).within
             about = fact.literal, fact.who.bits
             if isinstance(area, Unbounded) or not fact.who.agents or about in seen:

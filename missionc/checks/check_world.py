@@ -19,9 +19,10 @@ from missionc.checks.check_resources import check_resources
 from missionc.checks.check_starts import check_starts
 from missionc.checks.check_tracking import check_tracking
 from missionc.checks.check_vehicles import check_vehicles
+from missionc.checks.flown_speeds import check_flown_speeds
 from missionc.checks.free_space import FreeSpace, Lies
 from missionc.diagnostics.code import NO_AREA, REGION_IN_OBSTACLE, REGION_OUTSIDE_WORLD
-from missionc.diagnostics.model import Diagnostic, Label
+from missionc.diagnostics.model import Diagnostic, Label, has_errors
 from missionc.diagnostics.text_order import in_text_order
 from missionc.ir import Anywhere, Mission, Obstacle, Region, Still
 from missionc.ir.wording import listed, number
@@ -35,19 +36,18 @@ def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = Non
     if mission.world.flat:
         return [_flat_world(mission)]
     ground = ground or FreeSpace.of(mission)
-    return in_text_order(
-        [
-            *_check_regions(mission, kernel, ground),
-            *check_graphs(mission),
-            *check_starts(mission, ground),
-            *check_goals(mission, kernel, ground),
-            *check_resources(mission, kernel, ground),
-            *check_vehicles(mission, ground),
-            *check_tracking(mission),
-            *check_pads(mission),
-            *check_lanes(mission),
-        ]
-    )
+    found = [
+        *_check_regions(mission, kernel, ground),
+        *check_graphs(mission),
+        *check_starts(mission, ground),
+        *check_goals(mission, kernel, ground),
+        *check_resources(mission, kernel, ground),
+        *check_vehicles(mission, ground),
+        *check_tracking(mission),
+        *check_pads(mission),
+        *check_lanes(mission),
+    ]
+    return in_text_order(found if has_errors(found) else [*found, *check_flown_speeds(mission, kernel)])
 
 
 def _check_regions(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:

@@ -44,6 +44,7 @@ from missionc.ir import (
 from missionc.ir.pair_ranges import with_ranges
 from missionc.kernel.nodes import Atom, Goal, Kernel, LeafNode, Node, Not
 from missionc.kernel.walk import children, graph_of, postorder, rebuilt
+from missionc.world.flyable_steps import CRUISE
 
 MITRE = 2.0
 """How far, in margins, the corner of a polygon may move when it grows."""
@@ -114,31 +115,31 @@ def _apart(mission: Mission, places: Sequence[tuple[int, Vector]]) -> bool:
     return True
 
 
-def with_flyable_speeds(mission: Mission, calm: float = 1.0) -> Mission:
+def with_flyable_speeds(mission: Mission, share: float | None = None) -> Mission:
     """The mission with speeds at which its vehicles can fly a plan smoothly: the same object where all are.
 
     A plan of first order is at full speed at once, and its flight comes from rest: in a step of duration d that covers
     v d it gets up to ``PEAK`` v, at an acceleration of up to ``START`` v / d.
 
     Args:
-        calm: a share of those speeds: less for flights that come out faster than straight starts do, and more, up to
-            what vehicles do at most, for plans that begin gently.
+        share: of what a vehicle can fly once it is under way, for plans that set out gently (``world.flyable_steps``).
+            Absent, so slow that plans may be at full speed at once.
     """
     agents = tuple(
-        replace(agent, dynamics=_slower(agent.dynamics, agent.vehicle, float(mission.step), calm))
+        replace(agent, dynamics=_slower(agent.dynamics, agent.vehicle, float(mission.step), share))
         for agent in mission.agents
     )
     same = all(slow.dynamics == agent.dynamics for slow, agent in zip(agents, mission.agents, strict=True))
     return mission if same else replace(mission, agents=agents)
 
 
-def _slower(dynamics: Dynamics, vehicle: Vehicle, step: float, calm: float) -> Dynamics:
+def _slower(dynamics: Dynamics, vehicle: Vehicle, step: float, share: float | None) -> Dynamics:
     if dynamics.has_momentum:
-        share = min(1.0, calm * SPARE)
-        return dynamics.at_most(share * vehicle.speed, share * vehicle.acceleration)
+        part = SPARE if share is None else share
+        return dynamics.at_most(part * vehicle.speed, part * vehicle.acceleration)
     # One that cannot fly so slowly is planned as it is.
-    flyable = calm * min(vehicle.speed / PEAK, vehicle.acceleration * step / START)
-    return dynamics.at_most(min(vehicle.speed, flyable), math.inf)
+    at_once = min(vehicle.speed / PEAK, vehicle.acceleration * step / START)
+    return dynamics.at_most(at_once if share is None else share * vehicle.speed / CRUISE, math.inf)
 
 
 def tightened(mission: Mission, kernel: Kernel, margin: Metres) -> tuple[Mission, Kernel]:

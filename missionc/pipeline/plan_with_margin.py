@@ -14,7 +14,6 @@ from missionc.backends.api import (
     Backend,
     Budget,
     CutShort,
-    Impossible,
     NotFound,
     Outcome,
     Planned,
@@ -46,8 +45,8 @@ SHARE, WORK = 0.25, 16.0
 URGENT, MOST_OF_IT = 10.0, 0.75
 """Seconds; where less are left, the share of them that such a try has: there is time for one."""
 
-FASTER = (1.5, 2.3)
-"""Shares of the speeds that can be flown from rest to rest: with room to begin gently, others can be as well."""
+FASTER = (0.4, 0.55, 0.7, 0.85, 1.0)
+"""Shares of what vehicles fly under way: where nobody is in time at the speeds that can be flown from rest to rest."""
 
 ROOM = (1.0, 0.5, 0.25, 0.0)
 """Shares of the room that the delays take at most: whoever is late seldom needs all of it."""
@@ -116,31 +115,26 @@ def _plan_with_margin(
         return NotFound(Reason.SIZE, _too_large(ahead, budget.limits.formula_nodes), Report())
     kernel, meant = ahead, kernel
     cover = CoverSide(mission, kernel, meant, options, budget) if covers else None
-    wanted = with_vehicle_room(mission)
-    slow, *faster = _paces(wanted, kernel, calm, FASTER if options.stretch == 1 else ())
+    wanted = room = with_vehicle_room(mission)
+    paces = _paces(wanted, kernel, calm, FASTER if options.stretch == 1 else ())
     if calm < 1:
-        if slow is wanted:
+        if not paces:
             return NotFound(Reason.SOLVER, "nobody would be in time who is slower", Report())
-        wanted, faster = slow, []
+        wanted = paces[0]
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
-    late = hopeless = False
-    for part in PARTS if calm == 1 else PARTS[:1]:
-        if hopeless and part:
-            continue  # who cannot be so slow is not helped by half a margin
-        if (margin <= 0 or part == 0.0) and slow is wanted:
+    late = False
+    for pace, part, work in _tries(paces or [wanted], margin, calm):
+        if pace is wanted and (margin <= 0 or part == 0.0):
             break
-        outcome = _planned(backend, *tightened(slow, kernel, Metres(part * margin)), options, _short(budget, WORK))
+        tight = tightened(pace, kernel, Metres(part * margin))
+        fastest = with_flyable_speeds(room, FASTER[-1]) if pace is not room else room
+        outcome = _planned(backend, *tight, options, _short(budget, work), under_way=fastest)
         if isinstance(outcome, Planned):
             return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)
-        hopeless = hopeless or (slow is not wanted and isinstance(outcome, Impossible))
         late = late or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME)
         refused = cover.refusal(LITTLE, outcome.report) if cover is not None else None
         if refused is not None:
             return refused
-    for pace in faster[:-1]:
-        outcome = _planned(backend, pace, kernel, options, _short(budget, WORK / 2))
-        if isinstance(outcome, Planned):
-            return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
     outcome = _planned(backend, wanted, kernel, options, budget, cover)
     if not isinstance(outcome, Planned):
         return outcome
@@ -156,15 +150,37 @@ def _short(budget: Budget, work: float) -> Budget:
 
 
 def _paces(mission: Mission, kernel: Kernel, calm: float, faster: Sequence[float]) -> list[Mission]:
-    """The mission at speeds at which its vehicles fly, the slowest first at which agents can be in time; then as it is.
+    """The mission at speeds at which its vehicles fly, from the slowest on at which agents can be in time; none where
+    there is nothing to slow down.
 
     Args:
         calm: below 1, the share of what vehicles do at most that is the only one.
         faster: further shares, as of ``with_flyable_speeds``.
     """
-    shares = (calm * FASTER[-1],) if calm < 1 else (1.0, *faster)
-    slower = [with_flyable_speeds(mission, share) for share in shares]
-    return [each for each in slower if each is not mission and not has_errors(check_world(each, kernel))] + [mission]
+    shares = (calm,) if calm < 1 else (None, *faster)
+    found: list[Mission] = []
+    for pace in (with_flyable_speeds(mission, share) for share in shares):
+        if pace is not mission and (not found or _top(pace) > _top(found[-1])):
+            found.append(pace)
+    return [each for each in found if not has_errors(check_world(each, kernel))]
+
+
+def _top(mission: Mission) -> float:
+    return sum(float(agent.dynamics.top_speed) for agent in mission.agents)
+
+
+def _tries(paces: Sequence[Mission], margin: Metres, calm: float) -> list[tuple[Mission, float, float]]:
+    """At which pace, with which part of the margin and how much work a plan is looked for.
+
+    The slowest comes first, then one halfway to the fastest, and the fastest. Of one pace alone, and of the fastest,
+    plans are looked for with less of the margin too.
+    """
+    slow, *faster = [paces[at] for at in sorted({0, len(paces) // 2, len(paces) - 1})]
+    if calm < 1:
+        return [(slow, 1.0, WORK)]
+    if not faster:
+        return [(slow, part, WORK) for part in PARTS]
+    return [(slow, 1.0, WORK), *((pace, 1.0, WORK / 2) for pace in faster), (faster[-1], 0.0, WORK / 2)]
 
 
 def _too_large(ahead: TooLarge, room: int) -> str:
@@ -181,10 +197,14 @@ def _planned(
     options: Options,
     budget: Budget,
     cover: CoverSide | None = None,
+    under_way: Mission | None = None,
 ) -> Outcome:
     """What a backend says. A plan of a portfolio that comes from a roadmap is straightened, but for the user's own.
 
     Nor is one that asks for headings: who stands and faces has a heading on the roadmap, and none in motion.
+
+    Args:
+        under_way: as fast as agents may be once it is straightened: who sets out gently makes up for it later.
     """
     if cover is None:
         outcome = backend.plan(mission, kernel, options, budget)
@@ -195,7 +215,7 @@ def _planned(
     straighten = load_straighten(outcome.report.engine)
     if straighten is None or mission.solve.roadmap is not None or reads_headings(kernel):
         return outcome
-    return straighten(mission, kernel, outcome, budget)
+    return straighten(replace(mission, agents=(under_way or mission).agents), kernel, outcome, budget)
 
 
 def _after(planned: Planned, late: bool) -> Planned:

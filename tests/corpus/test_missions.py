@@ -1,6 +1,7 @@
 """Every file of `missions/` is what the language promises: it checks, plans, verifies, and its files read back.
 
-The missions of `missions/field` take minutes each: they are checked here, and planned by `bench/field.py`.
+The missions of `missions/field` take minutes each: they are checked here, and planned by `bench/field.py`; those of
+`missions/vehicles` by `bench/first_compiles.py`.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "missions").glob("*.mission"))
 GALLERY = sorted((ROOT / "missions" / "gallery").glob("*.mission"))
 FIELD = sorted((ROOT / "missions" / "field").glob("*.mission"))
+VEHICLES = sorted((ROOT / "missions" / "vehicles").glob("*.mission"))
 LONG = (
     "battery_rotation",
     "crop_survey",
@@ -70,7 +72,7 @@ def title(path: Path) -> str:
     return path.stem
 
 
-@pytest.mark.parametrize("path", FILES + FIELD, ids=title)
+@pytest.mark.parametrize("path", FILES + FIELD + VEHICLES, ids=title)
 def test_a_mission_checks_without_errors(path: Path) -> None:
     checked = driver.check(path)
     assert [f"{each.code.name}: {each.message}" for each in checked.findings if not each.code.warning] == []

@@ -12,6 +12,7 @@ from missionc.diagnostics.code import (
     OUTLASTS_VEHICLE,
     OUTSIDE_FLYING_ROOM,
     OUTSIDE_WORLD,
+    TOO_FAR,
 )
 from tests.support.check_findings import WORLD, found, only, text, words
 
@@ -54,6 +55,19 @@ def test_dynamics_that_accelerate_harder_are_warned_of() -> None:
 def test_dynamics_within_the_limit_are_not(vehicle: str) -> None:
     mission = text(HOME, agents=drones("start in base", "single_integrator(speed <= 2 m/s)", vehicle))
     assert quiet(mission)
+
+
+def test_what_no_flight_reaches_in_time_is_an_error_though_dynamics_would() -> None:
+    moves = "single_integrator(speed <= 4 m/s)"
+    far = "require far: every drone: eventually[0, 4 s] x >= 9"
+    climb = "require up: every drone: eventually[0, 2 s] z >= 2.9"
+    assert not found(text(climb, agents=drones("start at (2, 2, 1), (2, 4, 1)", moves), world=VOLUME), TOO_FAR)
+    for vehicle, reached in (("crazyflie21", False), ("crazyflie21 { speed <= 4 m/s }", True), ("plain", True)):
+        mission = text(far, agents=drones("start at (2, 2), (2, 4)", moves, vehicle))
+        if reached:
+            assert not found(mission, TOO_FAR)
+        else:
+            assert only(mission, TOO_FAR).notes[-1] == "`drone` flies at 1 m/s at most, by its vehicle"
 
 
 # ----------------------------------------------------------------- endurance

@@ -11,13 +11,16 @@ import pytest
 from missionc.backends.api import Budget, NotFound, Reason, Report
 from missionc.backends.options import Options
 from missionc.base.source import Source
+from missionc.base.units import Metres
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
 from missionc.lower.tighten import with_flyable_speeds
 from missionc.pipeline import driver, plan_with_margin
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.plan_calmly import CALM, plan_calmly
 from missionc.pipeline.results import Compiled, Refused, Verified
+from missionc.world.flyable_steps import CRUISE
 from tests.support.small_missions import SMALL
 
 CROSSING = """
@@ -113,15 +116,32 @@ def test_calm_is_a_share_of_the_speeds_at_which_vehicles_fly() -> None:
     assert whole < mission.agents[0].vehicle.speed
 
 
-def test_the_slowest_pace_at_which_all_can_be_in_time_comes_first_and_the_missions_own_last() -> None:
-    """13 m: at 0.43 m/s they take 30 s, at 0.65 m/s 20 s, and at most they fly 1 m/s."""
-    for seconds, least in ((30, 3), (21, 2), (14, 1), (12, 0)):
-        text = CROSSING.replace("eventually[0, 30 s]", f"eventually[0, {seconds} s]")
-        checked = driver.check(Source("crossing.mission", text))
-        assert checked.mission is not None
-        assert checked.kernel is not None
-        *slower, own = plan_with_margin._paces(checked.mission, checked.kernel, 1.0, plan_with_margin.FASTER)
-        assert own is checked.mission
-        assert [each.agents[0].dynamics.top_speed for each in slower] == pytest.approx(
-            [2 / 4.6, 1.5 * 2 / 4.6, 1.0][3 - least :]
-        )
+def paces(seconds: int, calm: float = 1.0) -> list[Mission]:
+    text = CROSSING.replace("eventually[0, 30 s]", f"eventually[0, {seconds} s]")
+    checked = driver.check(Source("crossing.mission", text))
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    return plan_with_margin._paces(checked.mission, checked.kernel, calm, plan_with_margin.FASTER)
+
+
+def test_paces_begin_with_the_slowest_at_which_all_can_be_in_time() -> None:
+    """13 m: at 0.43 m/s, which can be flown from rest, they take 30 s; under way they fly 1 / 1.06 m/s at most."""
+    most = 1 / CRUISE
+    for seconds, slowest in ((30, 2 / 4.6), (28, 0.55 * most), (20, 0.7 * most), (15, most)):
+        speeds = [each.agents[0].dynamics.top_speed for each in paces(seconds)]
+        assert speeds[0] == pytest.approx(slowest)
+        assert speeds == sorted(speeds)
+        assert speeds[-1] == pytest.approx(most)
+    assert [each.agents[0].dynamics.top_speed for each in paces(30, 0.7)] == pytest.approx([0.7 * most])
+
+
+def test_plans_are_tried_at_the_slowest_pace_then_faster_then_with_less_margin() -> None:
+    def tried(found: list[Mission], calm: float = 1.0) -> list[tuple[int, float]]:
+        return [(found.index(pace), part) for pace, part, _ in plan_with_margin._tries(found, Metres(0.05), calm)]
+
+    every = paces(30)
+    assert len(every) == 5
+    assert tried(every) == [(0, 1.0), (2, 1.0), (4, 1.0), (4, 0.0)]
+    assert tried(every[:2]) == [(0, 1.0), (1, 1.0), (1, 0.0)]
+    assert tried(every[:1]) == [(0, 1.0), (0, 0.5), (0, 0.0)]
+    assert tried(every[:1], calm=0.7) == [(0, 1.0)]

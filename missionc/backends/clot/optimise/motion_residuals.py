@@ -16,6 +16,7 @@ from torch import Tensor
 from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active
 from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
+from missionc.backends.clot.optimise.flown_limits import flown_limits
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import TaskCosts, norm
@@ -147,6 +148,7 @@ class Costs:
                 self.weights.limits,
                 unused_turn * float(bounded.most.min()) * step * float(fastest.min()),
             )
+        yield from flown_limits(self.mission, made, self.weights, self.spare)
         second = made.smooth[agent]
         if second.any():
             agent, moment = agent[second], moment[second]

@@ -1,0 +1,70 @@
+"""Flown limits as residuals: motions of first order come to speed, turn and brake as their vehicles can fly it.
+
+They are wishes of the search: what is judged of a plan is its dynamics, and of its flight the vehicle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from missionc.backends.clot.cost_weights import Spare, Weights
+from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
+from missionc.backends.clot.optimise.residuals import Group
+from missionc.backends.clot.optimise.task_residuals import norm
+from missionc.base.trace import Array
+from missionc.ir import Mission
+from missionc.world.flyable_steps import step_limits
+
+FLOWN = "flown speed", "flown rest", "flown climb", "flown change", "flown turn"
+"""Names of residuals, one for each of ``StepLimits``."""
+
+
+def flown_limits(mission: Mission, made: Splines, weights: Weights, spare: Spare) -> Iterator[Group]:
+    """A group for each limit, over all agents whose vehicles have any; in metres of a step."""
+    limits = {agent.index: found for agent in mission.agents if (found := step_limits(agent, made.step)) is not None}
+    if not limits or made.steps == 0:
+        return
+    agents = np.array(sorted(limits))
+    table = {name: np.array([getattr(limits[agent], name.split()[1]) for agent in agents.tolist()]) for name in FLOWN}
+    ends = np.array([0, made.steps - 1])
+    everywhere = np.arange(made.steps)
+    for name, moments, reads, value in (
+        ("flown speed", everywhere, 1, lambda one: norm(one)),
+        ("flown rest", ends, 1, lambda one: norm(one)),
+        ("flown climb", everywhere if mission.dimension == 3 else ends[:0], 1, lambda one: one[:, 2].abs()),
+        ("flown change", everywhere[:-1], 2, lambda one, two: norm(two - one)),
+        ("flown turn", everywhere[:-2], 3, lambda one, two, three: norm(three - 2 * two + one)),
+    ):
+        yield from _group(name, made, agents, moments, reads, value, table[name], weights, spare)
+
+
+def _group(
+    name: str,
+    made: Splines,
+    agents: Indices,
+    moments: Indices,
+    reads: int,
+    value: Callable[..., Tensor],
+    most: Array,
+    weights: Weights,
+    spare: Spare,
+) -> Iterator[Group]:
+    if not moments.size:
+        return
+    agent, moment = np.repeat(agents, moments.size), np.tile(moments, agents.size)
+    bound = np.repeat(most, moments.size)
+    kept = np.isfinite(bound)
+    if not kept.any():
+        return
+    agent, moment, bound = agent[kept], moment[kept], bound[kept]
+    limit = torch.from_numpy(bound * (1 - spare.limits) * made.step)
+    arguments: Sequence[Arguments] = [made.velocity(agent, moment + ahead) for ahead in range(reads)]
+
+    def excess(*velocities: Tensor) -> Tensor:
+        return value(*velocities) * made.step - limit
+
+    yield Group(name, tuple(arguments), excess, weights.limits, spare.limits * made.step * float(bound.min()))

@@ -1,0 +1,65 @@
+"""Flyable steps: how fast a plan of first order may be, and change from step to step, to be flown smoothly.
+
+    in   an agent's dynamics and vehicle, the duration of a step
+    out  limits on the velocities of steps, and on how they differ; None where nothing is to be kept
+
+Such a plan changes its velocity at the steps at once; its flight passes the same places at the same times, and does it
+within them. Measured on straight flights that come to speed evenly and brake so, steps of 0.1 to 2 s: a change of
+velocity x from a step of duration d to the next is flown with an acceleration of up to ``BEND`` x / d where those
+before and after it are alike, and of twice that where it stands alone, as at both ends, which are at rest; and the
+flight is up to ``CRUISE`` times as fast as the plan, ``SETTING_OUT`` times where it sets out.
+"""
+
+from __future__ import annotations
+
+import math
+
+from missionc.base.late_dataclass import dataclass
+from missionc.ir import Agent
+
+BEND, CRUISE, SETTING_OUT = 1.7, 1.06, 1.6
+ALONE = 0.5
+"""The share of a change that may be a change alone, where an agent turns at once, sets out or halts."""
+JERKY = 1.7
+"""The jerk of a change of changes x in steps of duration d, over x / d^2."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepLimits:
+    """What the velocities of steps keep to, m/s.
+
+    Args:
+        speed: in a step.
+        rest: in the first step and the last, which begin and end at rest.
+        climb: up or down, in a step.
+        change: from a step to the next.
+        turn: by how much a change and the next differ.
+    """
+
+    speed: float
+    rest: float
+    climb: float
+    change: float
+    turn: float
+
+
+def step_limits(agent: Agent, step: float) -> StepLimits | None:
+    """The limits of an agent of first order in steps of so many seconds; None where its vehicle has none.
+
+    Nor are there any of one that is planned faster than its vehicle: where no plan is slower, it is flown stretched.
+    """
+    vehicle = agent.vehicle
+    if (
+        agent.dynamics.top_speed > vehicle.speed
+        or agent.dynamics.has_momentum
+        or math.isinf(min(vehicle.speed, vehicle.acceleration, vehicle.vertical_speed))
+    ):
+        return None
+    change = vehicle.acceleration * step / BEND
+    return StepLimits(
+        vehicle.speed / CRUISE,
+        min(change / 2, vehicle.speed / SETTING_OUT),
+        vehicle.vertical_speed / CRUISE,
+        change,
+        min(ALONE * change, vehicle.jerk * step**2 / JERKY),
+    )
