@@ -24,6 +24,7 @@ OF_REPORT = (
     "labels.js",
     "world_view.js",
     "motion_view.js",
+    "phases.js",
     "map_view.js",
     "gestures.js",
     "scene.js",
