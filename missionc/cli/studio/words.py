@@ -21,6 +21,7 @@ COLOURS = {
     "a part of `time`": "propertyName",
     "a part of a team": "propertyName",
     "a part of a formation": "propertyName",
+    "a part of `flight`": "propertyName",
     "a part of `from`": "propertyName",
     "a part of `prefer`": "propertyName",
     "a part of `tolerate`": "propertyName",
