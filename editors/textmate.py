@@ -248,6 +248,7 @@ def _items() -> Rule:
         _after(_any(("vehicle",)), part, _FREE, "support.type.vehicle"),
         _after(_any(("start", "finish")), part, rf"(?!{_FROM}){_FREE}", "support.type.placement"),
         _after(_any(("yaw",)), part, _any(("path",)), part, along),
+        _match(_any(("flight",)) + r"(?=\s*(?:$|#|[{}\w]))", part),
         _value_after(_any(("in",)), "keyword.other.preposition"),
         _bracketed(
             r"\{",

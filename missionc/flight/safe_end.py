@@ -25,7 +25,7 @@ from missionc.verify.flight.verify_safe_end import HOVER, judge_stops, missing_b
 EVERY, MOST = 0.5, 40
 """Seconds from a moment to the next, and how many there are at most: of a long flight they are further apart."""
 SAMPLES = 9
-"""Of a stop, where it is looked at before it is judged."""
+"""Where a stop is looked at before it is judged."""
 ROUNDED = 1e-3
 """Seconds: to which moments are written."""
 

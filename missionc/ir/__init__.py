@@ -17,7 +17,7 @@ from missionc.ir.couplings import (
     Sight,
     Weight,
 )
-from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
+from missionc.ir.dynamics import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle, velocity_chosen_anew
 from missionc.ir.formulas import (
     About,
     Apply,
@@ -144,4 +144,5 @@ __all__ = [
     "Without",
     "World",
     "Yaw",
+    "velocity_chosen_anew",
 ]

@@ -58,7 +58,7 @@ PlanWays = Callable[[Mission, Mapping[str, str]], WholeFlight | Diagnostic | Non
 
 
 def no_ways(mission: Mission, files: Mapping[str, str]) -> WholeFlight | Diagnostic | None:
-    """Of a mission whose whole flight is not asked for."""
+    """No ways: those of a mission whose whole flight is not asked for."""
     return None
 
 

@@ -184,7 +184,7 @@ def _straight(mission: Mission, way: Way) -> Array:
 
 
 def _seconds(mission: Mission, way: Way) -> float:
-    """Of the straight way, from rest to rest; up and down a vehicle may be slower."""
+    """The straight way takes so long, from rest to rest; up and down a vehicle may be slower."""
     longest = []
     for agent, begin, end in zip(mission.agents, way.begin, way.end, strict=True):
         aside, up = float(np.linalg.norm(end[:2] - begin[:2])), float(abs(end[2] - begin[2]))

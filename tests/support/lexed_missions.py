@@ -99,6 +99,7 @@ def texts() -> Iterator[tuple[str, str]]:
                 yield f"docs/{page.name}:{at}:{name}", block.body
     for operator in OPERATORS:
         yield f"operator {operator.name}", f"let example = {operator.example}\n"
+    yield "a layer of a drawing", 'obstacles from "hall.dxf" layer "WALLS"\n'
     yield "an origin on the globe", 'regions from "site.geojson" origin (8.55 deg, 47.37 deg)\n'
     for number, text in enumerate(drawn(DRAWN)):
         yield f"drawn {number}", text

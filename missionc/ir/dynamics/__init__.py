@@ -14,4 +14,19 @@ DYNAMICS: tuple[type[Dynamics], ...] = (SingleIntegrator, DoubleIntegrator, Unic
 by_word: MappingProxyType[str, type[Dynamics]] = MappingProxyType({kind.word: kind for kind in DYNAMICS})
 """Each kind under its word."""
 
-__all__ = ["DYNAMICS", "DoubleIntegrator", "Dynamics", "Limit", "SingleIntegrator", "Unicycle", "by_word"]
+
+def velocity_chosen_anew(speed: float) -> Dynamics:
+    """The dynamics of one that may choose another velocity in every step, of up to so many metres a second."""
+    return SingleIntegrator(speed)
+
+
+__all__ = [
+    "DYNAMICS",
+    "DoubleIntegrator",
+    "Dynamics",
+    "Limit",
+    "SingleIntegrator",
+    "Unicycle",
+    "by_word",
+    "velocity_chosen_anew",
+]

@@ -33,7 +33,7 @@ from missionc.monitoring.live.samples import StepState
 from missionc.monitoring.logic import ROBUSTNESS, Values
 
 SHARE, SECONDS = 0.1, 6e-8
-"""Of a core's time, no more than about this share; and roughly how long one value of a formula takes."""
+"""The share of a core's time that is taken, about and at most; and roughly how long one value of a formula takes."""
 
 
 class PlanForecast:

@@ -16,7 +16,7 @@ from missionc.verify.flight.way_missions import Stage, Ways, is_whole, ways_of
 from missionc.world.columns import FLOOR
 
 POINTS = 25
-"""Of each agent's line."""
+"""For each agent's line."""
 
 
 def whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) -> dict[str, Any] | None:

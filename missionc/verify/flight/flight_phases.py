@@ -63,7 +63,7 @@ def phases_of(
 
 
 def landing_seconds(agent: Agent, height: float) -> float:
-    """Of a landing from a height in metres."""
+    """For a landing from a height in metres."""
     return max(_seconds(height - LANDED, agent, _most(agent, "land")), SINK)
 
 

@@ -36,7 +36,7 @@ class Stop:
 
     @property
     def seconds(self) -> float:
-        """Of the stop itself."""
+        """For the stop itself."""
         return float(self.pieces[0].duration[0])
 
     @property
@@ -51,7 +51,7 @@ class Stop:
 
 
 def landing_margins(mission: Mission, stop: Stop) -> Iterator[tuple[int, float]]:
-    """Of each agent that lands, by how much it is clear of all that it might touch."""
+    """By how much each agent that lands is clear of all that it might touch."""
     hovering, landed = set(range(len(mission.agents))), set[int]()
     end = stop.at + stop.seconds
     for turn, seconds in zip(stop.turns, stop.landing(mission), strict=True):
@@ -65,7 +65,7 @@ def landing_margins(mission: Mission, stop: Stop) -> Iterator[tuple[int, float]]
 def margin_of(
     mission: Mission, stop: Stop, index: int, beside: set[int], hovering: set[int], landed: set[int], end: float
 ) -> float:
-    """Of one agent that lands.
+    """For one agent that lands.
 
     Args:
         beside: who lands with it.
@@ -83,12 +83,12 @@ def margin_of(
 
 
 def _aside(mission: Mission, one: int, other: int, places: Array) -> float:
-    """Of two that land at once: sideways, whatever their heights."""
+    """For two that land at once: sideways, whatever their heights."""
     return _sideways(places, one, other) - mission.spacing(one, other).sideways
 
 
 def _past(mission: Mission, one: int, other: int, places: Array) -> float:
-    """Of one that lands while another hovers: far enough aside, or with the other above all of its way."""
+    """For one that lands while another hovers: far enough aside, or with the other above all of its way."""
     first, second = mission.agents[one], mission.agents[other]
     missed = first.vehicle.tracking + second.vehicle.tracking
     tall = first.vehicle.downwash_height + second.vehicle.downwash_height
@@ -98,7 +98,7 @@ def _past(mission: Mission, one: int, other: int, places: Array) -> float:
 
 
 def _onto(mission: Mission, one: int, other: int, places: Array) -> float:
-    """Of one that lands beside another that stands there with its motors off: bodies alone count."""
+    """For one that lands beside another that stands there with its motors off: bodies alone count."""
     first, second = mission.agents[one], mission.agents[other]
     need = first.radius + second.radius + first.vehicle.tracking + second.vehicle.tracking
     return _sideways(places, one, other) - need

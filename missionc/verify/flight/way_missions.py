@@ -29,9 +29,9 @@ from missionc.ir import (
     Objective,
     Obstacle,
     Path,
-    SingleIntegrator,
     SolveWith,
     Still,
+    velocity_chosen_anew,
 )
 from missionc.kernel.nodes import Kernel
 from missionc.verify.tolerances import MOTION
@@ -125,7 +125,7 @@ def way_mission(mission: Mission, stage: Stage, way: Way, seconds: float, steps:
             start=Exactly(tuple(begin[:size]), agent.span),
             finish=Exactly(tuple(end[:size]), agent.span),
             altitude=Metres(begin[2]) if size == 2 else agent.altitude,
-            dynamics=SingleIntegrator(min(speed, agent.dynamics.top_speed)),
+            dynamics=velocity_chosen_anew(min(speed, agent.dynamics.top_speed)),
             yaw=Fixed(yaw),
         )
         for agent, begin, end, yaw in zip(
