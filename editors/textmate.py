@@ -41,6 +41,7 @@ SAYS = {
     "a part of a team": "keyword.other.part",
     "a part of a formation": "keyword.other.part",
     "a part of `prefer`": "keyword.other.part",
+    "a part of `flight`": "keyword.other.part",
     "a part of `tolerate`": "keyword.other.part",
     "a part of `from`": "keyword.other.part",
     "a way to turn": "keyword.other.part",

@@ -36,6 +36,7 @@ COLOURS: dict[str, TokenType] = {
     "a kind of graph": Name.Builtin,
     "a part of a formation": Keyword,
     "a part of `prefer`": Keyword,
+    "a part of `flight`": Keyword,
     "a part of `tolerate`": Keyword,
     "a part of `from`": Keyword,
 }
