@@ -65,7 +65,7 @@ def test_there_is_a_safe_end_within_a_second_of_every_moment_of_the_flight() -> 
 
 def test_a_stop_goes_on_from_the_flight_and_ends_at_rest_with_nobody_too_near() -> None:
     flown, before, _ = whole()
-    need = mission().spacing(0, 1)
+    need = mission().spacing(0, 1).sideways
     for stop in stops():
         for agent, own in zip(mission().agents, stop.pieces, strict=True):
             here = state_at(flown[agent.name], stop.at + before)
@@ -139,7 +139,7 @@ def test_turns_are_those_in_which_every_margin_is_kept() -> None:
         assert all(margin >= 0 for _, margin in landing_margins(own, landed))
         for turn in landed.turns:
             for one, other in combinations(turn, 2):
-                assert np.hypot(*np.subtract(places[one], places[other])[:2]) >= own.spacing(one, other)
+                assert np.hypot(*np.subtract(places[one], places[other])[:2]) >= own.spacing(one, other).sideways
 
 
 # ----------------------------------------------------------------------- the proof
