@@ -33,7 +33,6 @@ from missionc.kernel.nodes import Kernel
 from missionc.lower.choose_backend import choose_backend
 from missionc.lower.expand import expand
 from missionc.pipeline.checked import Checked
-from missionc.resolve.measured_pads import with_measured_pads
 from missionc.resolve.resolve_mission import resolve
 from missionc.syntax.parse import parse
 from missionc.syntax.read_file import Loader, loader, read_data, read_source
@@ -173,6 +172,8 @@ def _from(
     if isinstance(text, Diagnostic):
         return None, [text]
     measured.append(text)
+    from missionc.resolve.measured_pads import with_measured_pads  # few flights are measured
+
     return with_measured_pads(mission, text, limits)
 
 
