@@ -20,6 +20,7 @@ from missionc.pipeline.ask_bound import BoundSide
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
 from missionc.pipeline.provenance import asked_for, data, given, inputs
+from missionc.pipeline.remaining import whole_checks
 from missionc.pipeline.results import Refused, Unverified, Verified
 
 STEP_OF_AGENT = 6e-3
@@ -91,6 +92,8 @@ def certify_plan(
     budget.listen(Progress("verify"))
     with watch.stage("verify"):
         certificate = verify(mission, kernel, trace)
+        whole = whole_checks(checked.rest, trace)
+        certificate = certificate if whole is None else certificate.joined(whole)
     if {check.name for check in certificate.failures} == {"delay"}:
         late = NotFound(Reason.DELAY, Reason.DELAY.value, report)
         return Certified(checked, late, (no_plan.not_tolerated(mission, certificate),))

@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from missionc.base.limits import Limits
+from missionc.base.trace import Trace
 from missionc.diagnostics.code import NOT_SAID, PAST_DOES_NOT_FIT
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Mission
@@ -22,6 +23,7 @@ from missionc.progression.formula_progression import TooEntangledError
 from missionc.progression.past_document import Past
 from missionc.progression.stretches import Remaining, after
 from missionc.syntax.read_file import held
+from missionc.verify.certificate import Certificate
 
 
 def remaining(checked: Checked, past: Past, limits: Limits, stretch: float = 1.0) -> Checked | Diagnostic:
@@ -57,7 +59,22 @@ def remaining(checked: Checked, past: Past, limits: Limits, stretch: float = 1.0
             rest = after(rest, flown.stretch, now)
         except TooEntangledError as error:
             return not_said(error)
+    same = not any(each.stretch.lost or each.stretch.given_up or each.texts for each in past.flown)
+    if same and checked.kernel is not None:
+        rest = replace(
+            rest, whole=(checked.mission, checked.kernel), seen=tuple(each.stretch.trace for each in past.flown)
+        )
     return replace(checked, mission=rest.mission, kernel=rest.kernel, rest=rest, past=past)
+
+
+def whole_checks(rest: Remaining | None, plan: Trace) -> Certificate | None:
+    """The requirements over what was flown and the plan together; nothing where there is no mission of both."""
+    if rest is None or rest.whole is None:
+        return None
+    from missionc.verify.plan.whole_requirements import check_whole  # what judges plans loads scipy
+
+    mission, kernel = rest.whole
+    return Certificate(mission.name, tuple(check_whole(mission, kernel, rest.seen, plan)))
 
 
 def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits, stretch: float) -> Checked:

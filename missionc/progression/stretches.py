@@ -49,6 +49,8 @@ class Remaining:
         violated: the names of the requirements that no continuation keeps.
         nobodys: of those that only agents could keep who are lost.
         flags_set: by the flag's name, the agents (by their names) of whom it was set at the last step that is over.
+        whole: the mission and the kernel that it began as, where nobody is lost and nothing has changed since.
+        seen: the traces of everything that is over, in order.
     """
 
     mission: Mission
@@ -57,6 +59,8 @@ class Remaining:
     violated: tuple[str, ...] = ()
     nobodys: tuple[str, ...] = ()
     flags_set: tuple[tuple[str, frozenset[str]], ...] = ()
+    whole: tuple[Mission, Kernel] | None = None
+    seen: tuple[Trace, ...] = ()
 
 
 def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:

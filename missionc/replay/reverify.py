@@ -17,6 +17,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.output.documents.safe_end_json import read_safe_end
 from missionc.output.folder.file_names import PAST, SAFE_END
 from missionc.output.folder.walk_folder import printable
+from missionc.pipeline.remaining import whole_checks
 from missionc.replay.folder_files import UNLISTED, file_checks
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder, read_folder
 from missionc.replay.rebuild.alternatives import Judged
@@ -74,6 +75,8 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     others = tuple(reverify_opened(each, limits) for each in opened.alternatives.values())
     mission, kernel, trace = opened.mission, opened.kernel, opened.trace
     flown = verify(mission, kernel, trace)
+    whole = whole_checks(opened.checked.rest, trace)
+    flown = flown if whole is None or not flown.passed else flown.joined(whole)
     if flown.passed:
         flown = with_delays(mission, kernel, trace, flown)
         flown = flown.joined(verify_polynomials(mission, kernel, trace, opened.flights))

@@ -24,6 +24,7 @@ from missionc.diagnostics.code import (
 )
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.stop_and_hover import state_at
+from missionc.ir import Exactly
 from missionc.monitoring.monitor import monitor
 from missionc.monitoring.read_flown import FlownSoFar, read_flown
 from missionc.pipeline.remaining import remaining
@@ -168,6 +169,30 @@ def test_an_obstacle_where_somebody_is_leaves_no_stop() -> None:
     assert found.must_stop
 
 
+def test_who_is_off_the_way_begins_anew_where_it_is_and_the_whole_is_judged_too(tmp_path: Path) -> None:
+    other = next(index for index in range(3) if f"drone[{index}]" != inspector())
+    seen = so_far(4)
+    position, last = seen.trace.position.copy(), seen.last.copy()
+    position[other, -1] += (0.4, 0.0)
+    last[other] += (0.4, 0.0)
+    away = replace(seen, trace=replace(seen.trace, position=position), last=last)
+    found = replan(flying(), Request(away, in_time=SOON, clock=PATIENT), LIMITS)
+    assert found.ok, found.findings
+    assert found.rest is not None
+    assert found.rest.mission is not None
+    start = found.rest.mission.agents[other].start
+    assert isinstance(start, Exactly)
+    assert start.point == pytest.approx(tuple(last[other]), abs=1e-3)
+    for name, content in found.files:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    verified = reverify(tmp_path)
+    assert verified.passed, verified.findings
+    assert verified.certificate is not None
+    whole = [check.subject for check in verified.certificate.checks if check.name == "whole requirement"]
+    assert whole == ["inspect", "home"]
+
+
 def test_holes_in_a_log_are_gone_straight_over_and_long_ones_are_not() -> None:
     mission = flying().checked.mission
     assert mission is not None
@@ -194,6 +219,9 @@ agent scout { start at (1, 1) }
 graph radio = proximity 3 m
 require x: some drone: pad
 """
+    included = patched(compiled().checked, Source("patch", 'include "site.mission"\n'), LIMITS)
+    assert isinstance(included, list)
+    assert [each.code for each in included] == [NOT_TO_BE_CHANGED]
     found = patched(compiled().checked, Source("patch", wrong), LIMITS)
     assert isinstance(found, list)
     assert {each.code for each in found} == {NOT_TO_BE_CHANGED}

@@ -21,7 +21,6 @@ from missionc.pipeline.checked import Checked
 from missionc.pipeline.provenance import input_name_of, texts
 from missionc.syntax import ast
 from missionc.syntax.parse import parse
-from missionc.syntax.read_file import unread
 
 PLACES = (ast.Region, ast.Obstacle, ast.Beacon)
 """Declarations that a patch may add, or put in the place of others of their names."""
@@ -36,7 +35,7 @@ Change: TypeAlias = tuple[Span, str]
 
 def patched(checked: Checked, patch: Source, limits: Limits) -> Mapping[str, str] | list[Diagnostic]:
     """The texts of the mission's files after the patch, by their names; or everything that keeps it from being one."""
-    program, findings = parse(patch, limits, unread)
+    program, findings = parse(patch, limits, _no_file)
     if program is None:
         return findings
     assert checked.program is not None
@@ -60,6 +59,11 @@ def patched(checked: Checked, patch: Source, limits: Limits) -> Mapping[str, str
     if findings:
         return findings
     return _edited(checked, changes, added)
+
+
+def _no_file(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
+    """A patch is one text, whatever lies beside it."""
+    return _said(span, f"a patch reads no other file, and not `{written}`", "write its declarations into the patch")
 
 
 def _before(program: ast.Program, item: ast.Declaration) -> ast.Declaration | None:
