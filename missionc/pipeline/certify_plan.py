@@ -20,7 +20,6 @@ from missionc.pipeline.ask_bound import BoundSide
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
 from missionc.pipeline.provenance import asked_for, data, given, inputs
-from missionc.pipeline.remaining import whole_checks
 from missionc.pipeline.results import Refused, Unverified, Verified
 
 STEP_OF_AGENT = 6e-3
@@ -73,6 +72,7 @@ def certify_plan(
     from missionc.output.notebook_ground import notebook_ground
     from missionc.output.output_files import Provenance, emit
     from missionc.pipeline.plan_ways import plan_ways
+    from missionc.pipeline.remaining import whole_checks
     from missionc.progression.past_document import past_json
     from missionc.verify.verify_plan import verify
 
