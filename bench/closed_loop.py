@@ -21,9 +21,9 @@ from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
-from missionc.closed_loop.ground import flights_of
 from missionc.closed_loop.scenario import Event, Scenario
 from missionc.ir import Mission
+from missionc.output.folder.file_names import flights_in
 from missionc.pipeline.driver import compile
 from missionc.pipeline.replan.request import Flying
 from missionc.pipeline.results import Verified
@@ -90,7 +90,7 @@ def main() -> None:
             continue
         mission = compiled.checked.mission
         files = dict(compiled.outcome.files)
-        flying = Flying(compiled.checked, compiled.outcome.plan.trace, flights_of(mission.agents, files))
+        flying = Flying(compiled.checked, compiled.outcome.plan.trace, flights_in(mission.agents, files))
         counts, took = np.zeros(4, dtype=int), []
         for flight in range(arguments.flights):
             random = np.random.default_rng([number, flight])

@@ -24,7 +24,7 @@ from missionc.closed_loop.judge_loop import Cut, Outcome, judge
 from missionc.closed_loop.reports import PERIOD, Reports
 from missionc.closed_loop.scenario import Event, Scenario
 from missionc.closed_loop.told import Told
-from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.crazyflie_csv import polynomials
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.replan.get_ready import get_ready
@@ -82,7 +82,7 @@ def fly_loop(
     mission = flying.checked.mission
     assert mission is not None
     names = tuple(agent.name for agent in mission.agents)
-    pieces = [own for name in names if isinstance(own := read(flying.flights[name]), Pieces)]
+    pieces = [polynomials(flying.flights[name]) for name in names]
     ticks = math.ceil(mission.horizon * SETPOINTS_PER_SECOND - 1e-9)
     random = np.random.default_rng([seed, 1])
     weather = Disturbance(wind=scenario.wind, gust=scenario.gust)
@@ -94,14 +94,14 @@ def fly_loop(
     first = told.setpoints(np.zeros(1))
     air = Airborne(first[POSITION, 0], first[YAW, 0])
     reports, waiting = Reports(scenario, random), list(scenario.events)
-    lost: dict[str, float] = {}
+    lost: list[str] = []
     cuts: list[Cut] = []
     path, speed = np.empty((2, ticks + 1, 3, len(names)))
     nose = np.empty((ticks + 1, len(names)))
     for tick in range(0, ticks + 1, TICKS):
         time = tick / SETPOINTS_PER_SECOND
         while waiting and waiting[0].at <= time + 1e-9:
-            _happen(waiting.pop(0), time, air, ground, told, lost, cuts, limits)
+            _happen(waiting.pop(0), time, air, ground, told, lost, cuts)
         silent = np.array([name in lost for name in names])
         reports.send(time, air.position, air.velocity, air.heading, silent)
         lines = ground.hear(reports.heard(time))
@@ -125,14 +125,14 @@ def _happen(
     air: Airborne,
     ground: Ground,
     told: Told,
-    lost: dict[str, float],
+    lost: list[str],
     cuts: list[Cut],
-    limits: Limits,
 ) -> None:
     if event.lose:
         air.lose(ground.names.index(event.lose))
-        lost.setdefault(event.lose, time)
-        cuts.append(Cut(time, (event.lose,)))
+        if event.lose not in lost:
+            lost.append(event.lose)
+            cuts.append(Cut(time, (event.lose,)))
     elif event.slow:
         told.slow(ground.names.index(event.slow), event.to, time)
     else:

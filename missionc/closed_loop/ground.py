@@ -17,10 +17,11 @@ from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.closed_loop.reports import Report
 from missionc.closed_loop.told import Told
-from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.crazyflie_csv import polynomials
 from missionc.monitoring.live.session import Session
 from missionc.monitoring.live.verdicts import Verdict
 from missionc.monitoring.read_flown import read_flown
+from missionc.output.folder.file_names import flights_in
 from missionc.pipeline.replan.patch import patched
 from missionc.pipeline.replan.replan import OFF, replan
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
@@ -194,9 +195,7 @@ class Ground:
         came = found.way.value if found.way is not Way.NONE else "; ".join(each.message for each in found.findings[:2])
         stops = found.stops if found.ok or found.must_stop else {}
         for name, text in stops.items():
-            stop = read(text)
-            assert isinstance(stop, Pieces)
-            self.told.upload(self.names.index(name), stop, time)
+            self.told.upload(self.names.index(name), polynomials(text), time)
         if not found.ok or found.compiled is None or begins is None:
             self.happened.append(Happened(time, why, came, seconds, given_up=tuple(self.given_up)))
             return
@@ -205,23 +204,13 @@ class Ground:
         assert found.rest is not None
         mission = found.rest.mission
         assert mission is not None
-        flights = flights_of(mission.agents, files)
+        flights = flights_in(mission.agents, files)
         for name, text in flights.items():
-            pieces = read(text)
-            assert isinstance(pieces, Pieces)
-            self.told.upload(self.names.index(name), pieces, begins)
+            self.told.upload(self.names.index(name), polynomials(text), begins)
         self.happened.append(Happened(time, why, came, seconds, begins, tuple(self.given_up)))
         self.flying = Flying(found.rest, found.compiled.outcome.plan.trace, flights)
         self.began = begins
         self._watch()
-
-
-def flights_of(agents: tuple[object, ...], files: Mapping[str, bytes]) -> dict[str, str]:
-    """The text of each agent's polynomials, by the agent's name."""
-    from missionc.output.folder.file_names import file_names, polynomials_file
-
-    names = file_names(agents)  # type: ignore[arg-type]
-    return {name: files[polynomials_file(file)].decode() for name, file in names.items()}
 
 
 def _line(name: str, report: Report, began: float, dimension: int) -> str:

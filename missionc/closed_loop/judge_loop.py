@@ -11,23 +11,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
-from missionc.base.units import Metres
-from missionc.curves.piecewise_polynomials import Curves
 from missionc.ir import Mission
 from missionc.monitoring.monitor import monitor
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.remaining import earlier
-from missionc.progression.rest_of_mission import counted_from, rest_of
+from missionc.progression.rest_of_mission import team_at
 from missionc.progression.stretches import Remaining, Stretch, after
-from missionc.simulate.judge_flight import at_steps
-from missionc.verify.plan.agent_separation import check_separation
-from missionc.verify.plan.obstacle_clearance import check_obstacles
+from missionc.simulate.judge_flight import at_steps, room
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,11 +70,11 @@ def judge(
     assert kernel is not None
     whole = at_steps(mission, times, position, velocity, heading)
     rest, now, written = Remaining(mission, kernel), checked, mission
-    rows, begin, room = list(range(len(mission.agents))), 0, math.inf
+    rows, begin, least = list(range(len(mission.agents))), 0, math.inf
     names = [agent.name for agent in mission.agents]
     for cut in cuts:
         step = min(math.ceil(cut.time / mission.step - 1e-9), int(mission.steps) - 1)
-        room = min(room, _room(rest.mission, written, times, position[rows], begin * mission.step, cut.time))
+        least = min(least, _room(rest.mission, written, times, position[rows], begin * mission.step, cut.time))
         if cut.texts:
             now = earlier(now, cut.texts, limits, 1.0)
             assert now.mission is not None
@@ -88,9 +82,9 @@ def judge(
         rest = after(rest, Stretch(_part(whole, rows, begin, step), cut.lost), written)
         rows = [names.index(agent.name) for agent in rest.mission.agents]
         begin = step
-    room = min(room, _room(rest.mission, written, times, position[rows], begin * mission.step, float(times[-1])))
+    least = min(least, _room(rest.mission, written, times, position[rows], begin * mission.step, float(times[-1])))
     judged = monitor(rest.mission, rest.kernel, _part(whole, rows, begin, int(mission.steps)))
-    return Outcome({each.name: each.satisfied for each in judged.requirements}, room)
+    return Outcome({each.name: each.satisfied for each in judged.requirements}, least)
 
 
 def _part(trace: Trace, rows: list[int], begin: int, end: int) -> Trace:
@@ -103,12 +97,6 @@ def _room(left: Mission, written: Mission, times: Array, position: Array, begin:
     chosen = (times >= begin - 1e-9) & (times <= end + 1e-9)
     if chosen.sum() < 2:
         return math.inf
-    dimension = left.dimension
-    when, place = times[chosen], position[:, chosen, :dimension]
-    curves = Curves(when, np.stack([place[:, :-1], np.diff(place, axis=1) / np.diff(when)[:, None]], axis=-1))
-    levels = {(resource.name, agent.name): 0.0 for resource in written.resources for agent in written.agents}
-    names = tuple(agent.name for agent in left.agents)
-    team = rest_of(written, 0, place[:, 0], names, levels)
-    bare = replace(counted_from(team, 0.0), separation=Metres(0.0), clearance=Metres(0.0))
-    checks = [*check_separation(bare, curves), *check_obstacles(bare, curves)]
-    return min((check.margin for check in checks), default=math.inf)
+    when, place = times[chosen], position[:, chosen]
+    team = team_at(written, 0.0, place[:, 0, : left.dimension], tuple(agent.name for agent in left.agents))
+    return min((check.margin for check in room(team, when, place)), default=math.inf)

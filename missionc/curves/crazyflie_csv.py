@@ -59,6 +59,18 @@ def read(text: str) -> Pieces | str:
     return Pieces(numbers[:, 0], numbers[:, 1:].reshape(-1, 4, 8))
 
 
+def polynomials(text: str) -> Pieces:
+    """The pieces of a file that was verified.
+
+    Raises:
+        ValueError: what is wrong with a text that holds none.
+    """
+    pieces = read(text)
+    if isinstance(pieces, str):
+        raise ValueError(pieces)
+    return pieces
+
+
 def written(pieces: Pieces) -> str:
     """The text of a file; nine significant digits tell every float32 number from every other."""
     table = np.concatenate([pieces.duration[:, None], pieces.coefficients.reshape(len(pieces.duration), -1)], axis=1)

@@ -71,6 +71,18 @@ def rest_of(
     )
 
 
+def team_at(mission: ir.Mission, seconds: float, position: Array, left: tuple[str, ...]) -> ir.Mission:
+    """Those that are left, where they are so many seconds after the beginning, and the world from then on.
+
+    For questions about bodies: its steps are those of the whole mission, and nothing is left of resources.
+
+    Args:
+        position, left: as of ``rest_of``.
+    """
+    levels = {(resource.name, agent.name): 0.0 for resource in mission.resources for agent in mission.agents}
+    return counted_from(rest_of(mission, 0, position, left, levels), seconds)
+
+
 def counted_from(mission: ir.Mission, seconds: float) -> ir.Mission:
     """The mission with its obstacles as they are so many seconds on, and nothing else of it changed."""
     return replace(mission, obstacles=tuple(_later(obstacle, seconds) for obstacle in mission.obstacles))

@@ -30,9 +30,8 @@ from missionc.output.folder.file_names import (
     MANIFEST,
     MISSION,
     MOST_ALTERNATIVES,
-    file_names,
-    polynomials_file,
-    stop_file,
+    flights_in,
+    stops_in,
 )
 from missionc.pipeline.checked import Checked
 from missionc.replay.folder_files import FolderFiles, check_mission, names_and_hashes, parsed, read_files, unusable
@@ -74,8 +73,7 @@ class OutputFolder:
     @property
     def stops(self) -> Mapping[str, str]:
         """The text of what each agent flies until the plan begins, by the agent's name; empty where that is nothing."""
-        names = file_names(self.mission.agents)
-        return {agent.name: self.text(stop_file(names[agent.name])) for agent in self.mission.agents}
+        return stops_in(self.mission.agents, self.files)
 
     def text(self, name: str) -> str:
         """A file as text; empty where there is none."""
@@ -135,7 +133,6 @@ def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic
     trace, findings = read_trace(plan, checked.mission, limits)
     if trace is None:
         return tuple(findings)
-    names = file_names(checked.mission.agents)
     return OutputFolder(
         path=folder,
         manifest=found.manifest,
@@ -146,9 +143,6 @@ def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic
         mission=checked.mission,
         kernel=checked.kernel,
         trace=trace,
-        flights={
-            agent.name: files.get(polynomials_file(names[agent.name]), b"").decode("utf-8", errors="replace")
-            for agent in checked.mission.agents
-        },
+        flights=flights_in(checked.mission.agents, files),
         ways=ways_in(checked.mission, files),
     )

@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from missionc.base.source import Source
-from missionc.output.folder.file_names import file_names, polynomials_file
+from missionc.output.folder.file_names import flights_in
 from missionc.pipeline.driver import compile
 from missionc.pipeline.replan.request import Flying
 from missionc.pipeline.results import Compiled, Verified
@@ -43,10 +43,7 @@ def flying() -> Flying:
     """Its plan, as it is flown."""
     checked, verified = compiled().checked, outcome()
     assert checked.mission is not None
-    names = file_names(checked.mission.agents)
-    files = dict(verified.files)
-    flights = {name: files[polynomials_file(file)].decode() for name, file in names.items()}
-    return Flying(checked, verified.plan.trace, flights)
+    return Flying(checked, verified.plan.trace, flights_in(checked.mission.agents, dict(verified.files)))
 
 
 def inspector() -> str:

@@ -6,7 +6,7 @@ import base64
 import hashlib
 from pathlib import Path
 
-from missionc.output.report.render_page import asset, scripts
+from missionc.output.report.render_page import SCRIPTS, asset, scripts
 
 POLICY = (
     "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; "
@@ -15,25 +15,11 @@ POLICY = (
 """What a browser may do with the page: run the one script, and ask its own server."""
 
 ASSETS = Path(__file__).resolve().parent / "assets"
-OF_REPORT = (
-    "unpack.js",
-    "colours.js",
-    "model.js",
-    "shapes.js",
-    "camera.js",
-    "labels.js",
-    "world_view.js",
-    "motion_view.js",
-    "phases.js",
-    "map_view.js",
-    "gestures.js",
-    "scene.js",
-    "tracks.js",
-    "timeline.js",
-    "address.js",
-    "player.js",
-    "layout.js",
+OF_ONE_PLAN = frozenset(
+    {"svg_canvas.js", "charts.js", "words.js", "margins.js", "plans.js", "suggestions.js", "export.js", "main.js"}
 )
+"""Scripts of the report that are about a plan, and of no use to a flight that goes on."""
+OF_REPORT = tuple(name for name in SCRIPTS if name not in OF_ONE_PLAN)
 OWN = ("flight_model.js", "flight_lanes.js", "flight_status.js", "flight_main.js")
 """In the order in which they are put together, after those of the report."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Mapping
 from pathlib import PurePath
 
 from missionc.ir import Agent
@@ -69,6 +70,22 @@ def file_names(agents: tuple[Agent, ...]) -> dict[str, str]:
         for agent in agents
         for name, file in [(agent.name, plain[agent.name])]
     }
+
+
+def flights_in(agents: tuple[Agent, ...], files: Mapping[str, bytes]) -> dict[str, str]:
+    """The text of each agent's polynomials, by the agent's name; empty where the file is missing."""
+    return _texts_in(agents, files, polynomials_file)
+
+
+def stops_in(agents: tuple[Agent, ...], files: Mapping[str, bytes]) -> dict[str, str]:
+    """Likewise of what each agent flies until its plan begins."""
+    return _texts_in(agents, files, stop_file)
+
+
+def _texts_in(agents: tuple[Agent, ...], files: Mapping[str, bytes], place: Callable[[str], str]) -> dict[str, str]:
+    names = file_names(agents)
+    found = {agent.name: files.get(place(names[agent.name]), b"") for agent in agents}
+    return {name: content.decode("utf-8", errors="replace") for name, content in found.items()}
 
 
 def _plain(name: str) -> str:

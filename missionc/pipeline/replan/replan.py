@@ -19,7 +19,7 @@ from missionc.backends.api import Budget, Impossible
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
-from missionc.curves.crazyflie_csv import Pieces, read, written
+from missionc.curves.crazyflie_csv import Pieces, polynomials, written
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.stop_and_hover import state_at
 from missionc.ir import Mission
@@ -33,7 +33,7 @@ from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
 from missionc.pipeline.replan.stop_all import Stopped, ends, flown_on, from_moment, resting_state, stop_all
 from missionc.pipeline.results import Compiled, Verified
 from missionc.progression.past_document import Flown, Past
-from missionc.progression.rest_of_mission import counted_from, rest_of
+from missionc.progression.rest_of_mission import team_at
 from missionc.progression.stretches import Stretch
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.verify_plan import verify, verify_polynomials
@@ -59,6 +59,8 @@ class _Replanning:
         self.must_stop = False
         self.names = [agent.name for agent in self.mission.agents]
         self.left = [agent.index for agent in self.mission.agents if agent.name not in request.lost]
+        self.flights = [polynomials(flying.flights[name]) for name in self.names]
+        self.off = self._off()
 
     def run(self) -> Replanned:
         found = self._run()
@@ -126,19 +128,14 @@ class _Replanning:
 
     def _off(self) -> dict[int, Array]:
         """Those that are left and further from where their flights have them than is usual: where they are."""
-        planned = _at(self._flights(), self.request.so_far.until, self.mission.dimension)
+        planned = _at(self.flights, self.request.so_far.until, self.mission.dimension)
         off = np.linalg.norm(self.request.so_far.last - planned, axis=-1)
         return {agent: self.request.so_far.last[agent] for agent in self.left if off[agent] > OFF}
-
-    def _flights(self) -> list[Pieces]:
-        found = [read(self.flying.flights[name]) for name in self.names]
-        assert all(isinstance(each, Pieces) for each in found), "the polynomials of a verified folder can be read"
-        return [each for each in found if isinstance(each, Pieces)]
 
     def _kept(self) -> Replanned | None:
         """The plan, where it still holds with the world as it is, without those who are lost."""
         steps = self.request.so_far.trace.position.shape[1] - 1
-        if self._off():
+        if self.off:
             return None
         old = self.flying.trace
         told = Trace(
@@ -165,10 +162,8 @@ class _Replanning:
         """The polynomials of those that are left, from a step on; they do not rest where they are cut."""
         assert rest.mission is not None
         assert rest.kernel is not None
-        flights = self._flights()
-        files = {
-            self.names[agent]: written(from_moment(flights[agent], steps * self.mission.step)) for agent in self.left
-        }
+        cut = steps * self.mission.step
+        files = {self.names[agent]: written(from_moment(self.flights[agent], cut)) for agent in self.left}
         proven = verify_polynomials(rest.mission, rest.kernel, ahead, files)
         return replace(proven, checks=tuple(check for check in proven.checks if check.name != "rest"))
 
@@ -178,18 +173,16 @@ class _Replanning:
         assert self.now.mission is not None
         whole, so_far = self.now.mission, self.request.so_far
         elapsed = self.flying.checked.past.steps if self.flying.checked.past else 0
-        flights = self._flights()
         moment = self.request.moment
-        levels = {(resource.name, agent.name): 0.0 for resource in whole.resources for agent in whole.agents}
-        team = rest_of(whole, elapsed, so_far.last[self.left], tuple(self.names[each] for each in self.left), levels)
+        began = elapsed * self.mission.step + moment
+        team = team_at(whole, began, so_far.last[self.left], tuple(self.names[each] for each in self.left))
         off = {}
         for place, agent in enumerate(self.left):
-            if agent in self._off():
-                yaw = float(_yaw(flights[agent], moment))
-                off[place] = resting_state(so_far.last[agent], yaw, float(self.mission.agents[agent].altitude))
-        own = [flights[agent] for agent in self.left]
+            if agent in self.off:
+                yaw, altitude = _yaw(self.flights[agent], moment), float(self.mission.agents[agent].altitude)
+                off[place] = resting_state(self.off[agent], yaw, altitude)
+        own = [self.flights[agent] for agent in self.left]
         least = float(self.request.in_time)
-        team = counted_from(team, moment)
         # Nothing is known of the way of one that is not where its flight has it.
         self.must_stop = bool(off) or not all(check.passed for check in flown_on(team, own, moment))
         return stop_all(team, own, moment, off, least, int(self.mission.steps))
@@ -204,10 +197,9 @@ class _Replanning:
         flown = seen.position.shape[1]
         steps: Array = np.arange(flown, stopped.step + 1, dtype=np.float64) * self.mission.step
         position, velocity, heading = stopped.states(self.request.moment, steps, dimension)
-        flights = self._flights()
         for number in np.flatnonzero(steps < self.request.moment).tolist():
             for row, agent in enumerate(self.left):
-                state = state_at(flights[agent], float(steps[number]))
+                state = state_at(self.flights[agent], float(steps[number]))
                 position[row, number], velocity[row, number] = state[0, :dimension], state[1, :dimension]
                 heading[row, number] = state[0, 3]
         shape = (len(self.names), steps.size)
