@@ -1,7 +1,8 @@
-"""Beginnings of flights in a closed loop: a folder that is verified again, and a scenario."""
+"""Flights of a folder in a closed loop: it is verified again, a scenario is read, and the page is drawn."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from missionc.base.limits import Limits
@@ -11,21 +12,39 @@ from missionc.closed_loop.scenario import Scenario, read_scenario
 from missionc.diagnostics.code import SCENARIO_UNUSABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
+from missionc.output.report.loop_tracks import LoopFlights
+from missionc.output.report.report_html import report
 from missionc.pipeline.replan.request import Flying
 from missionc.replay.read_folder import OutputFolder, read_folder
+from missionc.replay.rebuild.report_page import plotted
 from missionc.replay.reverify import reverify_opened
 from missionc.syntax.read_file import read_text
+from missionc.verify.certificate import Certificate
 
 
-def open_folder(folder: Path, limits: Limits) -> Flying | list[Diagnostic]:
-    """What a folder has to be flown, once it has been verified again; or why not."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Opened:
+    """A folder that was verified again, and what of it is flown."""
+
+    flying: Flying
+    folder: OutputFolder
+    certificate: Certificate
+
+
+def open_folder(folder: Path, limits: Limits) -> Opened | list[Diagnostic]:
+    """A folder that may be flown; or why not."""
     opened = read_folder(folder, limits)
     if not isinstance(opened, OutputFolder):
         return list(opened)
     verified = reverify_opened(opened, None)
-    if not verified.passed:
+    if not verified.passed or verified.flown is None:
         return list(verified.findings)
-    return Flying(opened.checked, opened.trace, opened.flights)
+    return Opened(Flying(opened.checked, opened.trace, opened.flights), opened, verified.flown)
+
+
+def flights_page(opened: Opened, loop: LoopFlights) -> bytes:
+    """The folder's report, with the flights in it."""
+    return report(replace(plotted(opened.folder, opened.certificate), simulation="", loop=loop))
 
 
 def read_events(file: Path | None, flying: Flying, limits: Limits) -> Scenario | list[Diagnostic]:

@@ -22,6 +22,7 @@ from missionc.pipeline.remaining import earlier
 from missionc.progression.rest_of_mission import team_at
 from missionc.progression.stretches import Remaining, Stretch, after
 from missionc.simulate.judge_flight import at_steps, room
+from missionc.verify.certificate import Check
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,16 +35,32 @@ class Cut:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Epoch:
+    """From a time on, s, the mission reads so, and these of the team are left."""
+
+    time: float
+    mission: Mission
+    team: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Outcome:
     """How a flight went.
 
     Args:
         requirements: by its name, whether it was kept.
-        room: the least room between two bodies, or a body and an obstacle, m; negative where they touch.
+        nearest: where two bodies, or a body and an obstacle, came nearest; None where there were not two.
+        epochs: the first from 0 on, one more for each cut.
     """
 
     requirements: Mapping[str, bool]
-    room: float
+    nearest: Check | None
+    epochs: tuple[Epoch, ...]
+
+    @property
+    def room(self) -> float:
+        """The least room between two bodies, or a body and an obstacle, m; negative where they touch."""
+        return math.inf if self.nearest is None else self.nearest.margin
 
     @property
     def satisfied(self) -> bool:
@@ -70,11 +87,11 @@ def judge(
     assert kernel is not None
     whole = at_steps(mission, times, position, velocity, heading)
     rest, now, written = Remaining(mission, kernel), checked, mission
-    rows, begin, least = list(range(len(mission.agents))), 0, math.inf
+    rows, begin = list(range(len(mission.agents))), 0
     names = [agent.name for agent in mission.agents]
+    epochs = [Epoch(0.0, mission, tuple(names))]
     for cut in cuts:
         step = min(math.ceil(cut.time / mission.step - 1e-9), int(mission.steps) - 1)
-        least = min(least, _room(rest.mission, written, times, position[rows], begin * mission.step, cut.time))
         if cut.texts:
             now = earlier(now, cut.texts, limits, 1.0)
             assert now.mission is not None
@@ -82,9 +99,14 @@ def judge(
         rest = after(rest, Stretch(_part(whole, rows, begin, step), cut.lost), written)
         rows = [names.index(agent.name) for agent in rest.mission.agents]
         begin = step
-    least = min(least, _room(rest.mission, written, times, position[rows], begin * mission.step, float(times[-1])))
+        epochs.append(Epoch(cut.time, written, tuple(names[row] for row in rows)))
     judged = monitor(rest.mission, rest.kernel, _part(whole, rows, begin, int(mission.steps)))
-    return Outcome({each.name: each.satisfied for each in judged.requirements}, least)
+    ends = [*(each.time for each in epochs[1:]), float(times[-1])]
+    rooms = [
+        check for each, end in zip(epochs, ends, strict=True) for check in _rooms(each, names, times, position, end)
+    ]
+    nearest = min(rooms, key=lambda check: check.margin, default=None)
+    return Outcome({each.name: each.satisfied for each in judged.requirements}, nearest, tuple(epochs))
 
 
 def _part(trace: Trace, rows: list[int], begin: int, end: int) -> Trace:
@@ -92,11 +114,11 @@ def _part(trace: Trace, rows: list[int], begin: int, end: int) -> Trace:
     return Trace(trace.step, trace.position[rows, part], trace.velocity[rows, part], trace.heading[rows, part])
 
 
-def _room(left: Mission, written: Mission, times: Array, position: Array, begin: float, end: float) -> float:
-    """The least room of those that are left, from one time to another, straight from sample to sample."""
-    chosen = (times >= begin - 1e-9) & (times <= end + 1e-9)
+def _rooms(epoch: Epoch, names: list[str], times: Array, position: Array, end: float) -> list[Check]:
+    """The rooms of those that are left, as long as an epoch lasts, straight from sample to sample."""
+    chosen = (times >= epoch.time - 1e-9) & (times <= end + 1e-9)
     if chosen.sum() < 2:
-        return math.inf
-    when, place = times[chosen], position[:, chosen]
-    team = team_at(written, 0.0, place[:, 0, : left.dimension], tuple(agent.name for agent in left.agents))
-    return min((check.margin for check in room(team, when, place)), default=math.inf)
+        return []
+    when, place = times[chosen], position[[names.index(name) for name in epoch.team]][:, chosen]
+    team = team_at(epoch.mission, 0.0, place[:, 0, : epoch.mission.dimension], epoch.team)
+    return list(room(team, when, place))

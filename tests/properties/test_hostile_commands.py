@@ -159,6 +159,7 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             **SHARED,
             "--in": drawn("simulation", "", ODD),
             "--scenario": drawn("storm.toml", *NAMES),
+            "-o": output,
             "--flights": drawn("0", "nan", "-1", "9" * 400),
             "--within": number,
             "--no-replan": None,

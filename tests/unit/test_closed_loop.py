@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,14 +13,17 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.app import main
-from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
+from missionc.closed_loop.fly_loop import Listen, LoopFlight, fly_loop, nobody
+from missionc.closed_loop.loop_record import ToldPositions, loop_flights, without_path
 from missionc.closed_loop.reports import Reports
 from missionc.closed_loop.scenario import Event, Scenario, read_scenario
 from missionc.closed_loop.told import Told
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.diagnostics.code import SCENARIO_UNUSABLE
+from missionc.output.report.flight_tracks import flights
+from missionc.output.report.page_data import Plotted, data
 from missionc.simulate.firmware_setpoints import POSITION
-from tests.support.shelf_flight import flying, inspector
+from tests.support.shelf_flight import flying, inspector, outcome
 
 LIMITS = Limits()
 DRONES = ("drone[0]", "drone[1]", "drone[2]")
@@ -100,17 +104,56 @@ def test_reports_are_late_and_some_never_come() -> None:
     assert 0.05 < np.std([each.position[0] for each in heard]) < 0.2
 
 
-def flight(*events: Event) -> LoopFlight:
-    scenario = Scenario(0.2, 0.1, 0.01, 0.05, 0.05, 0.02, events)
-    return fly_loop(flying(), scenario, 0, Seconds(3.0), LIMITS, clock=Seconds(60.0))
+def scenario(*events: Event) -> Scenario:
+    return Scenario(0.2, 0.1, 0.01, 0.05, 0.05, 0.02, events)
+
+
+def flight(*events: Event, listen: Listen = nobody) -> LoopFlight:
+    return fly_loop(flying(), scenario(*events), 0, Seconds(3.0), LIMITS, clock=Seconds(60.0), listen=listen)
 
 
 def test_the_others_finish_what_a_lost_drone_has_begun() -> None:
-    alone = flight(Event(2.0, lose=inspector()))
+    told, lost = ToldPositions(), Event(2.0, lose=inspector())
+    alone = flight(lost, listen=told.listen)
     assert alone.lost == (inspector(),)
     assert any(each.begins is not None for each in alone.happened)
     assert alone.outcome.satisfied
     assert alone.outcome.untouched
+    shown_beside_its_plan(alone, lost, told)
+
+
+def shown_beside_its_plan(alone: LoopFlight, lost: Event, told: ToldPositions) -> None:
+    """The page has the flight, what was uploaded, and who keeps apart from whom as long as it flies."""
+    mission, own, plan = flying().checked.mission, flying(), outcome()
+    assert mission is not None
+    assert own.checked.kernel is not None
+    loop = loop_flights(mission, scenario(lost), [alone, without_path(alone)], told, True)
+    moving = flights(mission, own.trace, own.flights, loop=loop)
+    assert moving.told is not None
+    assert moving.simulated is not None
+    gone = moving.told.times >= 2.0
+    others = [number for number, name in enumerate(DRONES) if name != inspector()]
+    assert np.abs(moving.told.position - moving.simulated.placed.position)[others].max() < 0.3
+    here = moving.simulated.placed.there
+    assert here is not None
+    assert here[others].all()
+    assert not here[DRONES.index(inspector()), gone].any()
+    drawn = data(Plotted(mission, own.checked.kernel, plan.plan, plan.certificate, own.flights, (), loop=loop))
+    assert list(drawn["motion"]) == ["planned", "told", "simulated"]
+    assert drawn["loop"]["gone"] == {inspector(): 2.0}
+    kept = {each["name"]: (each["held"], each["of"]) for each in drawn["loop"]["kept"]}
+    assert kept == dict.fromkeys(("inspect", "home", "all of them", "nothing touched"), (2, 2))
+    first, second = drawn["loop"]["flights"]
+    assert first["told"] == second["told"]
+    assert {each["by"] for each in first["told"]} == {"event", "ground", "plan", "nearest"}
+    begun = next(each.begins for each in alone.happened if each.begins is not None)
+    assert begun in [each["t"] for each in first["told"] if each["by"] == "plan"]
+    assert [each["name"] for each in drawn["checks"] if each["name"].startswith("simulated")]
+
+
+def page_data(page: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(page.read_text().partition('id="data">')[2].partition("</script>")[0])
+    return found
 
 
 HOP = """mission hop
@@ -132,7 +175,22 @@ def test_a_flight_through_a_scenario_is_told_of(tmp_path: Path, capsys: pytest.C
     document = json.loads(capsys.readouterr().out)
     assert document["flights"][0]["requirements"] == {"come": False}
     assert document["flights"][0]["happened"][0]["why"] == "the world has changed"
+    assert document["flights"][0]["nearest"] is None
+    assert document["events"] == [{"t": 1.0, "change": "region there = box (0.5, 3) to (1.5, 3.5)"}]
     assert (tmp_path / "flown.csv").read_text().startswith("agent,t,x,y,z\n")
+    page = tmp_path / "hop-flights.html"
+    assert document["output"] == str(page)
+    drawn = page_data(page)
+    assert drawn["badge"]["state"] == "fails"
+    assert [(each.get("from"), each.get("until")) for each in drawn["regions"]] == [(1.0, None), (0.0, 1.0)]
+    (flown,) = drawn["loop"]["flights"]
+    assert [each["by"] for each in flown["told"]] == ["event", "ground"]
+    assert flown["lost"] == ["come"]
+    page.write_text("not a page")
+    assert main(words) == 1
+    assert page.read_text() == "not a page"
+    page.unlink()
+    capsys.readouterr()
     (tmp_path / "s.toml").write_text('[[event]]\nat = 3\nchange = "require x: scout: there"\n')
     assert main(words) == 1
     assert "MC721" in capsys.readouterr().err

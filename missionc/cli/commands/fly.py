@@ -10,7 +10,17 @@ import click
 
 from missionc.base.units import Seconds
 from missionc.cli.exit_status import Status, say, say_line
-from missionc.cli.options import Number, existing, file_to_write, files, folder, folders, limits_and_form, read_limits
+from missionc.cli.options import (
+    Number,
+    existing,
+    file_to_write,
+    files,
+    folder,
+    folders,
+    limits_and_form,
+    named,
+    read_limits,
+)
 from missionc.cli.progress import ProgressLine
 from missionc.simulate.trial_bounds import LARGEST_SEED
 
@@ -34,6 +44,13 @@ MOST_FLIGHTS = 10_000
     help="So long after something happened the flight goes on by another plan.",
 )
 @click.option("--no-replan", is_flag=True, help="Watch, and plan nothing anew.")
+@click.option(
+    "-o",
+    "--output",
+    type=file_to_write,
+    metavar="FILE",
+    help="The page that shows the flights; FOLDER-flights.html beside the folder if left out.",
+)
 @click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
 @click.option("--page", is_flag=True, help="Show the first flight in the browser while it is flown, at its own pace.")
 @click.option("--pace", type=Number(0.1, 100), default=1.0, show_default=True, metavar="N", help="Times as fast.")
@@ -48,6 +65,7 @@ def command(
     seed: int,
     within: float,
     no_replan: bool,
+    output: Path | None,
     trace: Path | None,
     page: bool,
     pace: float,
@@ -58,20 +76,27 @@ def command(
 ) -> Status:
     """Fly a compiled folder in simulation, watch it, and plan the rest anew when something happens."""
     assert where == "simulation", "there is nowhere else to fly to"
-    from missionc.cli.fly_folder import open_folder, paths_table, read_events
-    from missionc.cli.loop_summary import loop_document, loop_lines
+    from missionc.cli.fly_folder import flights_page, open_folder, paths_table, read_events
+    from missionc.cli.loop_summary import loop_lines
+    from missionc.cli.page_to_write import refuse_page
     from missionc.closed_loop.fly_loop import LoopFlight, fly_loop, nobody
-    from missionc.output.folder.write_file import refuse_file, write_file
+    from missionc.closed_loop.loop_record import ToldPositions, loop_document, loop_flights, without_path
+    from missionc.output.folder.overlap import Output
+    from missionc.output.folder.write_file import beside, refuse_file, write_file
 
     allowed = read_limits(limits)
-    refused = refuse_file(trace) if trace else None
-    flying = [refused] if refused else open_folder(path, allowed)
-    happening = flying if isinstance(flying, list) else read_events(scenario, flying, allowed)
-    if isinstance(flying, list) or isinstance(happening, list):
-        findings = flying if isinstance(flying, list) else happening
+    target = output or beside(named(path), "-flights.html")
+    read = [path, *([scenario] if scenario else [])]
+    traces = [Output("--trace", trace)] if trace else []
+    refused = refuse_page(target, output is not None, read, traces) or (refuse_file(trace) if trace else None)
+    opened = [refused] if refused else open_folder(path, allowed)
+    happening = opened if isinstance(opened, list) else read_events(scenario, opened.flying, allowed)
+    if isinstance(opened, list) or isinstance(happening, list):
+        findings = opened if isinstance(opened, list) else happening
         assert isinstance(findings, list)
         say(findings, [], form, {"passed": None})
         return Status.MISSION_ERRORS
+    flying = opened.flying
     mission, kernel = flying.checked.mission, flying.checked.kernel
     assert mission is not None
     assert kernel is not None
@@ -82,26 +107,28 @@ def command(
 
         shown = ShownLoop(mission, kernel, flying.trace, pace)
     flown: list[LoopFlight] = []
+    told = ToldPositions(shown.listen if shown else nobody)
     silent = quiet or form == "json" or not sys.stderr.isatty()
     with shown or nullcontext(), nullcontext() if silent else ProgressLine(sys.stderr) as line:
         if shown:
             say_line(said(shown.address, no_open, shown.address, "the page"))
             sys.stdout.flush()
         for number in range(flights):
-            listen = shown.listen if shown and number == 0 else nobody
+            listen = nobody if number else told.listen
             within_seconds, seeded = Seconds(within), seed + number
-            flown.append(
-                fly_loop(flying, happening, seeded, within_seconds, allowed, replans=not no_replan, listen=listen)
-            )
+            each = fly_loop(flying, happening, seeded, within_seconds, allowed, replans=not no_replan, listen=listen)
+            flown.append(without_path(each) if number else each)
             if line:
                 line.say(f"flying: {number + 1}/{flights} flights")
             if shown and number == 0:
                 shown.over(flown[0])
-        document = loop_document(mission, flown, not no_replan)
-        failed = write_file(trace, paths_table(mission, flown[0])) if trace else None
-        say([failed] if failed else [], loop_lines(mission, flown, not no_replan), form, document)
+        drawn = flights_page(opened, loop_flights(mission, happening, flown, told, not no_replan))
+        wrong = write_file(target, drawn) or (write_file(trace, paths_table(mission, flown[0])) if trace else None)
+        document = loop_document(mission, happening, flown, not no_replan)
+        lines = [*loop_lines(mission, flown, not no_replan), *([] if wrong else [f"written to {target}"])]
+        say([wrong] if wrong else [], lines, form, {**document, "output": None if wrong else str(target)})
         if shown and flights == 1:
             shown.wait()
-    if failed:
+    if wrong:
         return Status.MISSION_ERRORS
     return Status.DONE if document["passed"] else Status.VIOLATED

@@ -10,10 +10,6 @@ from missionc.cli.exit_status import Status, say, status_of
 from missionc.cli.options import file_to_write, folder, folders, limits_and_form, named, read_limits
 from missionc.diagnostics.model import Diagnostic
 
-TITLE = "· missionc report</title>".encode()
-HEAD = 4096
-"""Bytes of a page, within which its title stands."""
-
 
 @click.command("report")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
@@ -33,8 +29,8 @@ def command(
 
     With OTHER, a second folder of the same mission, the page shows both plans: side by side, or one over the other.
     """
-    from missionc.output.folder.overlap import Output, overlapping
-    from missionc.output.folder.write_file import beside, refuse_file, write_file
+    from missionc.cli.page_to_write import refuse_page
+    from missionc.output.folder.write_file import beside, write_file
     from missionc.replay.compare_reports import compare_reports
     from missionc.replay.render_report import render_report
     from missionc.replay.reverify import reverify
@@ -52,25 +48,10 @@ def command(
         findings, page = (*findings, page), b""
     written = False
     if page:
-        wrong = overlapping([Output("-o", target)], folders_read) or (None if output else _not_ours(target))
-        wrong = wrong or refuse_file(target) or write_file(target, page)
+        wrong = refuse_page(target, output is not None, folders_read) or write_file(target, page)
         findings, written = (*findings, wrong) if wrong else findings, not wrong
     lines = [f"written to {target}"] if written else []
     say(findings, lines, form, {"output": str(target) if written else None})
     if not written:
         return Status.MISSION_ERRORS
     return status_of(all(each.passed for each in reverified), any(each.undecided for each in reverified))
-
-
-def _not_ours(target: Path) -> Diagnostic | None:
-    """What forbids replacing a file that nobody named: it is no page of the compiler's."""
-    from missionc.output.folder.unwritable import exists
-
-    try:
-        with target.open("rb") as file:
-            head = file.read(HEAD)
-    except OSError:
-        return None
-    return (
-        None if TITLE in head else exists(target, " and is no page of the compiler's", instead="another file with `-o`")
-    )

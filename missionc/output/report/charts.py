@@ -25,6 +25,8 @@ MOST_PAIRS = 1 << 21
 MOST_CURVES = 8
 """Agents whose resources have a curve each."""
 
+INSTANT = 1e-9
+"""Seconds: moments that differ by less are the same."""
 NEARLY = 2e-3
 """Metres: a bound that differs by less from the mission's own is that, read off a grid."""
 
@@ -40,8 +42,8 @@ def charts(mission: Mission, moving: Flights, certificate: Certificate, trace: T
         nearest = [(name, "", separation(mission, each)) for name, each in moving.places()]
         lower_limits: list[Limit] = [("mission", "", mission.separation), *_proved(mission, moving, certificate)]
         charts.append(_chart("separation", "m", nearest, lower_limits, low=True))
-    if mission.obstacles:
-        nearest = [(name, "", clearance(mission, each)) for name, each in moving.places()]
+    if mission.obstacles or any(world.obstacles for _, world in moving.worlds):
+        nearest = [(name, "", _clearance(mission, moving, name, each)) for name, each in moving.places()]
         charts.append(_chart("clearance", "m", nearest, [("mission", "", mission.clearance)], low=True))
     teams = _teams(mission)
     planned, flown = "dynamics", "vehicle"
@@ -167,8 +169,21 @@ def separation(mission: Mission, each: Placed) -> Array:
     gaps = []
     for start in range(0, each.times.size, size):
         place = each.position[:, start : start + size]
-        gaps.append((np.linalg.norm(place[first] - place[second], axis=-1) - bodies).min(axis=0))
+        gap = np.linalg.norm(place[first] - place[second], axis=-1) - bodies
+        if each.there is not None:
+            there = each.there[:, start : start + size]
+            gap[~(there[first] & there[second])] = np.inf
+        gaps.append(gap.min(axis=0))
     return np.concatenate(gaps)
+
+
+def _clearance(mission: Mission, moving: Flights, name: str, each: Placed) -> Array:
+    """The same of a flight in the world as it was at each moment, of a plan in the one that it was made for."""
+    if not moving.worlds or name == "planned":
+        return clearance(mission, each)
+    since = np.array([time for time, _ in moving.worlds])
+    which = np.searchsorted(since, each.times + INSTANT, side="right") - 1
+    return np.stack([clearance(world, each) for _, world in moving.worlds])[which, np.arange(which.size)]
 
 
 def clearance(mission: Mission, each: Placed) -> Array:
@@ -181,5 +196,7 @@ def clearance(mission: Mission, each: Placed) -> Array:
             place = place - np.array([displaced(obstacle, time, mission.dimension) for time in each.times])
             grown = np.array([obstacle.grown(time) for time in each.times])
         distance = solid(obstacle.shape, mission.dimension)(place) - radius - grown
+        if each.there is not None:
+            distance = np.where(each.there, distance, np.inf)
         nearest = np.minimum(nearest, distance.min(axis=0))
     return nearest

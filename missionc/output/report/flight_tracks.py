@@ -11,6 +11,7 @@ from missionc.base.trace import Trace
 from missionc.curves.crazyflie_csv import Pieces, curves_of, read
 from missionc.curves.piecewise_polynomials import Curves, motion
 from missionc.ir import Mission
+from missionc.output.report.loop_tracks import LoopFlights, loop_tracks
 from missionc.output.report.sample_tracks import Placed, Sampled
 from missionc.output.report.simulated_tracks import Simulated, simulated
 
@@ -21,11 +22,17 @@ RATES = (8, 5, 4, 2, 1)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flights:
-    """``flown`` is absent where there are no polynomials that can be read, ``simulated`` where nobody flew them."""
+    """``flown`` is absent where there are no polynomials that can be read, ``simulated`` where nobody flew them.
+
+    Of a flight in a closed loop, ``told`` is where everybody was to be by what was uploaded, and ``worlds`` are those
+    that it was flown in, each from its time on, s.
+    """
 
     planned: Sampled
     flown: Sampled | None
     simulated: Simulated | None = None
+    told: Placed | None = None
+    worlds: tuple[tuple[float, Mission], ...] = ()
 
     def by_name(self) -> Iterator[tuple[str, Sampled]]:
         yield "planned", self.planned
@@ -34,17 +41,23 @@ class Flights:
 
     def places(self) -> Iterator[tuple[str, Placed]]:
         """All motions: of the simulated one only the places are known well enough."""
-        yield from self.by_name()
+        if self.told is None:
+            yield from self.by_name()
+        else:
+            yield from (("planned", self.planned), ("told", self.told))
         if self.simulated is not None:
             yield "simulated", self.simulated.placed
 
 
-def flights(mission: Mission, trace: Trace, files: Mapping[str, str], simulation: str = "") -> Flights:
+def flights(
+    mission: Mission, trace: Trace, files: Mapping[str, str], simulation: str = "", loop: LoopFlights | None = None
+) -> Flights:
     """All motions there are.
 
     Args:
         files: the texts of the polynomials, by agent.
         simulation: the text of ``simulation.json``; empty where there is none.
+        loop: flights in a closed loop, which are shown in the place of simulated ones.
     """
     numbers = trace.position.size
     rate = next((rate for rate in RATES if rate * numbers <= MOST_NUMBERS), 1)
@@ -55,6 +68,9 @@ def flights(mission: Mission, trace: Trace, files: Mapping[str, str], simulation
     if len(whole) < len(pieces) or any(not np.array_equal(own.duration, whole[0].duration) for own in whole):
         return Flights(planned, None)
     flown = _sampled(curves_of(whole, slice(mission.dimension)), mission, rate)
+    if loop is not None:
+        shown, told = loop_tracks(mission, loop, rate)
+        return Flights(planned, flown, shown, told, loop.worlds)
     return Flights(planned, flown, simulated(mission, simulation, curves_of(whole, slice(3)), rate))
 
 

@@ -25,12 +25,14 @@ from missionc.language.margins.predicate_margins import formation_margin
 from missionc.output.folder.file_names import input_name
 from missionc.output.report.charts import charts
 from missionc.output.report.flight_tracks import Flights, flights
+from missionc.output.report.loop_tracks import LoopFlights
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.requirement_lanes import Places, lanes
 from missionc.output.report.sample_tracks import Placed
 from missionc.output.report.tightest_margins import checks
 from missionc.output.report.whole_flight import whole_flight
 from missionc.output.report.world_data import world_data
+from missionc.output.report.world_over_time import world_over_time
 from missionc.verify.certificate import Between, Certificate, Verdict
 from missionc.verify.flight.way_missions import Ways
 from missionc.version import __version__
@@ -47,6 +49,7 @@ class Plotted:
         simulation: the text of ``simulation.json``; what cannot be read is not drawn.
         digest: the SHA-256 of the file that holds the motion; empty where there is none.
         ways: likewise those before and after the mission.
+        loop: flights in a closed loop, of which the page is then about; None of a plan.
     """
 
     mission: Mission
@@ -59,11 +62,12 @@ class Plotted:
     simulation: str = ""
     digest: str = ""
     ways: Ways = field(default_factory=dict)
+    loop: LoopFlights | None = None
 
 
 def data(plotted: Plotted) -> dict[str, Any]:
     mission, plan = plotted.mission, plotted.plan
-    moving = flights(mission, plan.trace, plotted.flights, plotted.simulation)
+    moving = flights(mission, plan.trace, plotted.flights, plotted.simulation, plotted.loop)
     flown = moving.simulated.checks if moving.simulated else ()
     judged = plotted.certificate.joined(Certificate(mission.name, flown))
     rows, tree = lanes(mission, plotted.kernel, plan.trace, places(plotted))
@@ -74,7 +78,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "version": __version__,
         "digest": plotted.digest,
         "proven": str(plan.proven) if plan.proven else "",
-        **world_data(mission, plotted.kernel),
+        **world_data(mission, plotted.kernel, world_over_time(moving.worlds)),
         "graphs": [_graph(graph, plan.trace.position) for graph in mission.graphs],
         "formations": [_formation(formation, plan.trace.position) for formation in mission.formations],
         "motion": _motion(moving),
@@ -106,12 +110,16 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "miss": plotted.miss,
         "warnings": list(plotted.certificate.warnings),
         "whole": whole_flight(mission, plotted.flights, plotted.ways),
+        "loop": None if plotted.loop is None else dict(plotted.loop.record),
     }
 
 
 def _badge(plotted: Plotted) -> dict[str, str]:
     """The verdict in words: ``holds``, ``steps`` where some requirement holds at the steps alone, or ``fails``."""
     certificate = plotted.certificate
+    if plotted.loop:
+        state, says = plotted.loop.headline
+        return {"state": state, "says": says}
     if plotted.miss:
         return {"state": "fails", "says": f"no plan: {plotted.miss}"}
     if not certificate.passed:

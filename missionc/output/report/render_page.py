@@ -43,6 +43,7 @@ SCRIPTS = (
     "address.js",
     "plans.js",
     "suggestions.js",
+    "loop_flights.js",
     "player.js",
     "export.js",
     "layout.js",

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Flags
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -14,11 +14,13 @@ class Placed:
     Args:
         times: (samples,), seconds.
         position: (agents, samples, dim), metres.
+        there: (agents, samples), who has to keep apart from others; None for everybody, always.
     """
 
     rate: int
     times: Array
     position: Array
+    there: Flags | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -76,14 +76,15 @@ def _read(mission: Mission, document: Any, flown: Curves, rate: int) -> Simulate
         np.stack([np.interp(grid, times, axis) for axis in own.T[: mission.dimension]], axis=-1) for own in position
     ]
     placed = Placed(rate, np.asarray(grid, dtype=np.float64), np.stack(level))
-    return Simulated(document["engine"], placed, _fewer(error), allowed, _checks(document))
+    return Simulated(document["engine"], placed, fewer(error), allowed, _checks(document))
 
 
 def text_of(value: object) -> str:
     return value if isinstance(value, str) else ""
 
 
-def _fewer(error: Array) -> Array:
+def fewer(error: Array) -> Array:
+    """Errors over time, (agents, samples) -> (agents, moments): ``MOST_ERRORS`` at most, the largest of neighbours."""
     together = -(-error.shape[1] // MOST_ERRORS)
     padded = np.pad(error, [(0, 0), (0, -error.shape[1] % together)], mode="edge")
     return np.asarray(padded.reshape(len(error), -1, together).max(axis=-1))

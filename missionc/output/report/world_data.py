@@ -1,23 +1,33 @@
 """The world of a page's data: what a map draws of a mission before anything moves.
 
-in   Mission, its Kernel
+in   Mission, its Kernel; of a world that changes, what is there from when to when
 out  a dict that JSON can hold
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from missionc.ir import Agent, Mission, Obstacle, Path
+from missionc.ir import Agent, Mission, Obstacle, Path, Region
 from missionc.kernel.nodes import Kernel
 from missionc.output.region_roles import region_roles
 from missionc.output.report.outlines import inner_point, solids
 from missionc.output.report.pack import PER_METRE
+from missionc.output.report.world_over_time import Span
 
 
-def world_data(mission: Mission, kernel: Kernel) -> dict[str, Any]:
-    """Times in seconds, lengths in metres; ``per_metre`` is of the numbers that are packed."""
+def world_data(mission: Mission, kernel: Kernel, spans: Sequence[Span] = ()) -> dict[str, Any]:
+    """Times in seconds, lengths in metres; ``per_metre`` is of the numbers that are packed.
+
+    Args:
+        spans: what is there in the place of the mission's own regions and obstacles, and when.
+    """
     roles = region_roles(mission, kernel)
+    own: tuple[Region | Obstacle, ...] = (*mission.regions, *mission.obstacles)
+    things = spans or [Span(each) for each in own]
+    regions = [(each, each.thing) for each in things if isinstance(each.thing, Region)]
+    obstacles = [(each, each.thing) for each in things if isinstance(each.thing, Obstacle)]
     return {
         "mission": mission.name,
         "step": mission.step,
@@ -25,12 +35,18 @@ def world_data(mission: Mission, kernel: Kernel) -> dict[str, Any]:
         "per_metre": PER_METRE,
         "world": {"low": list(mission.world.low), "high": list(mission.world.high)},
         "regions": [
-            {**_shape(mission, region.name, region.shape), "role": roles[region.name]} for region in mission.regions
+            {**_shape(mission, region.name, region.shape), **_when(span), "role": roles.get(region.name, "plain")}
+            for span, region in regions
         ],
-        "obstacles": [_obstacle(mission, obstacle) for obstacle in mission.obstacles],
+        "obstacles": [{**_obstacle(mission, obstacle), **_when(span)} for span, obstacle in obstacles],
         "beacons": [{"name": beacon.name, "position": list(beacon.position)} for beacon in mission.beacons],
         "agents": [_agent(agent) for agent in mission.agents],
     }
+
+
+def _when(span: Span) -> dict[str, float | None]:
+    """From when to when it is there; nothing of what always is."""
+    return {"from": span.since, "until": span.until} if span.since or span.until is not None else {}
 
 
 def _agent(agent: Agent) -> dict[str, Any]:

@@ -14,7 +14,7 @@ const shownFirst = (model, other) => ({
   shown: null,
   measuring: false,
   ruler: null,
-  motion: "planned",
+  motion: model.data.loop && model.motions.simulated ? "simulated" : "planned",
   compare: other ? "side" : "",
   trail: Number((0.25 * model.horizon).toPrecision(2)),
   graph: model.graphs.length ? model.graphs[0].name : "",
@@ -59,7 +59,7 @@ function writeAddress(model, state, eye, kept) {
   if (state.selected !== null) shown.set("lane", state.selected);
   if (state.focus >= 0) shown.set("agent", names(state.focus));
   if (state.followed >= 0 && state.followed === state.focus) shown.set("chase", "");
-  if (state.motion !== "planned") shown.set("motion", state.motion);
+  if (state.motion !== shownFirst(model).motion) shown.set("motion", state.motion);
   if (model.graphs.length && state.graph !== model.graphs[0].name) shown.set("graph", state.graph);
   if (state.trail !== shownFirst(model).trail) shown.set("trail", state.trail);
   if (state.compare) shown.set("compare", state.compare);

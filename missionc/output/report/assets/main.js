@@ -95,6 +95,7 @@ phaseBar(model);
 margins(model, change);
 plansTable(whole, rank, bar.whole);
 suggestionCards(whole, rank, bar.whole);
+loopFlights(model, change);
 exportMenu(model, state, change, { paint: (context, width, height) => map.paint(context, width, height, palette()), size: map.size });
 splitters(change);
 fullScreen(state, change);

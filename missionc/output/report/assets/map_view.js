@@ -124,8 +124,9 @@ function mapView(canvas, first, shared = null) {
     if (!model.crowd) for (const [x, y] of points) names.block(x, y, 6);
     context.font = "600 12px system-ui, sans-serif";
     if (state.layers.names) {
-      for (const region of model.data.regions) paintShapeName(context, frame, palette, state, region);
+      for (const region of model.data.regions) if (isThere(region, state.time)) paintShapeName(context, frame, palette, state, region);
       model.data.obstacles.forEach((obstacle, index) => {
+        if (!isThere(obstacle, state.time)) return;
         if (!model.crowded || index === state.pointedObstacle || holdsItsName(context, frame, obstacle)) paintShapeName(context, frame, palette, state, obstacle);
       });
     }
@@ -221,7 +222,7 @@ function mapView(canvas, first, shared = null) {
       const [x, y] = frameNow().place(px, py);
       return model.data.obstacles.findLastIndex((obstacle) => {
         const [across, up] = model.shiftAt(obstacle, time);
-        return covers(obstacle, x - across, y - up);
+        return isThere(obstacle, time) && covers(obstacle, x - across, y - up);
       });
     },
     placeAt: (px, py) => frameNow().place(px, py),

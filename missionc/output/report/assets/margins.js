@@ -6,15 +6,8 @@ function margins(model, change) {
   const count = proved.reduce((sum, check) => sum + check.count, 0);
   const failed = proved.filter((check) => !check.passed).length;
   document.getElementById("checked").textContent = passed ? `all ${count} checks pass; the tightest of each kind` : `${failed} ${failed === 1 ? "kind of check fails" : "kinds of checks fail"}`;
-  const table = document.createElement("table");
-  const top = table.createTHead().insertRow();
-  for (const text of ["check", "of", "margin", "at"]) {
-    const cell = document.createElement("th");
-    cell.scope = "col";
-    cell.textContent = text;
-    top.append(cell);
-  }
-  const body = table.createTBody();
+  const table = titled(["check", "of", "margin", "at"]);
+  const body = table.tBodies[0];
   const exact = checks.filter((check) => check.passed && check.margin !== null && Math.abs(check.margin) < 5e-4);
   for (const check of checks.filter((each) => !exact.includes(each))) {
     const row = body.insertRow();
@@ -65,6 +58,15 @@ function margins(model, change) {
     note.textContent = `⚠ ${warning}`;
     panel.append(note);
   }
+}
+
+// A table with a head, and no row yet.
+function titled(columns) {
+  const table = document.createElement("table");
+  const top = table.createTHead().insertRow();
+  for (const textContent of columns) top.append(Object.assign(document.createElement("th"), { scope: "col", textContent }));
+  table.createTBody();
+  return table;
 }
 
 function moment(time, change) {

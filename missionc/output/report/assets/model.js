@@ -32,7 +32,11 @@ function readModel(data) {
 
   const motions = readMotions(data);
   // Dots for what is planned beside what is flown, dashes for what a simulator made of it.
-  const dash = (name) => (name === "simulated" ? [8, 3] : name === "planned" && motions.flown ? [2, 4] : []);
+  // Of a flight in a closed loop the flight itself is solid, and what was uploaded has dashes and dots.
+  const dash = (name) => {
+    if (name === "planned") return motions.flown || motions.told ? [2, 4] : [];
+    return { told: [8, 3, 2, 3], simulated: motions.told ? [] : [8, 3] }[name] ?? [];
+  };
 
   // The place of an agent at a time, straight between two samples; at height 0 in a plane.
   function placeAt(motion, agent, time) {
@@ -70,6 +74,7 @@ function readModel(data) {
     graphs: data.graphs.map((graph) => lazily({ name: graph.name, directed: graph.directed }, { links: () => runsByStep(unpack(graph.runs), states) })),
     formations: data.formations.map((formation) => lazily({ name: formation.name, edges: formation.edges }, { margins: () => metres(formation.margins) })),
     charts: data.charts.map((chart) => ({ ...chart, series: chart.series.map((each) => lazily({ motion: each.motion, team: each.team }, { values: () => metres(each.values) })) })),
+    goneAt: data.agents.map((agent) => data.loop?.gone[agent.name] ?? Infinity),
     grownAt: (obstacle, time) => obstacle.growth * time,
     shiftAt: (obstacle, time) => (obstacle.path ? [...interpolated(obstacle.path, time), 0].slice(0, 3) : [0, 0, 0]),
   };

@@ -44,11 +44,13 @@ function paintTrack(context, frame, model, palette, obstacle) {
   context.setLineDash([]);
 }
 
+// What moves, grows, or is not there all the time.
 function paintObstacles(context, frame, model, palette, time) {
-  for (const obstacle of model.data.obstacles) {
-    if (isStill(obstacle)) continue;
-    if (obstacle.path) paintTrack(context, frame, model, palette, obstacle);
-    paintShape(context, obstacle, model.shiftAt(obstacle, time), frame, lookOf(palette, obstacle), model.grownAt(obstacle, time));
+  for (const shape of [...model.data.regions, ...model.data.obstacles]) {
+    if (isStill(shape) || !isThere(shape, time)) continue;
+    if (shape.path) paintTrack(context, frame, model, palette, shape);
+    const look = lookOf(palette, shape, !frame.flat && model.dimension === 3);
+    paintShape(context, shape, model.shiftAt(shape, time), frame, look, shape.growth ? model.grownAt(shape, time) : 0);
   }
 }
 
@@ -110,7 +112,8 @@ function paintLinks(context, points, happening, palette) {
 // The body at its size, and the mark, which is never too small to be seen.
 function paintAgent(context, [x, y], agent, frame, model, palette, state, lit, ghost) {
   const colour = colourOf(palette, model.style[agent]);
-  const dim = state.focus >= 0 && state.focus !== agent;
+  const gone = state.motion === "simulated" && state.time >= model.goneAt[agent];
+  const dim = gone || (state.focus >= 0 && state.focus !== agent);
   const body = model.data.agents[agent].radius * frame.scale;
   const size = Math.max(Math.min(body, 9), model.crowd ? 3.2 : 5);
   if (body > size + 1) {
@@ -138,4 +141,9 @@ function paintAgent(context, [x, y], agent, frame, model, palette, state, lit, g
   context.strokeStyle = ghost ? colour : chosen ? palette.ink : palette.floor;
   context.stroke();
   context.globalAlpha = 1;
+  if (!gone) return;
+  // Its motors have stopped: crossed out.
+  Object.assign(context, { strokeStyle: palette.harms, lineWidth: 2 });
+  line(context, x - 7, y - 7, x + 7, y + 7);
+  line(context, x - 7, y + 7, x + 7, y - 7);
 }

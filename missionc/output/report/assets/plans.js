@@ -19,15 +19,8 @@ function plansTable(whole, rank, address) {
   const panel = document.getElementById("plans");
   if (!whole.plans) return;
   panel.hidden = false;
-  const table = document.createElement("table");
-  const top = table.createTHead().insertRow();
-  for (const text of ["plan", "what differs", "length", "duration", "smallest margin"]) {
-    const cell = document.createElement("th");
-    cell.scope = "col";
-    cell.textContent = text;
-    top.append(cell);
-  }
-  const body = table.createTBody();
+  const table = titled(["plan", "what differs", "length", "duration", "smallest margin"]);
+  const body = table.tBodies[0];
   for (const plan of whole.plans) {
     const row = body.insertRow();
     row.setAttribute("aria-current", String(plan.rank === rank));

@@ -94,9 +94,17 @@ function ticks(model) {
   }
 }
 
-// Where margins are tight: a mark for each, the tightest larger.
+// Where margins are tight: a mark for each, the tightest larger; and where something happened to a flight.
 function marks(model, change) {
   const bar = document.getElementById("marks");
+  for (const { t, by, says } of model.data.loop?.flights[0].told ?? []) {
+    if (by === "nearest") continue;
+    const button = Object.assign(document.createElement("button"), { type: "button", className: by, title: `${Number(t.toFixed(2))} s: ${says.replaceAll("`", "")}` });
+    button.style.left = `${Math.min(100, (t / model.horizon) * 100)}%`;
+    button.setAttribute("aria-label", button.title);
+    button.addEventListener("click", () => change({ time: t, playing: false }));
+    bar.append(button);
+  }
   const broken = model.data.between.filter((each) => each.verdict === "fails between");
   const between = broken.map((each) => ({ name: "between steps, requirement", subject: each.requirement, at: each.at, margin: null, unit: "m", passed: false }));
   for (const check of [...model.data.checks, ...between]) {

@@ -186,11 +186,13 @@ function lookOf(palette, shape, slanted) {
   return { fill: slanted ? stroke : fill, stroke, alpha: 0.85, clear: 0.16, dash: avoid ? [5, 3] : [], wide: 1.2, hatched: avoid, ink: palette.ink, halo: palette.floor };
 }
 
-const isStill = (obstacle) => !obstacle.path && !obstacle.growth;
+// Of a world that changes: whether a region or an obstacle is there at a time.
+const isThere = ({ from, until }, time) => from === undefined || (time >= from - 1e-9 && (until === null || time < until - 1e-9));
+const isStill = ({ path, growth, from }) => !path && !growth && from === undefined;
 
 function paintStanding(context, frame, model, palette) {
   const slanted = !frame.flat && model.dimension === 3;
-  const standing = [...model.data.regions, ...model.data.obstacles.filter(isStill)];
+  const standing = [...model.data.regions.filter(isStill), ...model.data.obstacles.filter(isStill)];
   const middle = (shape) => frame.depth([...shape.inner, (model.low[2] + model.high[2]) / 2]);
   if (slanted) standing.sort((one, other) => middle(other) - middle(one));
   for (const shape of standing) paintShape(context, shape, [0, 0, 0], frame, lookOf(palette, shape, slanted));
@@ -216,8 +218,8 @@ function trace(context, frame, model, motion, agent, first, last) {
 function paintPaths(context, frame, model, palette) {
   context.lineWidth = 1;
   for (const [name, motion] of Object.entries(model.motions)) {
-    // Of a crowd the motions beside the planned one would be a tangle.
-    if (model.crowd && name !== "planned") continue;
+    // Of a crowd more than one motion would be a tangle.
+    if (model.crowd && name !== (model.motions.told ? "simulated" : "planned")) continue;
     context.setLineDash(model.crowd ? [] : model.dash(name));
     context.globalAlpha = model.crowd ? 0.16 : 0.45;
     for (let agent = 0; agent < model.agents; agent++) {
