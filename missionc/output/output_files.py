@@ -138,7 +138,10 @@ def emit(
     digest = sha256(files["plan.json"])
     files["certificate.json"] = certificate_json(whole, digest).encode()
     texts = tuple((name, content.decode("utf-8")) for name, content in provenance.inputs if name not in provenance.data)
-    files[REPORT] = report(Plotted(mission, kernel, plan, whole, flyable.files, texts, digest=digest, ways=ways))
+    plotted = Plotted(
+        mission, kernel, plan, whole, flyable.files, texts, digest=digest, ways=ways, past=provenance.past
+    )
+    files[REPORT] = report(plotted)
     files[MANIFEST] = manifest(plan, provenance, files).encode()
     return Output(tuple(files.items()), whole, tuple(notes), tuple(findings))
 

@@ -33,6 +33,7 @@ from missionc.pipeline.replan.replan import replan
 from missionc.pipeline.replan.request import Replanned, Request, Way
 from missionc.pipeline.results import Verified
 from missionc.progression.past_document import Past, past_json, read_past
+from missionc.replay.render_report import render_report
 from missionc.replay.reverify import reverify
 from tests.support.shelf_flight import compiled, flown, flying, folder, inspector
 
@@ -111,6 +112,17 @@ def test_who_is_left_finishes_the_mission(tmp_path: Path) -> None:
     verified = reverify(tmp_path)
     assert verified.passed, verified.findings
     assert verified.certificate is not None
+    assert found.begins is not None
+    past = json.loads(render_report(verified).decode().partition('id="data">')[2].partition("</script>")[0])["past"]
+    assert (past["begins"], past["lost"]) == (found.begins, [inspector()])
+    assert [(each["phase"], each["begin"], each["end"]) for each in past["phases"]] == [
+        ("flown", 0.0, 4.0),
+        ("told", 4.0, found.begins),
+        ("plan", found.begins, 22.0),
+    ]
+    assert [(each["agent"], each["flown"], len(each["places"])) for each in past["ways"]] == [
+        (agent.name, 5, int(found.begins) + 1) for agent in mission.agents
+    ]
     assert {"stop", "stop separation", "stop obstacle"} <= {check.name for check in verified.certificate.checks}
     (tmp_path / "past.json").write_text((tmp_path / "past.json").read_text().replace(inspector(), "drone[9]", 1))
     assert not reverify(tmp_path).passed

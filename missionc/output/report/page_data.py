@@ -25,6 +25,7 @@ from missionc.language.margins.predicate_margins import formation_margin
 from missionc.output.folder.file_names import input_name
 from missionc.output.report.charts import charts
 from missionc.output.report.flight_tracks import Flights, flights
+from missionc.output.report.flown_past import flown_past
 from missionc.output.report.loop_tracks import LoopFlights
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.requirement_lanes import Places, lanes
@@ -49,6 +50,7 @@ class Plotted:
         simulation: the text of ``simulation.json``; what cannot be read is not drawn.
         digest: the SHA-256 of the file that holds the motion; empty where there is none.
         ways: likewise those before and after the mission.
+        past: the text of ``past.json``, of a mission of which something was flown; what cannot be read is not drawn.
         loop: flights in a closed loop, of which the page is then about; None of a plan.
     """
 
@@ -62,6 +64,7 @@ class Plotted:
     simulation: str = ""
     digest: str = ""
     ways: Ways = field(default_factory=dict)
+    past: str = ""
     loop: LoopFlights | None = None
 
 
@@ -110,6 +113,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "miss": plotted.miss,
         "warnings": list(plotted.certificate.warnings),
         "whole": whole_flight(mission, plotted.flights, plotted.ways),
+        "past": flown_past(mission, plotted.past),
         "loop": None if plotted.loop is None else dict(plotted.loop.record),
     }
 

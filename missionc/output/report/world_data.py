@@ -65,4 +65,9 @@ def _obstacle(mission: Mission, obstacle: Obstacle) -> dict[str, Any]:
         if isinstance(path, Path)
         else None
     )
-    return {**_shape(mission, obstacle.name, obstacle.shape), "path": moves, "growth": obstacle.growth}
+    return {
+        **_shape(mission, obstacle.name, obstacle.shape),
+        "path": moves,
+        "growth": obstacle.growth,
+        "age": obstacle.age,
+    }

@@ -8,7 +8,7 @@ from typing import Any
 from missionc.base.strict_json import parse_json
 from missionc.base.trace import Plan
 from missionc.output.documents.alternatives_json import AlternativeRow
-from missionc.output.folder.file_names import REPORT, SIMULATION
+from missionc.output.folder.file_names import PAST, REPORT, SIMULATION
 from missionc.output.folder.manifest import sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.output.with_alternatives import others
@@ -55,6 +55,7 @@ def plotted(opened: OutputFolder, certificate: Certificate, plan: Plan | None = 
         simulation=opened.text(SIMULATION),
         digest=sha256(opened.files[PLAN]) if PLAN in opened.files else "",
         ways=opened.ways,
+        past=opened.text(PAST),
     )
 
 

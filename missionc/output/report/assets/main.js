@@ -60,12 +60,15 @@ function tell() {
   told = shown;
 }
 
+// Of a mission of which something was flown: what is over.
+const begun = (past) => past && [`the plan begins ${tidy(past.begins)} s after the flight began; times are counted from there`, past.lost.length && `lost: ${past.lost.join(", ")}`, past.given_up.length && `given up: ${past.given_up.join(", ")}`].filter(Boolean).join("; ");
+
 function describe() {
   const put = (id, text) => (document.getElementById(id).textContent = text);
   const many = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
   put("title", data.mission);
   const planned = data.backend && !data.miss && `planned by ${data.backend}`;
-  put("about", [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, planned, `seed ${data.seed}`, data.proven].filter(Boolean).join(" · "));
+  put("about", [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, planned, `seed ${data.seed}`, data.proven, begun(data.past)].filter(Boolean).join(" · "));
   const marks = { holds: "✓", steps: "◐", fails: "✗" };
   const badge = document.getElementById("verdict");
   badge.className = data.badge.state;

@@ -32,6 +32,7 @@ function mapView(canvas, first, shared = null) {
       if (state.layers.paths) {
         paintPaths(below, frame, model, palette);
         paintWays(below, frame, model, palette);
+        paintPast(below, frame, model, palette);
       }
       drawn = { key, ox: frame.ox, oy: frame.oy, room };
       [right, down] = [0, 0];
@@ -64,6 +65,7 @@ function mapView(canvas, first, shared = null) {
     if (state.layers.paths) {
       paintPaths(context, frame, model, palette);
       paintWays(context, frame, model, palette);
+      paintPast(context, frame, model, palette);
     }
     paintScale(context, frame, model, palette, grid);
     paintMoving(context, frame, palette, state, ghost);

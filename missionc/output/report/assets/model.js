@@ -75,7 +75,7 @@ function readModel(data) {
     formations: data.formations.map((formation) => lazily({ name: formation.name, edges: formation.edges }, { margins: () => metres(formation.margins) })),
     charts: data.charts.map((chart) => ({ ...chart, series: chart.series.map((each) => lazily({ motion: each.motion, team: each.team }, { values: () => metres(each.values) })) })),
     goneAt: data.agents.map((agent) => data.loop?.gone[agent.name] ?? Infinity),
-    grownAt: (obstacle, time) => obstacle.growth * time,
+    grownAt: (obstacle, time) => obstacle.growth * Math.max(0, time + obstacle.age),
     shiftAt: (obstacle, time) => (obstacle.path ? [...interpolated(obstacle.path, time), 0].slice(0, 3) : [0, 0, 0]),
   };
 }

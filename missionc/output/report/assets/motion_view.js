@@ -141,9 +141,6 @@ function paintAgent(context, [x, y], agent, frame, model, palette, state, lit, g
   context.strokeStyle = ghost ? colour : chosen ? palette.ink : palette.floor;
   context.stroke();
   context.globalAlpha = 1;
-  if (!gone) return;
-  // Its motors have stopped: crossed out.
-  Object.assign(context, { strokeStyle: palette.harms, lineWidth: 2 });
-  line(context, x - 7, y - 7, x + 7, y + 7);
-  line(context, x - 7, y + 7, x + 7, y - 7);
+  // Its motors have stopped.
+  if (gone) cross(context, x, y, palette.harms);
 }

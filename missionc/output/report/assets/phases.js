@@ -1,17 +1,50 @@
-// The phases of a flight from the floor to the floor, in a bar: the mission is the part whose time runs on this page.
+// The phases of a flight, in a bar: from the floor to the floor, where the mission is the part whose time runs on this
+// page; or of one that goes on by another plan what was flown before, and the plan, whose time it is then.
 function phaseBar(model) {
-  const whole = model.data.whole;
-  if (!whole) return;
+  const { whole, past } = model.data;
+  const phases = (past || whole)?.phases;
+  if (!phases) return;
   const bar = document.getElementById("phases");
   bar.hidden = false;
-  for (const { phase, begin, end } of whole.phases) {
-    const part = Object.assign(document.createElement("span"), { textContent: phase, title: `${phase}: ${tidy(begin)} s to ${tidy(end)} s` });
+  for (const { phase, begin, end } of phases) {
+    const span = `${tidy(begin)}${past ? "–" : " s to "}${tidy(end)} s`;
+    const part = Object.assign(document.createElement("span"), { textContent: past ? `${phase} ${span}` : phase, title: `${phase}: ${span}` });
     part.style.flexGrow = end - begin;
     part.dataset.phase = phase;
     bar.append(part);
   }
-  const [first, last] = [whole.phases[0], whole.phases[whole.phases.length - 1]];
-  bar.setAttribute("aria-label", `From the floor to the floor in ${tidy(last.end - first.begin)} s: ${whole.phases.map((each) => each.phase).join(", ")}`);
+  const [first, last] = [phases[0], phases[phases.length - 1]];
+  const what = past ? "The whole flight, of which this is the last part" : "From the floor to the floor";
+  bar.setAttribute("aria-label", `${what}, in ${tidy(last.end - first.begin)} s: ${[...bar.children].map((each) => each.textContent).join(", ")}`);
+}
+
+// A time of the page on the clock of the whole flight, where that began before.
+const flightClock = ({ past }, time, digits) => (past ? ` · flight ${(past.begins + time).toFixed(digits)} s` : "");
+
+// What was flown before the plan begins, pale and solid, and what was told until then, dashed. Who was lost ends in a cross.
+function paintPast(context, frame, model, palette) {
+  const { past } = model.data;
+  if (!past) return;
+  context.globalAlpha = 0.75;
+  for (const { agent, flown, places } of past.ways) {
+    Object.assign(context, { strokeStyle: palette.faint, lineWidth: 1.4 });
+    const points = places.map((place) => frame.point(place));
+    for (const [from, to, dash] of [[0, flown, []], [flown - 1, points.length, [4, 3]]]) {
+      context.setLineDash(dash);
+      context.beginPath();
+      points.slice(Math.max(0, from), to).forEach((point, at) => context[at ? "lineTo" : "moveTo"](...point));
+      context.stroke();
+    }
+    context.setLineDash([]);
+    if (past.lost.includes(agent)) cross(context, ...points[Math.min(flown, points.length) - 1], palette.harms);
+  }
+  context.globalAlpha = 1;
+}
+
+function cross(context, x, y, colour) {
+  Object.assign(context, { strokeStyle: colour, lineWidth: 2 });
+  line(context, x - 6, y - 6, x + 6, y + 6);
+  line(context, x - 6, y + 6, x + 6, y - 6);
 }
 
 // The ways before and after the mission, dotted, and the pads that they are from and to.

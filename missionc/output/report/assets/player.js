@@ -65,10 +65,12 @@ function player(model, state, change) {
   let told = "";
   function update() {
     range.value = state.time;
-    const text = `${state.time.toFixed(step < 0.1 ? 2 : 1)} s · step ${model.stepAt(state.time)} of ${model.data.steps}`;
+    const digits = step < 0.1 ? 2 : 1;
+    const counted = flightClock(model.data, state.time, digits) || ` · step ${model.stepAt(state.time)} of ${model.data.steps}`;
+    const text = `${state.time.toFixed(digits)} s${counted}`;
     if (text !== told) clock.textContent = told = text;
     if (state.playing !== running || !state.playing) {
-      range.setAttribute("aria-valuetext", `${state.time.toFixed(2)} of ${model.horizon} seconds`);
+      range.setAttribute("aria-valuetext", `${state.time.toFixed(2)} of ${model.horizon} seconds${flightClock(model.data, state.time, 2)}`);
       play.textContent = state.playing ? "❚❚" : "▶";
       play.setAttribute("aria-label", state.playing ? "Pause" : "Play");
       if (Number(speed.value) !== state.speed) speed.value = state.speed;

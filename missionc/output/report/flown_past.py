@@ -1,0 +1,68 @@
+"""The past of a mission on the page of its rest: the ways that were flown before the plan begins, and when that is.
+
+in   Mission, the text of ``past.json``
+out  a dict that JSON can hold, or nothing where the text tells no past
+
+What the text says is shown and not believed; whether it is a past of the mission is for ``verify`` to say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from missionc.base.limits import Limits
+from missionc.base.trace import Array
+from missionc.ir import Mission
+from missionc.progression.past_document import Flown, Past, read_past
+
+FARTHEST = Limits().magnitude
+"""Metres: what is further away was flown by nobody."""
+CLOSE = 1e-9
+
+
+def flown_past(mission: Mission, text: str) -> dict[str, Any] | None:
+    """When the plan begins, s, in which phases the flight was until then, and everybody's way.
+
+    Times are those of the whole flight. A way has an agent's name and the number of its steps that were flown; it was
+    told the others.
+    """
+    past = read_past(text, FARTHEST) if text else ""
+    if isinstance(past, str) or any(each.stretch.trace.position.shape[2] != mission.dimension for each in past.flown):
+        return None
+    begins = _seconds(past.flown)
+    end = begins + float(mission.horizon)
+    return {
+        "begins": begins,
+        "phases": [*_phases(past), {"phase": "plan", "begin": begins, "end": end}],
+        "lost": list(dict.fromkeys(name for each in past.flown for name in each.stretch.lost)),
+        "given_up": list(dict.fromkeys(name for each in past.flown for name in each.stretch.given_up)),
+        "ways": [way for each in past.flown for way in _ways(each)],
+    }
+
+
+def _seconds(flown: tuple[Flown, ...]) -> float:
+    return round(sum(each.stretch.steps * float(each.stretch.trace.step) for each in flown), 9)
+
+
+def _phases(past: Past) -> Iterator[dict[str, Any]]:
+    """What was flown of each stretch, and what was told until the next plan began."""
+    for number, each in enumerate(past.flown):
+        begin, end = _seconds(past.flown[:number]), _seconds(past.flown[: number + 1])
+        told = min(begin + each.until, end)
+        for phase, low, high in (("flown", begin, told), ("told", told, end)):
+            if high - low > CLOSE:
+                yield {"phase": phase, "begin": low, "end": round(high, 9)}
+
+
+def _ways(flown: Flown) -> Iterator[dict[str, Any]]:
+    trace = flown.stretch.trace
+    steps = int(np.floor(flown.until / float(trace.step) + CLOSE)) + 1
+    for name, way in zip(flown.agents, trace.position, strict=True):
+        yield {"agent": name, "flown": min(steps, len(way)), "places": _places(way)}
+
+
+def _places(way: Array) -> list[list[float]]:
+    return [[round(value, 3) + 0.0 for value in place] for place in way.tolist()]
