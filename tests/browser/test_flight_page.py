@@ -16,7 +16,7 @@ import pytest
 from missionc.base.trace import Trace
 from missionc.cli.flight_page import FlightPage
 from missionc.monitoring.live.session import Session
-from tests.support.live_flights import FLIGHT, line, session_of
+from tests.support.live_flights import FLIGHT, IN_TOUCH, line, session_of
 from tests.support.opened_reports import Opened
 
 pytestmark = pytest.mark.browser
@@ -170,3 +170,28 @@ def test_axe_finds_nothing(browser: Any, width: int, scheme: str) -> None:
         assert [(each["id"], [node["html"] for node in each["nodes"]]) for each in result["violations"]] == []
         assert found.shown.page.evaluate("() => document.documentElement.scrollWidth") <= width
         found.shown.page.close()
+
+
+def test_links_and_formations_are_drawn_now_and_of_the_past(browser: Any) -> None:
+    checked, session = session_of(IN_TOUCH)
+    assert checked.kernel is not None
+    with FlightPage(session.mission, checked.kernel) as page:
+        found = Flight(browser, page, session)
+        shown = found.shown
+        found.feed(line(0, (1, 1), (2, 1)))
+        found.feed(line(1, (1, 1), (3, 1)))
+        found.wait("#clock", "1.00 s of 4 s")
+        at_risk = shown.picture()
+        shown.page.locator("label:has-text('graph') select").select_option("")
+        assert shown.picture() != at_risk
+        shown.page.locator("label:has-text('graph') select").select_option("radio")
+        assert shown.picture() == at_risk
+        box = shown.page.locator(".lane canvas").first.bounding_box()
+        shown.page.mouse.click(box["x"] + 50, box["y"] + 10)
+        found.wait("#clock", "the past")
+        assert shown.picture() != at_risk
+        shown.page.reload()
+        found.wait("#clock", "1.00 s of 4 s")
+        assert shown.picture() == at_risk
+        assert shown.said == []
+        shown.page.close()

@@ -21,6 +21,16 @@ require there: drone[0]: eventually[0, 4 s] goal
 require apart: always[0, 4 s] distance(drone[0], drone[1]) >= 0.5
 """
 
+IN_TOUCH = FLIGHT.replace(
+    "require there",
+    """graph radio = proximity 3 m
+formation pair = distances of drone (0-1: 2 m) tolerance 0.5 m
+require touch: drone[0]: always[0, 4 s] (somewhere[hops 1..1 on radio] true)
+require near: eventually[0, 4 s] pair
+require there""",
+)
+"""The same with a graph and a formation."""
+
 
 def session_of(text: str = FLIGHT) -> tuple[Checked, Session]:
     checked, session = driver.live_session(Source("flight.mission", text))

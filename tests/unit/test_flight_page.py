@@ -15,8 +15,9 @@ import pytest
 from missionc.base.trace import Trace
 from missionc.cli.flight_page import FlightPage
 from missionc.monitoring.live.session import Session, Unusable
+from missionc.output.flight_page.couplings import AT_RISK, BROKEN
 from missionc.output.flight_page.flight_record import MOST_COLUMNS, MOST_NEWS, FlightRecord, Seen
-from tests.support.live_flights import FLIGHT, line, session_of
+from tests.support.live_flights import FLIGHT, IN_TOUCH, line, session_of
 from tests.support.unpacked_reports import unpacked
 
 
@@ -106,6 +107,53 @@ def test_a_plan_and_a_world_are_told_again_when_they_change() -> None:
     _, third = told(record, known)
     assert [region["name"] for region in third["world"]["regions"]] == ["goal", "closed"]
     assert unpacked(third["plan"]).tolist() == [1000] * 20
+
+
+def changes(message: dict[str, Any]) -> list[list[int]]:
+    found: list[list[int]] = unpacked(message["columns"]["changes"]["radio"]).reshape(-1, 4).tolist()
+    return found
+
+
+def pairs(message: dict[str, Any], kind: str) -> list[int]:
+    found: list[int] = unpacked(message["now"]["couplings"]["graphs"]["radio"][kind]).tolist()
+    return found
+
+
+def test_links_are_told_as_they_begin_and_end_and_while_they_are_at_risk_or_broken() -> None:
+    record, session = recorded(IN_TOUCH)
+    position = np.ones((2, 5, 2))
+    record.set_plan(Trace(1.0, position, np.zeros_like(position), np.zeros((2, 5))))
+    known, first = told(record)
+    assert first["world"]["graphs"] == [{"name": "radio", "directed": False}]
+    assert first["world"]["formations"] == [{"name": "pair", "edges": [[0, 1]]}]
+    fly(record, session, line(0, (1, 1), (2, 1)), line(1, (1, 1), (3, 1)))
+    known, there = told(record, known)
+    # Two metres apart, going on at one metre in a step: exactly as far as the link reaches.
+    assert changes(there) == [[0, 0, 1, 1]]
+    assert (pairs(there, "risk"), pairs(there, "broken")) == ([0, 1], [])
+    assert there["now"]["couplings"]["formations"]["pair"] == [AT_RISK]
+    assert unpacked(there["columns"]["margins"]["pair"]).tolist() == [-500, 500]
+    fly(record, session, line(2, (1, 1), (4.5, 1)), line(3, (1, 1), (4.5, 1)))
+    known, gone = told(record, known)
+    assert changes(gone) == [[2, 0, 1, 0]]
+    assert (pairs(gone, "risk"), pairs(gone, "broken")) == ([], [0, 1])
+    assert gone["now"]["couplings"]["formations"]["pair"] == [BROKEN]
+    _, whole = told(record)
+    assert changes(whole) == [[0, 0, 1, 1], [2, 0, 1, 0]]
+
+
+def test_who_is_not_seen_is_linked_to_nobody_for_sure() -> None:
+    record, session = recorded(IN_TOUCH)
+    alone = (json.dumps({"t": time, "agent": "drone[0]", "position": [1, 1]}) for time in (1, 2, 3))
+    fly(record, session, line(0, (1, 1), (2, 1)), *alone)
+    _, message = told(record)
+    assert changes(message) == [[0, 0, 1, 1]]
+    assert pairs(message, "risk") == [0, 1]
+    never, other = recorded(IN_TOUCH)
+    fly(never, other, *(json.dumps({"t": time, "agent": "drone[0]", "position": [1, 1]}) for time in (0, 1, 2)))
+    _, message = told(never)
+    assert changes(message) == []
+    assert message["now"]["couplings"]["formations"]["pair"] == [BROKEN]
 
 
 # ------------------------------------------------------------------- the server

@@ -24,6 +24,7 @@ from missionc.kernel.nodes import Kernel
 from missionc.language.walk_formulas import goals
 from missionc.monitoring.live.session import Change, Event, Forecast, Implausible, Judged, Outrun, Presence, Unusable
 from missionc.monitoring.live.verdicts import Standing, Verdict
+from missionc.output.flight_page.couplings import CouplingsRecord, couplings_data, couplings_now, packed
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.requirement_lanes import HARMS, HELPS, OPEN
 from missionc.output.report.world_data import world_data
@@ -80,6 +81,7 @@ class FlightRecord:
         self._heard_at = time.monotonic()
         self._ended = ""
         self._plan: Trace | None = None
+        self._couplings = CouplingsRecord(mission, self.columns)
         self.set_world(mission, kernel)
 
     # ------------------------------------------------------------------ writing
@@ -87,6 +89,7 @@ class FlightRecord:
     def set_world(self, mission: Mission, kernel: Kernel) -> None:
         """The world as it is now: the same agents, steps and goals, perhaps other regions and obstacles."""
         self.mission, self.kernel = mission, kernel
+        self._couplings.set_world(mission)
         self._world = _world(mission, kernel, self.stride, self.columns)
         self._known = replace(self._known, world=self._known.world + 1, plan=self._known.plan + 1)
 
@@ -151,6 +154,7 @@ class FlightRecord:
         for index, each in enumerate(standings):
             self._bounds[:, index, column] = each.least, each.most
             self._effect[index, column] = EFFECT[each.verdict]
+        self._couplings.take(column, state)
         self._known = replace(self._known, columns=column + 1)
 
     def _index(self, name: str) -> int:
@@ -168,6 +172,8 @@ class FlightRecord:
         fresh = slice(seen.columns, known.columns)
         place = self._place[:, :, fresh].copy()
         bounds, effect = self._bounds[:, :, fresh].copy(), self._effect[:, fresh].copy()
+        couplings, linked = self._couplings.since(fresh.start, fresh.stop), self._couplings.last
+        mission = self.mission
         told: dict[str, Any] = {"news": [_dict(each) for each in self._news if each.number > seen.news]}
         if seen.world != known.world:
             told["world"] = self._world
@@ -189,9 +195,13 @@ class FlightRecord:
                 "seen": pack(np.isfinite(place[0]).astype(np.int64)),
                 "bounds": pack(_thousandths(bounds)),
                 "effect": pack(effect),
+                **packed(couplings),
             }
             if now is not None:
-                told["now"] = _now(now, since, seconds)
+                told["now"] = {
+                    **_now(now, since, seconds),
+                    "couplings": couplings_now(mission, now.state, plan, linked),
+                }
             return told
 
         return known, made
@@ -216,6 +226,7 @@ def _world(mission: Mission, kernel: Kernel, stride: int, columns: int) -> dict[
     world = world_data(mission, kernel)
     return {
         **world,
+        **couplings_data(mission),
         "step": world["step"] * stride,
         "steps": columns - 1,
         "every": stride,

@@ -3,7 +3,7 @@
 function flightModel(world, plan, model = {}) {
   const motion = plan ? { planned: { rate: world.every, added: false, position: plan } } : {};
   const before = { ...model };
-  Object.assign(model, readModel({ ...world, rows: [], lanes: [], charts: [], graphs: [], formations: [], checks: [], between: [], motion }));
+  Object.assign(model, readModel({ ...world, rows: [], lanes: [], charts: [], checks: [], between: [], motion }));
   const { agents, states, dimension } = model;
   if (plan) model.motions.planned.samples = model.motions.planned.position.length / (dimension * agents);
   const seen = before.motions?.seen ?? { rate: 1, samples: states, position: new Float32Array(dimension * agents * states).fill(NaN) };
@@ -11,6 +11,13 @@ function flightModel(world, plan, model = {}) {
   Object.defineProperty(model.motions, "seen", { value: seen });
   const along = model.placeAt;
   const nowhere = [NaN, NaN, NaN];
+
+  // Links come as they begin and end; formations with their margins at each column.
+  const again = (list, name) => before[list]?.find((each) => each.name === name);
+  model.graphs = world.graphs.map((graph) => ({ ...graph, links: again("graphs", graph.name)?.links ?? linkRuns() }));
+  model.formations = world.formations.map((each) => ({ ...each, margins: again("formations", each.name)?.margins ?? new Float32Array(each.edges.length * states).fill(-Infinity) }));
+  // How couplings stand at a moment, where that is the present.
+  model.couplingsAt = (time) => (model.now && time >= Math.min(model.now.t, (model.reached - 1) * world.step) - 1e-9 ? model.now.couplings : null);
 
   model.reached ??= 0;
   model.now ??= null;
@@ -48,9 +55,16 @@ function flightModel(world, plan, model = {}) {
         lane.effect[from + column] = effect[number * count + column];
       }
     });
+    for (const graph of model.graphs) graph.links.take(unpack(columns.changes[graph.name] ?? ""));
+    for (const { name, edges, margins } of model.formations) {
+      const fresh = unpack(columns.margins[name] ?? "");
+      for (let edge = 0; edge < edges.length && fresh.length; edge++) for (let column = 0; column < count; column++) margins[edge * states + from + column] = metres(fresh[edge * count + column]);
+    }
     model.reached = Math.max(model.reached, from + count);
     if (!now) return;
     model.now = now;
+    for (const each of Object.values(now.couplings.graphs)) for (const kind of ["risk", "broken"]) each[kind] = pairsOf(unpack(each[kind]));
+    model.stamp = (model.stamp ?? 0) + 1;
     model.lanes.forEach((lane, number) => {
       lane.now = now.goals[number];
       const open = lane.now.verdict === "open";
@@ -58,6 +72,29 @@ function flightModel(world, plan, model = {}) {
     });
   };
   return model;
+}
+
+const pairsOf = (numbers) => Array.from({ length: numbers.length / 2 }, (_, at) => [numbers[2 * at], numbers[2 * at + 1]]);
+
+// Links as they begin and end, column by column; what is there at one, as of the report's graphs.
+function linkRuns() {
+  const runs = [];
+  const open = new Map();
+  return {
+    take(changes) {
+      for (let at = 0; at < changes.length; at += 4) {
+        const [column, first, second, linked] = changes.subarray(at, at + 4);
+        const key = `${first} ${second}`;
+        if (linked) {
+          open.set(key, { first, second, begin: column, end: Infinity });
+          runs.push(open.get(key));
+        } else open.get(key).end = column;
+      }
+    },
+    at(step, visit) {
+      for (const { first, second, begin, end } of runs) if (begin <= step && step <= end) visit(first, second, end === step ? "gone" : begin === step && step > 0 ? "new" : "there");
+    },
+  };
 }
 
 const kept = ({ effect, values, decided, now }) => ({ effect, values, decided, now });

@@ -1,20 +1,26 @@
 // What moves: obstacles, trails, links, formations, agents.
 
+// How an edge of a formation stands.
+const STANDING = { kept: 0, risk: 1, broken: 2 };
+
 // Which links, routes and formations are there at a step, and who is lit; kept for as long as the step is the same.
 function happenings(model) {
   let known = { key: "" };
   return (state) => {
     const step = model.stepAt(state.time);
-    const key = [step, state.shown, state.graph].join();
+    // Of a flight that goes on, more is known of the present: which links are broken or at risk.
+    const present = model.couplingsAt?.(state.time);
+    const key = [step, state.shown, state.graph, present ? model.stamp : ""].join();
     if (key === known.key) return known;
     const row = state.shown === null ? null : model.lanes[state.shown].values;
     const graph = model.graphs.find((each) => each.name === state.graph);
     const links = [];
     if (graph) graph.links.at(step, (first, second, kind) => links.push({ first, second, kind }));
     if (graph && graph.directed) {
-      const there = new Set(links.filter((link) => link.kind !== "gone").map((link) => `${link.first} ${link.second}`));
+      const there = new Set(links.filter((link) => ["there", "new"].includes(link.kind)).map((link) => `${link.first} ${link.second}`));
       for (const link of links) link.oneWay = !there.has(`${link.second} ${link.first}`);
     }
+    for (const kind of graph && present ? ["risk", "broken"] : []) for (const [first, second] of present.graphs[graph.name][kind]) links.push({ first, second, kind });
     const route = [];
     if (row && row.links) row.links.at(step, (first, second, kind) => kind !== "gone" && route.push([first, second]));
     const lit = (agent) => (row && row.lit ? row.lit[agent * model.states + step] : 0);
@@ -22,7 +28,8 @@ function happenings(model) {
     for (const formation of model.formations) {
       const shown = Boolean(row && row.formations.includes(formation.name));
       formation.edges.forEach(([first, second], edge) => {
-        edges.push({ first, second, shown, name: edge ? "" : formation.name, kept: formation.margins[edge * model.states + step] >= 0 });
+        const stands = present ? present.formations[formation.name][edge] : formation.margins[edge * model.states + step] >= 0 ? STANDING.kept : STANDING.broken;
+        edges.push({ first, second, shown: shown || Boolean(present && stands !== STANDING.kept), name: edge ? "" : formation.name, stands });
       });
     }
     known = { key, step, links, route, lit, edges };
@@ -75,25 +82,28 @@ function paintTrails(context, frame, model, palette, state, places, ghost) {
 }
 
 // Links as they are, thicker at the step they appear, dashed at the step they break, with an arrowhead where they lead
-// one way; the formations, and the lit route above all. What is drawn alike is one path.
+// one way; those that are at risk or broken now; the formations, and the lit route above all. What is drawn alike is one
+// path.
 function paintLinks(context, points, happening, palette) {
-  for (const [kind, wide, dash, alpha] of [["there", 1.2, [], 0.75], ["new", 2.6, [], 0.75], ["gone", 1.2, [2, 5], 0.5]]) {
+  const kinds = [["there", 1.2, [], 0.75, palette.link], ["new", 2.6, [], 0.75, palette.link], ["gone", 1.2, [2, 5], 0.5, palette.link], ["risk", 2.6, [], 1, palette.between], ["broken", 2.2, [6, 4], 1, palette.harms]];
+  for (const [kind, wide, dash, alpha, strokeStyle] of kinds) {
     context.beginPath();
     for (const link of happening.links) {
       if (link.kind !== kind) continue;
       context.moveTo(...points[link.first]);
       context.lineTo(...points[link.second]);
     }
-    Object.assign(context, { strokeStyle: palette.link, lineWidth: wide, globalAlpha: alpha });
+    Object.assign(context, { strokeStyle, lineWidth: wide, globalAlpha: alpha });
     context.setLineDash(dash);
     context.stroke();
   }
   context.setLineDash([]);
-  for (const link of happening.links) if (link.oneWay && link.kind !== "gone") arrowhead(context, points[link.first], points[link.second], palette.link);
+  for (const link of happening.links) if (link.oneWay && ["there", "new"].includes(link.kind)) arrowhead(context, points[link.first], points[link.second], palette.link);
   context.globalAlpha = 1;
   for (const edge of happening.edges) {
-    Object.assign(context, { strokeStyle: edge.kept ? palette.helps : edge.shown ? palette.harms : palette.faint, lineWidth: edge.shown ? 3 : 1.4, globalAlpha: edge.shown ? 1 : 0.6 });
-    context.setLineDash(edge.kept ? [] : [6, 4]);
+    const strokeStyle = [palette.helps, palette.between, edge.shown ? palette.harms : palette.faint][edge.stands];
+    Object.assign(context, { strokeStyle, lineWidth: edge.shown ? 3 : 1.4, globalAlpha: edge.shown ? 1 : 0.6 });
+    context.setLineDash(edge.stands === STANDING.broken ? [6, 4] : []);
     line(context, ...points[edge.first], ...points[edge.second]);
   }
   context.setLineDash([]);
