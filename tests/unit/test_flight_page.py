@@ -142,6 +142,21 @@ def test_links_are_told_as_they_begin_and_end_and_while_they_are_at_risk_or_brok
     assert changes(whole) == [[0, 0, 1, 1], [2, 0, 1, 0]]
 
 
+def test_links_are_looked_for_ten_times_a_second_and_those_of_the_past_once_a_column() -> None:
+    record, session = recorded(IN_TOUCH.replace("step 1 s", "step 0.01 s").replace("<= 2 m/s", "<= 200 m/s"))
+    for step in range(15):
+        fly(record, session, line(step / 100, (1, 1), (2 + 0.2 * step, 1)))
+    _, message = told(record)
+    # 3 m apart at the tenth step.
+    assert changes(message) == [[0, 0, 1, 1], [10, 0, 1, 0]]
+    record, session = recorded(IN_TOUCH.replace("4 s", "100000 s"))
+    for step in range(8):
+        fly(record, session, line(step, (1, 1), (2 + 0.4 * step, 1)))
+    _, message = told(record)
+    assert changes(message) == [[0, 0, 1, 1]]
+    assert pairs(message, "linked") == []
+
+
 def test_who_is_not_seen_is_linked_to_nobody_for_sure() -> None:
     record, session = recorded(IN_TOUCH)
     alone = (json.dumps({"t": time, "agent": "drone[0]", "position": [1, 1]}) for time in (1, 2, 3))

@@ -24,6 +24,12 @@ from missionc.output.report.pack import pack, thousandths
 MOST_MEMBERS = 200
 """Agents of a graph whose links are drawn: those of more are a tangle, and take their time."""
 
+EVERY = 0.1
+"""Seconds of the mission after which links are looked for again."""
+
+INSTANT = 1e-9
+"""Seconds: moments that differ by less are the same."""
+
 KEPT, AT_RISK, BROKEN = range(3)
 """How an edge of a formation stands."""
 
@@ -65,6 +71,7 @@ class CouplingsRecord:
     def __init__(self, mission: Mission, columns: int) -> None:
         self._columns = columns
         self._changes: dict[str, list[NDArray[np.int64]]] = {}
+        self._written: dict[str, Flags] = {}
         self.last = Links(-1, {})
         self._margins: dict[str, Array] = {}
         self.set_world(mission)
@@ -75,18 +82,23 @@ class CouplingsRecord:
         for each in mission.formations:
             self._margins.setdefault(each.name, np.full((len(each.edges), self._columns), -np.inf))
 
-    def take(self, column: int, state: StepState) -> None:
-        """The team as it was at a column; columns come in their order."""
-        known, now = _known(state), {}
+    def take(self, state: StepState, column: int | None) -> None:
+        """The team at a step, and which column that is, if any; steps come in their order."""
+        known, seconds = _known(state), float(self.mission.step)
+        if self.last.step < 0 or (state.step - self.last.step) * seconds > EVERY - INSTANT:
+            found = {graph.name: _linked(graph, state.position, known) for graph in drawn_graphs(self.mission)}
+            self.last = Links(state.step, found)
+        if column is None:
+            return
         for graph in drawn_graphs(self.mission):
             changes = self._changes.setdefault(graph.name, [])
             changes += [np.zeros((0, 3), dtype=np.int64)] * (column - len(changes))
             first, second = _pairs(graph)
-            linked = _linked(graph, state.position, known)
-            changed = linked ^ self.last.links.get(graph.name, np.zeros_like(linked))
+            none = np.zeros(len(first), dtype=np.bool_)
+            linked = self.last.links.get(graph.name, none)
+            changed = linked ^ self._written.get(graph.name, none)
             changes.append(np.stack([first[changed], second[changed], linked[changed]], axis=1))
-            now[graph.name] = linked
-        self.last = Links(state.step, now)
+            self._written[graph.name] = linked
         for formation in self.mission.formations:
             self._margins[formation.name][:, column] = _edges(formation, state.position, known)
 
@@ -114,21 +126,20 @@ def _rows(changes: list[tuple[int, NDArray[np.int64]]]) -> NDArray[np.int64]:
 
 
 def couplings_now(mission: Mission, state: StepState, plan: Trace | None, last: Links) -> dict[str, Any]:
-    """Links that are at risk or broken, by graph, as pairs of agents; and how each edge of a formation stands.
+    """By graph the links that there are, are at risk or broken, as pairs of agents; how the edges of formations stand.
 
     At risk is what is there and will not be a step from now if everybody goes on like this, or what nobody can be sure
     of, as somebody was not seen. Broken is a link that the plan has now, and the team has not.
 
     Args:
-        last: the links at the last column, which are not looked for again where that is now.
+        last: the links as they were found last.
     """
     known = _known(state)
     ahead = state.position + state.velocity * float(mission.step)
     graphs = {}
     for graph in drawn_graphs(mission):
-        ends, linked = np.stack(_pairs(graph)), last.links.get(graph.name) if last.step == state.step else None
-        if linked is None:
-            linked = _linked(graph, state.position, known)
+        ends = np.stack(_pairs(graph))
+        linked = last.links.get(graph.name, np.zeros(ends.shape[1], dtype=np.bool_)) & known[ends].all(axis=0)
         first, second = ends[:, linked]
         lasting = are_linked(graph, first, second, ahead[first], ahead[second])
         doubt = state.doubt[first] + state.doubt[second]
@@ -139,7 +150,8 @@ def couplings_now(mission: Mission, state: StepState, plan: Trace | None, last: 
         if plan is not None and state.step < plan.position.shape[1]:
             broken = _linked(graph, plan.position[:, state.step], np.ones_like(known)) & ~linked
         risk = np.stack([first[~lasting], second[~lasting]])
-        graphs[graph.name] = {"risk": pack(risk.T), "broken": pack(ends[:, broken].T)}
+        chosen = {"linked": ends[:, linked], "risk": risk, "broken": ends[:, broken]}
+        graphs[graph.name] = {name: pack(each.T) for name, each in chosen.items()}
     return {"graphs": graphs, "formations": {each.name: _standing(each, state, ahead) for each in mission.formations}}
 
 

@@ -145,6 +145,7 @@ class FlightRecord:
         self._now, state, standings = judged, judged.state, judged.standings
         reached = state.step * float(self.mission.step)
         self.hear(reached if self._heard is None else max(self._heard, reached))
+        self._couplings.take(state, None if state.step % self.stride else state.step // self.stride)
         if state.step % self.stride:
             return
         column = state.step // self.stride
@@ -154,7 +155,6 @@ class FlightRecord:
         for index, each in enumerate(standings):
             self._bounds[:, index, column] = each.least, each.most
             self._effect[index, column] = EFFECT[each.verdict]
-        self._couplings.take(column, state)
         self._known = replace(self._known, columns=column + 1)
 
     def _index(self, name: str) -> int:

@@ -63,7 +63,7 @@ function flightModel(world, plan, model = {}) {
     model.reached = Math.max(model.reached, from + count);
     if (!now) return;
     model.now = now;
-    for (const each of Object.values(now.couplings.graphs)) for (const kind of ["risk", "broken"]) each[kind] = pairsOf(unpack(each[kind]));
+    for (const each of Object.values(now.couplings.graphs)) for (const kind of ["linked", "risk", "broken"]) each[kind] = pairsOf(unpack(each[kind]));
     model.stamp = (model.stamp ?? 0) + 1;
     model.lanes.forEach((lane, number) => {
       lane.now = now.goals[number];

@@ -14,13 +14,15 @@ function happenings(model) {
     if (key === known.key) return known;
     const row = state.shown === null ? null : model.lanes[state.shown].values;
     const graph = model.graphs.find((each) => each.name === state.graph);
+    const current = graph && present && present.graphs[graph.name];
     const links = [];
     if (graph) graph.links.at(step, (first, second, kind) => links.push({ first, second, kind }));
+    if (current) links.splice(0, Infinity, ...asItIsNow(links, current.linked));
     if (graph && graph.directed) {
       const there = new Set(links.filter((link) => ["there", "new"].includes(link.kind)).map((link) => `${link.first} ${link.second}`));
       for (const link of links) link.oneWay = !there.has(`${link.second} ${link.first}`);
     }
-    for (const kind of graph && present ? ["risk", "broken"] : []) for (const [first, second] of present.graphs[graph.name][kind]) links.push({ first, second, kind });
+    for (const kind of current ? ["risk", "broken"] : []) for (const [first, second] of current[kind]) links.push({ first, second, kind });
     const route = [];
     if (row && row.links) row.links.at(step, (first, second, kind) => kind !== "gone" && route.push([first, second]));
     const lit = (agent) => (row && row.lit ? row.lit[agent * model.states + step] : 0);
@@ -35,6 +37,14 @@ function happenings(model) {
     known = { key, step, links, route, lit, edges };
     return known;
   };
+}
+
+// The links of a step that goes on: those that there are by now; what was there at its beginning and is not is gone.
+function asItIsNow(links, linked) {
+  const kinds = new Map(links.map((link) => [`${link.first} ${link.second}`, link.kind]));
+  const now = linked.map(([first, second]) => ({ first, second, kind: kinds.get(`${first} ${second}`) === "new" ? "new" : "there" }));
+  const there = new Set(linked.map(([first, second]) => `${first} ${second}`));
+  return [...now, ...links.filter((link) => !there.has(`${link.first} ${link.second}`)).map((link) => ({ ...link, kind: "gone" }))];
 }
 
 // Where an obstacle goes.
