@@ -11,10 +11,11 @@ import secrets
 import threading
 import time
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from typing import TYPE_CHECKING, Self
 
-from missionc.cli.guard import ALWAYS, NAMES, Guard
+from missionc.cli.guard import ALWAYS, Guard
+from missionc.cli.page_server import PageServer, Quiet
 
 if TYPE_CHECKING:  # loads arrays
     from missionc.base.trace import Trace
@@ -56,18 +57,16 @@ class FlightPage:
         self._record = FlightRecord(mission, kernel)
         self._changed = threading.Condition()
         self._count = 0
-        self._server = _Server((NAMES[0], 0), _Handler)
+        self._server = _Server(_Handler)
         self._server.page = self
         self.guard = Guard(secrets.token_urlsafe(24), self._server.server_port)
-        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
 
     def __enter__(self) -> Self:
-        self._thread.start()
+        self._server.begin()
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self._server.shutdown()
-        self._server.server_close()
+        self._server.end()
 
     @property
     def address(self) -> str:
@@ -130,25 +129,19 @@ class FlightPage:
         return known, count, json.dumps(told(), separators=(",", ":"), allow_nan=False).encode()
 
 
-class _Server(ThreadingHTTPServer):
-    daemon_threads = True
-    block_on_close = False
+class _Server(PageServer):
     page: FlightPage
 
-    def __init__(self, place: tuple[str, int], handler: type[BaseHTTPRequestHandler]) -> None:
+    def __init__(self, handler: type[BaseHTTPRequestHandler]) -> None:
         from missionc.output.flight_page.flight_html import flight_html
 
-        super().__init__(place, handler)
+        super().__init__(handler)
         self.html, self.policy = flight_html()
         self.places = threading.BoundedSemaphore(MOST_PAGES)
 
-    def handle_error(self, request: object, client_address: object) -> None:
-        """A browser that hangs up is no news."""
 
-
-class _Handler(BaseHTTPRequestHandler):
+class _Handler(Quiet, BaseHTTPRequestHandler):
     server: _Server
-    timeout = 30
 
     def do_GET(self) -> None:
         match self.server.page.guard.path(self.path, self.headers):
@@ -192,6 +185,3 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Type", kind)
         for name, value in ALWAYS.items():
             self.send_header(name, value)
-
-    def log_message(self, format: str, *words: object) -> None:
-        """The terminal is for findings."""

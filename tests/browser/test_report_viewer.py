@@ -287,6 +287,19 @@ def test_on_a_phone_the_player_stays_in_sight(browser: Any, tmp_path: Path) -> N
     found.page.close()
 
 
+def test_on_a_phone_no_number_below_the_bar_lies_on_another(browser: Any, tmp_path: Path) -> None:
+    text = RELAY.replace("4 s", "38 s")
+    still = np.repeat(np.array(MOTION)[:, :1], 39, axis=1)
+    found = opened(browser, tmp_path / "phone.html", report(plotted(text, still)))
+    numbers = """() => [...document.querySelectorAll('#ticks span')]
+        .filter((each) => getComputedStyle(each).visibility !== 'hidden').map((each) => each.textContent)"""
+    assert found.page.evaluate(numbers)[-2:] == ["35 s", "38 s"]
+    found.page.set_viewport_size({"width": 390, "height": 844})
+    found.settle()
+    assert found.page.evaluate(numbers)[-2:] == ["30 s", "38 s"]
+    found.page.close()
+
+
 @pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (1280, "dark"), (390, "light")])
 def test_axe_finds_nothing(browser: Any, tmp_path: Path, width: int, scheme: str) -> None:
     from axe_playwright_python.sync_playwright import Axe

@@ -13,9 +13,12 @@ import threading
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 from typing import Literal, Self
+
+from missionc.cli.guard import NAMES
+from missionc.cli.page_server import PageServer, Quiet
 
 PAGE = (Path(__file__).resolve().parent / "live.html").read_text(encoding="utf-8")
 POLICY = (
@@ -46,26 +49,24 @@ class Live:
         self._news = News(mission)
         self._report = b""
         self._changed = threading.Condition()
-        self._server = _Server(("127.0.0.1", 0), _Handler)
+        self._server = _Server(_Handler)
         self._server.live = self
-        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
 
     def __enter__(self) -> Self:
-        self._thread.start()
+        self._server.begin()
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self._server.shutdown()
-        self._server.server_close()
+        self._server.end()
 
     @property
     def address(self) -> str:
-        return f"http://127.0.0.1:{self._server.server_port}/"
+        return f"http://{NAMES[0]}:{self._server.server_port}/"
 
     @property
     def hosts(self) -> tuple[str, ...]:
         """How a browser that means this page calls it; another name leads here only by a trick of a stranger's page."""
-        return tuple(f"{name}:{self._server.server_port}" for name in ("127.0.0.1", "localhost"))
+        return tuple(f"{name}:{self._server.server_port}" for name in NAMES)
 
     @property
     def report(self) -> bytes:
@@ -85,9 +86,7 @@ class Live:
             return self._news
 
 
-class _Server(ThreadingHTTPServer):
-    daemon_threads = True
-    block_on_close = False
+class _Server(PageServer):
     live: Live
 
     @cached_property
@@ -95,13 +94,9 @@ class _Server(ThreadingHTTPServer):
         script = PAGE.partition("<script>")[2].partition("</script>")[0]
         return POLICY.format(base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"))
 
-    def handle_error(self, request: object, client_address: object) -> None:
-        """A browser that hangs up is no news."""
 
-
-class _Handler(BaseHTTPRequestHandler):
+class _Handler(Quiet, BaseHTTPRequestHandler):
     server: _Server
-    timeout = 30
 
     def do_GET(self) -> None:
         if self.headers.get("Host") not in self.server.live.hosts:
@@ -139,6 +134,3 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Type", kind)
         self.send_header("Cache-Control", "no-store")
         self.send_header("X-Content-Type-Options", "nosniff")
-
-    def log_message(self, format: str, *words: object) -> None:
-        """The terminal is for findings."""

@@ -35,16 +35,16 @@ class Flights:
     worlds: tuple[tuple[float, Mission], ...] = ()
 
     def by_name(self) -> Iterator[tuple[str, Sampled]]:
+        """Motions whose speeds are known; beside a flight in a closed loop the plan is enough."""
         yield "planned", self.planned
-        if self.flown is not None:
+        if self.flown is not None and self.told is None:
             yield "flown", self.flown
 
     def places(self) -> Iterator[tuple[str, Placed]]:
         """All motions: of the simulated one only the places are known well enough."""
-        if self.told is None:
-            yield from self.by_name()
-        else:
-            yield from (("planned", self.planned), ("told", self.told))
+        yield from self.by_name()
+        if self.told is not None:
+            yield "told", self.told
         if self.simulated is not None:
             yield "simulated", self.simulated.placed
 

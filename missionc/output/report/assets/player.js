@@ -1,3 +1,6 @@
+// Pixels between two numbers below the bar.
+const ROOM_OF_TICK = 4;
+
 // Time: what moves it on, and the keys.
 function player(model, state, change) {
   const range = document.getElementById("now");
@@ -82,7 +85,7 @@ function player(model, state, change) {
   return { update };
 }
 
-// Seconds below the bar.
+// Seconds below the bar; where there is no room between its neighbour and the last one, a tick is left out.
 function ticks(model) {
   const bar = document.getElementById("ticks");
   const gap = pleasant(model.horizon, 10);
@@ -94,6 +97,16 @@ function ticks(model) {
     tick.textContent = `${Number(time.toFixed(6))} s`;
     bar.append(tick);
   }
+  new ResizeObserver(() => {
+    const boxes = [...bar.children].map((tick) => tick.getBoundingClientRect());
+    const last = boxes.length - 1;
+    let free = -Infinity;
+    boxes.forEach(({ left, right }, at) => {
+      const fits = at === last || (left >= free && right <= boxes[last].left - ROOM_OF_TICK);
+      bar.children[at].style.visibility = fits ? "" : "hidden";
+      if (fits) free = right + ROOM_OF_TICK;
+    });
+  }).observe(bar);
 }
 
 // Where margins are tight: a mark for each, the tightest larger; and where something happened to a flight.
