@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from socketserver import StreamRequestHandler
 
 from missionc.cli.guard import NAMES
 
@@ -31,7 +32,7 @@ class PageServer(ThreadingHTTPServer):
         """A browser that hangs up is no news."""
 
 
-class Quiet:
+class Quiet(StreamRequestHandler):
     """What every handler of requests has: the terminal hears nothing of them, it is for findings."""
 
     timeout = 30

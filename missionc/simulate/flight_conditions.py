@@ -16,41 +16,11 @@ from missionc.simulate.default_engine import COMMANDS
 from missionc.simulate.disturbance import GUST_SECONDS, NOISE_SECONDS, UNDISTURBED, Disturbance
 from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
 from missionc.simulate.quadrotor import Vehicle
-from missionc.simulate.trial_bounds import (
-    ENGINES,
-    LARGEST_SEED,
-    MOST_CLOCK_ERROR,
-    MOST_DOWNWASH,
-    MOST_FLIGHTS,
-    MOST_LATENCY,
-    MOST_LOSS,
-    MOST_LOST,
-    MOST_MASS_ERROR,
-    MOST_NOISE,
-    MOST_START_ERROR,
-    MOST_WIND,
-    OTHERS,
-    QUADROTOR,
-)
+from missionc.simulate.trial_bounds import ENGINES, LARGEST_SEED, MOST, MOST_FLIGHTS, MOST_LOST, OTHERS, QUADROTOR
 from missionc.simulate.trials import Trial
 from missionc.verify.compare_documents import is_number
 from missionc.version import __version__
 
-MOST = Disturbance(
-    wind=MOST_WIND,
-    gust=MOST_WIND,
-    mass=MOST_MASS_ERROR / 100,
-    start=MOST_START_ERROR,
-    clock=MOST_CLOCK_ERROR,
-    noise=MOST_NOISE,
-    latency=MOST_LATENCY,
-    packets=MOST_LOSS / 100,
-    missed=MOST_LOSS / 100,
-    battery=MOST_LOSS / 100,
-    motor=MOST_LOSS / 100,
-    downwash=MOST_DOWNWASH,
-)
-"""The most of everything that the command line takes, but for whom it loses."""
 BROUGHT = {
     "rotorpy": ("rotorpy.vehicles.crazyflie_params", "rotorpy.controllers.quadrotor_control.SE3Control", 1),
     "crazyflow": ("Drone.cf2x_L250, Dynamics.first_principles", "Control.state, hovering before the start", COMMANDS),
@@ -112,7 +82,7 @@ def _disturbance(record: object) -> Disturbance | None:
         return None
     lose = _lose(record["lose"])
     amounts = [name for name in names if name != "lose"]
-    if lose is None or not all(_within(record[name], getattr(MOST, name)) for name in amounts):
+    if lose is None or not all(_within(record[name], MOST[name]) for name in amounts):
         return None
     return Disturbance(**{name: float(record[name]) for name in amounts}, lose=lose)
 

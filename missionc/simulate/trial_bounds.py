@@ -1,9 +1,11 @@
-"""Bounds of simulated trials: which engines fly, how many flights, and the largest disturbances; values alone.
+"""Bounds of simulated trials: which engines fly, how many flights, and each disturbance with its flag; values alone.
 
 The command line refuses what is beyond them, and so does whoever flies a record again.
 """
 
 from __future__ import annotations
+
+from missionc.base.late_dataclass import dataclass
 
 QUADROTOR = "quadrotor"
 """The engine that is always there."""
@@ -19,26 +21,66 @@ LARGEST_SEED = 2**32 - 1
 MOST_WIND = 100
 """Metres per second, of the mean and of the gusts."""
 
-MOST_MASS_ERROR = 50
-"""Percent."""
-
-MOST_START_ERROR = 1
-"""Metres."""
-
 MOST_CLOCK_ERROR = 1
 """Seconds."""
 
-MOST_NOISE = 1
-"""Metres."""
-
-MOST_LATENCY = 1
-"""Seconds."""
-
-MOST_LOSS = 100
-"""Percent: of the position updates that are lost, of the vehicles that do not hear the start, and of the thrust."""
-
-MOST_DOWNWASH = 10
-"""Times the model's force."""
-
 MOST_LOST = 1000
 """Agents that are lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class Amount:
+    """One disturbance: from nothing to the most that there may be of it.
+
+    Args:
+        field: of a ``Disturbance``.
+        flag: on the command line, where it is given in ``unit``.
+        most: in that unit.
+        says: its help.
+    """
+
+    field: str
+    flag: str
+    unit: str
+    most: float
+    says: str
+
+    def of(self, given: float) -> float:
+        """What the field is, of what was given: percents are shares there."""
+        return given / (100 if self.unit == "PERCENT" else 1)
+
+
+AMOUNTS = (
+    Amount(
+        "mass",
+        "--mass-error",
+        "PERCENT",
+        50,
+        "Each vehicle weighs up to so much more or less than its controller thinks.",
+    ),
+    Amount("start", "--start-error", "METRES", 1, "Each begins up to so far beside its start, along x and along y."),
+    Amount("clock", "--clock-error", "SECONDS", MOST_CLOCK_ERROR, "Each begins up to so late."),
+    Amount(
+        "noise",
+        "--noise",
+        "METRES",
+        1,
+        "The controller is shown a position that is off by so much, the standard deviation along each axis.",
+    ),
+    Amount("latency", "--latency", "SECONDS", 1, "It is shown position and velocity so late."),
+    Amount("packets", "--packet-loss", "PERCENT", 100, "So many position updates are lost."),
+    Amount("missed", "--missed-start", "PERCENT", 100, "So many vehicles never hear the start."),
+    Amount("battery", "--battery-sag", "PERCENT", 100, "The most that a motor gives falls by so much until the end."),
+    Amount("motor", "--weak-motor", "PERCENT", 100, "One motor of each gives up to so much less than it is told."),
+    Amount(
+        "downwash",
+        "--downwash",
+        "FACTOR",
+        10,
+        "Those below are pushed down by so many times a published model's force.",
+    ),
+)
+"""All that are a number; the wind is two, and who is lost is a name and a time."""
+
+MOST = {"wind": float(MOST_WIND), "gust": float(MOST_WIND), **{each.field: each.of(each.most) for each in AMOUNTS}}
+"""The most that each field of a ``Disturbance`` may be, but for whom it loses."""

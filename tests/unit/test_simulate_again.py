@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,9 +28,10 @@ from missionc.replay.render_report import render_report
 from missionc.replay.reverify import reverify
 from missionc.replay.reverify import reverify_opened as replay_of
 from missionc.simulate.default_engine import Flown, sample_times
+from missionc.simulate.disturbance import Disturbance
 from missionc.simulate.firmware_setpoints import setpoints
-from missionc.simulate.flight_conditions import MOST, conditions, trial_of
-from missionc.simulate.trial_bounds import LARGEST_SEED, MOST_FLIGHTS
+from missionc.simulate.flight_conditions import conditions, trial_of
+from missionc.simulate.trial_bounds import LARGEST_SEED, MOST, MOST_FLIGHTS
 from missionc.simulate.trials import Trial, Trials
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import SAME
@@ -245,7 +246,8 @@ def test_every_strange_value_is_refused(key: str, text: str) -> None:
 
 
 def test_everything_that_the_command_takes_can_be_told() -> None:
-    most = Trial(flights=MOST_FLIGHTS, disturbance=MOST, seed=LARGEST_SEED)
+    assert {*MOST, "lose"} == {field.name for field in fields(Disturbance)}
+    most = Trial(flights=MOST_FLIGHTS, disturbance=Disturbance(**MOST), seed=LARGEST_SEED)
     assert trial_of(json.loads(json.dumps(conditions(most, 4.0)))) == most
 
 

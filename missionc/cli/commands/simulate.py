@@ -15,20 +15,7 @@ from missionc.cli.exit_status import Status, say
 from missionc.cli.options import Number, file_to_write, folder, folders, limits_and_form, picture, read_limits
 from missionc.cli.progress import ProgressLine
 from missionc.diagnostics.model import Diagnostic
-from missionc.simulate.trial_bounds import (
-    ENGINES,
-    LARGEST_SEED,
-    MOST_CLOCK_ERROR,
-    MOST_DOWNWASH,
-    MOST_FLIGHTS,
-    MOST_LATENCY,
-    MOST_LOSS,
-    MOST_LOST,
-    MOST_MASS_ERROR,
-    MOST_NOISE,
-    MOST_START_ERROR,
-    MOST_WIND,
-)
+from missionc.simulate.trial_bounds import AMOUNTS, ENGINES, LARGEST_SEED, MOST_FLIGHTS, MOST_LOST, MOST_WIND
 
 DRAWN = 20
 """Flights whose paths are drawn."""
@@ -68,78 +55,23 @@ def _once(lose: tuple[tuple[str, float], ...]) -> tuple[tuple[str, float], ...]:
     return lose
 
 
+def amounts(command: Callable[..., Status]) -> Callable[..., Status]:
+    """The flags of all disturbances that are a number, by the names of their fields."""
+    for each in reversed(AMOUNTS):
+        kind = Number(0, each.most)
+        command = click.option(each.flag, each.field, type=kind, default=0.0, metavar=each.unit, help=each.says)(
+            command
+        )
+    return command
+
+
 @click.command("simulate")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @limits_and_form
 @click.option("--engine", type=click.Choice(ENGINES), default=ENGINES[0], show_default=True)
 @click.option("--trials", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
 @click.option("--wind", "air", type=wind, default="0", metavar="MEAN[,GUST]", help="In m/s; level, from anywhere.")
-@click.option(
-    "--mass-error",
-    type=Number(0, MOST_MASS_ERROR),
-    default=0.0,
-    metavar="PERCENT",
-    help="Each vehicle weighs up to so much more or less than its controller thinks.",
-)
-@click.option(
-    "--start-error",
-    type=Number(0, MOST_START_ERROR),
-    default=0.0,
-    metavar="METRES",
-    help="Each begins up to so far beside its start, along x and along y.",
-)
-@click.option(
-    "--clock-error", type=Number(0, MOST_CLOCK_ERROR), default=0.0, metavar="SECONDS", help="Each begins up to so late."
-)
-@click.option(
-    "--noise",
-    type=Number(0, MOST_NOISE),
-    default=0.0,
-    metavar="METRES",
-    help="The controller is shown a position that is off by so much, the standard deviation along each axis.",
-)
-@click.option(
-    "--latency",
-    type=Number(0, MOST_LATENCY),
-    default=0.0,
-    metavar="SECONDS",
-    help="It is shown position and velocity so late.",
-)
-@click.option(
-    "--packet-loss",
-    type=Number(0, MOST_LOSS),
-    default=0.0,
-    metavar="PERCENT",
-    help="So many position updates are lost.",
-)
-@click.option(
-    "--missed-start",
-    type=Number(0, MOST_LOSS),
-    default=0.0,
-    metavar="PERCENT",
-    help="So many vehicles never hear the start.",
-)
-@click.option(
-    "--battery-sag",
-    type=Number(0, MOST_LOSS),
-    default=0.0,
-    metavar="PERCENT",
-    help="The most that a motor gives falls by so much until the end.",
-)
-@click.option(
-    "--weak-motor",
-    type=Number(0, MOST_LOSS),
-    default=0.0,
-    metavar="PERCENT",
-    help="One motor of each gives up to so much less than it is told.",
-)
-@click.option(
-    "--downwash",
-    type=Number(0, MOST_DOWNWASH),
-    default=0.0,
-    metavar="FACTOR",
-    help="Those below are pushed down by so many times a published model's force.",
-)
+@amounts
 @click.option(
     "--lose", type=loss, multiple=True, metavar="AGENT@T", help="The motors of an agent stop at second T. Repeatable."
 )
@@ -154,21 +86,12 @@ def command(
     engine: str,
     trials: int,
     air: tuple[float, float],
-    mass_error: float,
-    start_error: float,
-    clock_error: float,
-    noise: float,
-    latency: float,
-    packet_loss: float,
-    missed_start: float,
-    battery_sag: float,
-    weak_motor: float,
-    downwash: float,
     lose: tuple[tuple[str, float], ...],
     seed: int,
     trace: Path | None,
     plot: Path | None,
     quiet: bool,
+    **given: float,
 ) -> Status:
     """Fly a compiled folder's polynomials in simulation, judge the mission on their path, and add it to the report."""
     from missionc.replay.simulate_folder import simulate
@@ -176,19 +99,7 @@ def command(
     from missionc.simulate.trials import Trial
 
     disturbance = Disturbance(
-        wind=air[0],
-        gust=air[1],
-        mass=mass_error / 100,
-        start=start_error,
-        clock=clock_error,
-        noise=noise,
-        latency=latency,
-        packets=packet_loss / 100,
-        missed=missed_start / 100,
-        battery=battery_sag / 100,
-        motor=weak_motor / 100,
-        downwash=downwash,
-        lose=_once(lose),
+        wind=air[0], gust=air[1], lose=_once(lose), **{each.field: each.of(given[each.field]) for each in AMOUNTS}
     )
     if engine != ENGINES[0] and (trials > 1 or disturbance != UNDISTURBED):
         raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
