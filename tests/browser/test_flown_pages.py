@@ -12,11 +12,11 @@ import pytest
 
 from missionc.base.source import Source
 from missionc.output.report.loop_tracks import LoopFlights
-from missionc.output.report.report_html import Plotted, report
+from missionc.output.report.report_html import Plotted, data, report
 from missionc.pipeline.front_end import ANY_BACKEND, check
 from tests.support.legal_plans import Array
 from tests.support.opened_reports import opened
-from tests.support.unpacked_reports import MOTION, RELAY, flight, plotted
+from tests.support.unpacked_reports import MOTION, RELAY, flight, links, plotted
 
 pytestmark = pytest.mark.browser
 
@@ -74,6 +74,8 @@ def past() -> str:
 def test_flights_are_told_of_and_the_first_one_is_played(browser: Any, tmp_path: Path) -> None:
     from axe_playwright_python.sync_playwright import Axe
 
+    (radio,) = data(flown())["graphs"]
+    assert [each for each in links(radio["runs"]) if 2 in each[:2]] == [(1, 2, 0, 2), (0, 2, 0, 2)][::-1]
     found = opened(browser, tmp_path / "flights.html", report(flown()), color_scheme="dark")
     page = found.page
     page.set_viewport_size({"width": 390, "height": 844})
@@ -84,6 +86,7 @@ def test_flights_are_told_of_and_the_first_one_is_played(browser: Any, tmp_path:
     assert found.now() == 3
     assert found.picture() != before
     assert page.locator("#marks .event, #marks .ground").count() == 2
+    assert found.text(".lane[data-lane='0'] .top").startswith("goal\n✓ kept in flight\nplan: ✓ decided at 2 s")
     page.click("#plans tbody tr >> nth=1")
     assert page.locator("#advice .told").inner_text() == "nothing"
     assert page.locator("#plans tr[aria-current='true']").inner_text().startswith("2\t✗ goal")

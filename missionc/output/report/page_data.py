@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.source import Span
-from missionc.base.trace import Array, Plan
+from missionc.base.trace import Array, Flags, Plan, Trace
 from missionc.ir import Formation, Graph, Mission
 from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import Kernel
@@ -73,6 +73,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
     moving = flights(mission, plan.trace, plotted.flights, plotted.simulation, plotted.loop)
     flown = moving.simulated.checks if moving.simulated else ()
     judged = plotted.certificate.joined(Certificate(mission.name, flown))
+    team = _at_steps(moving, plan.trace)
     rows, tree = lanes(mission, plotted.kernel, plan.trace, places(plotted))
     return {
         "schema": "missionc.report/1",
@@ -82,8 +83,8 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "digest": plotted.digest,
         "proven": str(plan.proven) if plan.proven else "",
         **world_data(mission, plotted.kernel, world_over_time(moving.worlds)),
-        "graphs": [_graph(graph, plan.trace.position) for graph in mission.graphs],
-        "formations": [_formation(formation, plan.trace.position) for formation in mission.formations],
+        "graphs": [_graph(graph, *team) for graph in mission.graphs],
+        "formations": [_formation(formation, *team) for formation in mission.formations],
         "motion": _motion(moving),
         "texts": [{"name": name, "text": text} for name, text in plotted.texts],
         "rows": rows,
@@ -159,10 +160,21 @@ def places(plotted: Plotted) -> Places:
     return place
 
 
-def _graph(graph: Graph, position: Array) -> dict[str, Any]:
+def _at_steps(moving: Flights, trace: Trace) -> tuple[Array, Flags]:
+    """The team at the steps, (agents, steps + 1, dim), metres, and who is there, as it is drawn with its links.
+
+    That is as planned, or of a flight in a closed loop as it was flown.
+    """
+    flown = moving.simulated.placed if moving.told is not None and moving.simulated is not None else None
+    if flown is None or flown.there is None:
+        return trace.position, np.ones(trace.position.shape[:2], dtype=np.bool_)
+    return flown.position[:, :: flown.rate], flown.there[:, :: flown.rate]
+
+
+def _graph(graph: Graph, position: Array, there: Flags) -> dict[str, Any]:
     """Its links, each with the steps at which it begins and, one past the last, ends: rows of four numbers.
 
-    Where links are ``directed`` they lead from the first agent to the second.
+    Where links are ``directed`` they lead from the first agent to the second. Who is not there has none.
     """
     members = np.array(graph.agents, dtype=np.int64)
     one_way = directed(graph)
@@ -172,9 +184,10 @@ def _graph(graph: Graph, position: Array) -> dict[str, Any]:
         linked = np.concatenate([all_links(graph, position[:, piece]) > 0 for piece in pieces(steps, len(members))])
         every = np.ones((len(members), len(members)), dtype=np.bool_)
         first, second = np.nonzero(every & ~np.eye(len(members), dtype=np.bool_) if one_way else np.triu(every, 1))
-        there = np.zeros((len(first), steps + 2), dtype=np.int8)
-        there[:, 1:-1] = linked[:, first, second].T
-        change = np.diff(there, axis=1)
+        seen = there[members]
+        runs_of = np.zeros((len(first), steps + 2), dtype=np.int8)
+        runs_of[:, 1:-1] = linked[:, first, second].T & seen[first] & seen[second]
+        change = np.diff(runs_of, axis=1)
         (pair, begin), (_, end) = np.nonzero(change > 0), np.nonzero(change < 0)
         ends = np.stack([members[first[pair]], members[second[pair]]], axis=1)
         ends = ends if one_way else np.sort(ends, axis=1)
@@ -183,9 +196,14 @@ def _graph(graph: Graph, position: Array) -> dict[str, Any]:
     return {"name": graph.name, "directed": one_way, "runs": pack(whole.T), "count": len(whole)}
 
 
-def _formation(formation: Formation, position: Array) -> dict[str, Any]:
+def _formation(formation: Formation, position: Array, there: Flags) -> dict[str, Any]:
     margins = [
-        formation_margin(formation, edge, position[edge.first], position[edge.second]) for edge in formation.edges
+        np.where(
+            there[edge.first] & there[edge.second],
+            formation_margin(formation, edge, position[edge.first], position[edge.second]),
+            -np.inf,
+        )
+        for edge in formation.edges
     ]
     return {
         "name": formation.name,

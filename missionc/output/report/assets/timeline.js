@@ -189,6 +189,12 @@ function laneRow(lane, model, other) {
       if (same) top.append(Object.assign(document.createElement("span"), { className: `decided ${same.decided.holds ? "holds" : "fails"}`, textContent: `B ${decidedText(same, other)}` }));
       when.prepend("A ");
     }
+    // Of flights in a closed loop the lane is the plan's; what came of it in the first one stands before that.
+    if (model.data.loop && lane.weight === null) {
+      const lost = model.data.loop.flights[0].lost.includes(lane.name);
+      when.before(Object.assign(document.createElement("span"), { className: `decided ${lost ? "fails" : "holds"}`, textContent: lost ? "✗ not kept in flight" : "✓ kept in flight" }));
+      when.prepend("plan: ");
+    }
     const below = Object.assign(document.createElement("div"), { className: "top" });
     below.append(text, value);
     const both = Object.assign(document.createElement("div"), { className: "both" });
