@@ -124,7 +124,7 @@ def certify_plan(
         )
         output = emit(mission, kernel, verified, certificate, provenance, exports, partial(plan_ways, budget=budget))
     if isinstance(output, Diagnostic):
-        return Certified(checked, Refused(), (output,))
+        return Certified(checked, Refused(trace), (output,))
     report = replace(report, notes=(*report.notes, *output.notes))
     return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
 

@@ -15,11 +15,16 @@ from missionc.backends.options import Options
 from missionc.base.signals import asked
 from missionc.base.units import Seconds
 from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
+from missionc.lower.tighten import with_flyable_speeds
 from missionc.pipeline.checked import Checked
+from missionc.pipeline.plan_with_margin import FASTER
 from missionc.pipeline.results import Compiled, Refused, Verified
 
 LEAST_TIME, TIMES = Seconds(10.0), 3.0
 """Seconds for all further plans at least, or so many times what the first one took."""
+
+HURRY = 1e-6
+"""The share of a speed by which a plan may exceed it: rounding, and nothing else."""
 
 CALM = (0.85, 0.7, 0.55, 0.4, 0.25)
 """In turn, shares of what vehicles do at most."""
@@ -36,12 +41,13 @@ def plan_calmly(
 ) -> tuple[Compiled, float]:
     """The first plan, or a slower one where that cannot be flown and this one can; and at which share of the speeds.
 
-    A plan whose pace its user has chosen (``Options.stretch``) stays what it is.
+    A plan whose pace its user has chosen (``Options.stretch``) stays what it is. So does one that is faster than the
+    vehicles fly: at the most that they do no plan was found before it, and every slower one would be one of those.
 
     Args:
         began: when the first one was asked for, on the clock of ``time.monotonic``.
     """
-    if not _unflyable(first) or options.stretch != 1:
+    if not _unflyable(first) or options.stretch != 1 or _hurried(first):
         return first, 1.0
     now = time.monotonic()
     until = min(budget.deadline, now + max(LEAST_TIME, TIMES * (now - began)))
@@ -59,6 +65,21 @@ def plan_calmly(
         if not isinstance(retry.outcome, Refused):
             break  # who is slower still is nowhere in time either
     return first, 1.0
+
+
+def _hurried(compiled: Compiled) -> bool:
+    """Whether a plan has somebody faster than vehicles fly plans at most."""
+    mission, outcome = compiled.checked.mission, compiled.outcome
+    if mission is None or not isinstance(outcome, Refused) or outcome.plan is None:
+        return False
+    position, step = outcome.plan.position, float(mission.step)
+    fastest = (((position[:, 1:] - position[:, :-1]) ** 2).sum(axis=-1) ** 0.5).max(axis=1) / step
+    flown = with_flyable_speeds(mission, FASTER[-1])
+    return any(
+        fastest[agent.index] > slow.dynamics.top_speed * (1 + HURRY)
+        for agent, slow in zip(mission.agents, flown.agents, strict=True)
+        if slow.dynamics != agent.dynamics and not agent.dynamics.has_momentum
+    )
 
 
 def _unflyable(compiled: Compiled) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 from missionc.backends.api import (
     Backend,
@@ -68,20 +69,27 @@ def plan_with_margin(
         covers: whether covers are asked if any motion is a plan, where none is found at once.
         calm: below 1, no plan is looked for that is faster than this share of what vehicles do at most.
     """
-    return _tolerant(backend, mission, kernel, options, budget) or _plan_with_margin(
+    return _tolerant(backend, mission, kernel, options, budget, calm) or _plan_with_margin(
         backend, mission, kernel, options, budget, covers=covers, calm=calm
     )
 
 
-def _tolerant(backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Planned | None:
-    """A plan that is ahead of time, with room for those who are late; None where none of them tolerates the delays."""
+def _tolerant(
+    backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget, calm: float
+) -> Planned | None:
+    """A plan that is ahead of time, with room for those who are late; None where none of them tolerates the delays.
+
+    At the speeds that vehicles fly whoever is late has less of a way to make up for than at those of the dynamics.
+    """
     if not mission.tolerances:
         return None
     from missionc.verify.verify_plan import verify  # what judges plans loads scipy
 
     early = ahead_of_time(mission, kernel)
-    for share in ROOM:
-        roomy = with_room_for_delays(mission, share)
+    flown = with_flyable_speeds(mission, min(calm, FASTER[-1]))
+    paces = (flown,) if calm < 1 or flown is mission else (flown, mission)
+    for pace, share in product(paces, ROOM):
+        roomy = with_room_for_delays(pace, share)
         if share and has_errors(check_world(roomy, early)):
             continue
         outcome = _plan_with_margin(backend, roomy, early, options, replace(_short(budget, WORK), found=unheard))

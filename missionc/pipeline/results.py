@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
@@ -20,14 +20,19 @@ from missionc.pipeline.checked import Checked, below
 
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement
-    from missionc.base.trace import Plan
+    from missionc.base.trace import Plan, Trace
     from missionc.output.documents.alternatives_json import AlternativeRow
     from missionc.verify.certificate import Between, Certificate
 
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """The mission, or what it needs of the installation, has errors: they are among the findings."""
+    """The mission, or what it needs of the installation, has errors: they are among the findings.
+
+    ``plan`` is the verified motion that cannot be flown, where there is one.
+    """
+
+    plan: Trace | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,15 +13,23 @@ flight is up to ``CRUISE`` times as fast as the plan, ``SETTING_OUT`` times wher
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Agent
+
+ROUNDING = 1e-9
+"""A way is not given a step more for this share of one."""
 
 BEND, CRUISE, SETTING_OUT = 1.7, 1.06, 1.6
 ALONE = 0.5
 """The share of a change that may be a change alone, where an agent turns at once, sets out or halts."""
 JERKY = 1.7
 """The jerk of a change of changes x in steps of duration d, over x / d^2."""
+
+
+BETWEEN_RESTS = 0.95
+"""The share of what may be done in the first step and the last on a straight way that others, with corners, adjoin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,3 +71,27 @@ def step_limits(agent: Agent, step: float) -> StepLimits | None:
         change,
         min(ALONE * change, vehicle.jerk * step**2 / JERKY),
     )
+
+
+def flown_way(
+    length: float, limits: StepLimits, step: float, speed: float, fewest: int, most: int
+) -> list[float] | None:
+    """How far along a straight way, metres, an agent is at each step, from 0 to ``length``; None in ``most`` steps.
+
+    It comes to speed and slows down evenly, so that it may have been at rest before, or stop, or turn at either end.
+
+    Args:
+        step: seconds.
+        speed: m/s, at most, besides the limits.
+        fewest: steps that it takes at least.
+    """
+    end, top = BETWEEN_RESTS * limits.rest, min(limits.speed, speed)
+    if min(end, top) <= 0:
+        return None
+    for count in range(max(fewest, 1, math.ceil(length / (top * step) - ROUNDING)), most + 1):
+        speeds = [min(top, end + limits.turn * min(at, count - 1 - at)) for at in range(count)]
+        could = sum(speeds) * step
+        if could >= length * (1 - ROUNDING):
+            *along, _ = accumulate((length * each * step / could for each in speeds), initial=0.0)
+            return [*along, length]
+    return None

@@ -19,6 +19,8 @@ from missionc.cli.app import main
 from missionc.diagnostics.model import Diagnostic
 from missionc.syntax.graphml import Graphml, read_graphml
 from missionc.verify.verify_plan import verify
+from missionc.world.flyable_steps import step_limits
+from missionc.world.straight_runs import straight_runs
 
 nx = pytest.importorskip("networkx")
 
@@ -392,3 +394,59 @@ def test_the_option_is_printed_and_laid_out_as_it_is_written(
     said = capsys.readouterr().out
     assert 'solve with smt { roadmap = "lanes.graphml" }' in said
     assert "solve with smt roadmap = lanes.graphml, 4 nodes, 4 lanes" in said
+
+
+# ------------------------------------------------------------------- flown
+
+FLOWN = """mission flown
+time  step 1 s, horizon 40 s
+world (0, 0) to (10, 10)
+region base = box (0.5, 0.5) to (2, 2)
+region goal = box (8, 8) to (9.5, 9.5)
+agent cart { vehicle crazyflie21  dynamics single_integrator(speed <= 1 m/s)  start in base }
+require fetch: cart: eventually[0, 25 s] goal
+require home:  cart: eventually[40 s, 40 s] base
+solve with smt { roadmap = "lanes.graphml" }
+"""
+HALFWAY = {**PLACES, "gate": (1, 3.5), "lift": (1, 6.3)}
+PASSED = [("dock", "gate"), ("gate", "lift"), ("lift", "west"), *LOOP[1:]]
+
+
+def test_a_vehicle_sets_out_and_halts_on_lanes_as_it_can_fly_and_passes_nodes_that_lie_straight_on(
+    tmp_path: Path,
+) -> None:
+    graph = ring(*PASSED, places=HALFWAY)
+    compiled = missionc.compile(written(tmp_path, graph, FLOWN))
+    assert isinstance(compiled.outcome, missionc.Verified)
+    mission, trace = compiled.checked.mission, compiled.outcome.plan.trace
+    assert mission is not None
+    speeds = np.linalg.norm(np.diff(trace.position[0], axis=0), axis=1)
+    moving = np.flatnonzero(speeds > 0)
+    limits = step_limits(mission.agents[0], 1.0)
+    assert limits is not None
+    assert max(speeds[moving[[0, -1]]]) < limits.rest
+    assert "dock" in nodes_met(trace.position[0], graph)
+    assert not {"gate", "lift"} <= set(nodes_met(trace.position[0], graph)), "who passes a node need not be there"
+    assert [check.passed for check in compiled.outcome.certificate.checks if check.name == "lane"] == [True]
+
+
+def test_runs_are_of_lanes_that_lead_straight_on_at_one_speed(tmp_path: Path) -> None:
+    def runs(graph: nx.DiGraph) -> list[tuple[str, ...]]:
+        mission = missionc.check(written(tmp_path, graph)).mission
+        assert mission is not None
+        lanes = mission.solve.roadmap
+        assert lanes is not None
+        names = [node.name for node in lanes.nodes]
+        ends = [[lanes.lanes[lane] for lane in run] for run in straight_runs(lanes)]
+        return sorted((names[run[0].source], *(names[lane.target] for lane in run)) for run in ends)
+
+    graph = ring(*PASSED, places=HALFWAY)
+    assert runs(graph) == [
+        ("dock", "gate", "lift"),
+        ("dock", "gate", "lift", "west"),
+        ("gate", "lift", "west"),
+    ]
+    assert runs(ring(*PASSED, places=HALFWAY, speed=0.5)) == [("gate", "lift", "west")]
+    assert runs(ring(*PASSED, places=HALFWAY, duration=4.0)) == [("gate", "lift", "west")]
+    assert runs(ring(*PASSED, places={**HALFWAY, "gate": (1.01, 3.5)})) == []
+    assert runs(ring()) == []

@@ -6,12 +6,14 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from missionc.backends.api import Budget, NotFound, Reason, Report
 from missionc.backends.options import Options
 from missionc.base.source import Source
-from missionc.base.units import Metres
+from missionc.base.trace import Trace
+from missionc.base.units import Metres, Seconds
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
@@ -89,6 +91,18 @@ def test_where_nothing_slower_can_be_flown_the_first_refusal_stands(planned: Com
     again = Again(planned, lambda calm: False, none)
     assert calmly(first, again) == (first, 1.0)
     assert again.asked == [CALM[0]], "slower, there is no plan either"
+
+
+def test_a_plan_faster_than_vehicles_fly_is_not_looked_for_slower_since_that_has_been_tried(planned: Compiled) -> None:
+    checked = driver.check(Source("crossing.mission", CROSSING))
+    for speed, asked in ((1.5, []), (0.9, list(CALM))):
+        place = np.minimum(np.arange(31.0) * speed, 12.0)
+        position = np.array([[2.0, 3.0], [2.0, 7.0]])[:, None] + place[:, None] * np.array([1.0, 0.0])
+        plan = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros(position.shape[:2]))
+        first = Compiled(checked, Refused(plan), (Diagnostic(code.NEEDS_MORE_TIME, "too much", None),), ())
+        again = Again(planned, lambda calm: False)
+        assert calmly(first, again) == (first, 1.0)
+        assert again.asked == asked
 
 
 def test_nothing_else_is_planned_again(planned: Compiled) -> None:

@@ -14,6 +14,7 @@ from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.lower.tighten import with_flyable_speeds
 from missionc.pipeline.front_end import check
 from missionc.pipeline.plan_with_margin import plan_with_margin
 from tests.support.small_missions import SMALL
@@ -30,10 +31,12 @@ class Told:
 
     answers: list[Outcome]
     asked: list[float] = field(default_factory=list)
+    missions: list[Mission] = field(default_factory=list)
     name: str = "told"
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         self.asked.append(budget.deadline)
+        self.missions.append(mission)
         return self.answers[len(self.asked) - 1]
 
 
@@ -58,3 +61,33 @@ def test_a_plan_after_a_try_that_time_ended_is_cut_short(answers: list[Outcome],
     assert found.report.cut_short is cut_short
     assert len(backend.asked) == len(answers)
     assert backend.asked[-1] == 1e9 or len(answers) < 3
+
+
+LATE_ONES = """mission yard
+time  step 1 s, horizon 30 s
+world (0, 0) to (40, 10)
+region gate = box (15, 1) to (19, 5)
+team cart[2] {
+  vehicle  crazyflie21
+  dynamics single_integrator(speed <= 3 m/s)
+  start    at (2, 2), (2, 8)
+}
+require there: cart[0]: eventually[0, 28 s] gate
+tolerate delay 2 s of cart
+"""
+
+
+def test_room_for_delays_is_of_the_speeds_that_vehicles_fly_before_it_is_of_those_of_the_dynamics() -> None:
+    checked = check(Source("yard.mission", LATE_ONES))
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    backend = Told([REFUSED] * 60)
+    plan_with_margin(backend, checked.mission, checked.kernel, Options(), Budget(deadline=1e9))
+    fastest = [max(agent.dynamics.top_speed for agent in mission.agents) for mission in backend.missions]
+    room = [mission.separation - checked.mission.separation for mission in backend.missions]
+    flown = with_flyable_speeds(checked.mission, 1.0).agents[0].dynamics.top_speed
+    assert room[0] <= 2 * flown * (1 + 1e-9)
+    assert fastest[0] <= flown
+    beyond = next(at for at, speed in enumerate(fastest) if speed > flown)
+    assert min(room[:beyond]) == 0.0, "all shares of that room come first"
+    assert max(room) > 2 * flown

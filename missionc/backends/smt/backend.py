@@ -171,7 +171,8 @@ class Run(PacedRun):
         deletion, refused = self.smallest(refused)
         if self.options.certify:
             certify(refused.clauses, refused.core, self.budget, self.account)
-        statement = refusal(deletion.conflict, self.tried, self.mission.solve.roadmap)
+        flown = any(roadmap.flown for roadmaps in self.roadmaps for roadmap in roadmaps)
+        statement = refusal(deletion.conflict, self.tried, self.mission.solve.roadmap, flown)
         return Impossible(deletion.conflict, statement, self.account.report(), smallest=deletion.smallest)
 
     def soonest(self, planned: Planned, others: Iterator[Attempt]) -> Planned:

@@ -39,11 +39,16 @@ class Unsettled:
     why: str = ""
 
 
-def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = None) -> str:
-    """The words of a refusal by roadmaps of so many nodes, or by the user's own, for these requirements in conflict."""
+def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = None, flown: bool = False) -> str:
+    """The words of a refusal by roadmaps of so many nodes, or by the user's own, for these requirements in conflict.
+
+    Args:
+        flown: agents come to speed and slow down on the user's own as their vehicles fly.
+    """
     what = cannot_hold(conflict)
     sampled = f"roadmaps of {all_listed([str(nodes) for nodes in tried])} nodes"
-    return f"on {sampled if lanes is None else f'the roadmap of `{lanes.path}`'} {what}"
+    own = "" if lanes is None else f"the roadmap of `{lanes.path}`{', from rest to rest as vehicles fly,' * flown}"
+    return f"on {own or sampled} {what}"
 
 
 def cannot_hold(conflict: tuple[str, ...]) -> str:

@@ -8,10 +8,11 @@ from missionc.base.trace import Array, Trace
 from missionc.ir import Agent, Exactly, Lanes, Mission
 from missionc.verify.certificate import Check, judged
 from missionc.verify.tolerances import MOTION
+from missionc.world.straight_runs import straight_runs
 
 
 def check_lanes_kept(mission: Mission, trace: Trace) -> list[Check]:
-    """For each agent whether every step leads along one lane, forward and no faster than the lane allows.
+    """For each agent whether every step leads along one lane, or several straight on, and no faster than they allow.
 
     Between a place where it starts or finishes and a node it goes straight, either way.
     """
@@ -37,14 +38,14 @@ def _along_lanes(agent: Agent, lanes: Lanes, position: Array, step: float) -> Ch
     wrong = np.maximum(wrong, np.maximum(-gone, gone - most))  # who waits goes 0 m forward
     margin = 0.0 - (wrong.min(axis=1) if len(gone) else amiss[:1].min(axis=1))
     at = int(margin.argmin())
-    detail = f"every step leads along a lane of `{lanes.path}`"
+    detail = f"every step leads along lanes of `{lanes.path}`"
     return judged("lane", agent.name, float(margin[at]), "m", MOTION, at=at * step, agents=(agent.name,), detail=detail)
 
 
 def _segments(agent: Agent, lanes: Lanes, step: float) -> tuple[Array, Array, Array]:
     """Where it may go: starts and ways, (segments, dim), metres, and the metres of one step at most, (segments,).
 
-    A node is one of no length.
+    A node is one of no length; lanes that lead straight on at one speed are one too.
     """
     nodes = np.array([node.position for node in lanes.nodes], dtype=np.float64)
     source = np.array([lane.source for lane in lanes.lanes], dtype=np.int64)
@@ -62,5 +63,11 @@ def _segments(agent: Agent, lanes: Lanes, step: float) -> tuple[Array, Array, Ar
             starts += [here, nodes]
             ends += [nodes, here]
             most.append(np.full(2 * len(nodes), np.inf))
+    runs = straight_runs(lanes)
+    if runs:
+        first, last = (np.array([run[end] for run in runs]) for end in (0, -1))
+        starts.append(nodes[source[first]])
+        ends.append(nodes[target[last]])
+        most.append(np.array([lanes.lanes[run[0]].speed * step for run in runs]))
     begin = np.concatenate(starts)
     return begin, np.concatenate(ends) - begin, np.concatenate(most)

@@ -1,20 +1,24 @@
 """A roadmap of the user's own: exactly its nodes and lanes, and ways to the exact places beside them.
 
 in   Ground, Lanes
-out  nodes and their Edges, and the names of the nodes
+out  nodes and their Edges, the names of the nodes, and for vehicles the ways that they fly
 """
 
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
 from missionc.backends.smt.roadmap.edges import Edges, are_clear
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap
+from missionc.base.trace import Array
 from missionc.ir import Exactly, Lanes
-from missionc.world.dynamics import SLACK, States, steer
+from missionc.world.dynamics import SLACK, States, can_wait, steer, turn_in_step
+from missionc.world.flyable_steps import BETWEEN_RESTS, flown_way, step_limits
 from missionc.world.lane_room import SAME, joined_to, positions
+from missionc.world.straight_runs import straight_runs
 
 PEAK = 1.5
 """From rest to rest by the least effort, the fastest moment has so many times the mean speed."""
@@ -23,12 +27,21 @@ ROUNDING = 1e-9
 """A lane is not given a step more for this share of one."""
 
 
-def lane_roadmap(ground: Ground, lanes: Lanes) -> tuple[States, Edges, tuple[str, ...]] | NoRoadmap:
+Way: TypeAlias = tuple[int, int, Array]
+"""The nodes that it leads from and to, and positions at its steps, (steps + 1, dim), metres."""
+
+
+def lane_roadmap(
+    ground: Ground, lanes: Lanes
+) -> tuple[States, Edges, tuple[str, ...], tuple[Way, ...] | None] | NoRoadmap:
     """Its nodes and edges for one kind of agent; a lane that such agents cannot go, as too short for their least speed,
     is left out.
 
     An exact place that is no node is one more, joined to the nearest node that a straight clear way leads to, there
     and back.
+
+    Ways take the place of edges where the agents' vehicle cannot be at full speed at once. They come to speed and slow
+    down within a lane, or within several that lead straight on.
     """
     mission = ground.mission
     places = [tuple(place) for place in positions(lanes).tolist()]
@@ -48,7 +61,38 @@ def lane_roadmap(ground: Ground, lanes: Lanes) -> tuple[States, Edges, tuple[str
             ways += [(len(places), node, 0.0), (node, len(places), 0.0)]
             places.append(place.point)
     nodes = States(np.array(places), np.zeros((len(places), mission.dimension)))
-    return nodes, _edges(ground, nodes, sorted(ways)), tuple(names)
+    edges = _edges(ground, nodes, sorted(ways))
+    return nodes, edges, tuple(names), _flown(ground, lanes, nodes, edges, ways)
+
+
+def _flown(
+    ground: Ground, lanes: Lanes, nodes: States, edges: Edges, ways: list[tuple[int, int, float]]
+) -> tuple[Way, ...] | None:
+    """The ways of vehicles on the edges that there are; None where they can be at full speed at once, or never are."""
+    agent, step, most = ground.agents[0], float(ground.mission.step), ground.mission.steps
+    limits = step_limits(agent, step)
+    if limits is None or not BETWEEN_RESTS * limits.rest < agent.dynamics.top_speed <= limits.speed * (1 + SLACK):
+        return None
+    if math.isfinite(turn_in_step(agent.dynamics, step)) or not can_wait(agent.dynamics):
+        return None
+    able = set(zip(edges.source.tolist(), edges.target.tolist(), strict=True))
+    speed = {(lane.source, lane.target): lane.speed for lane in lanes.lanes}
+    alone = [(source, target, speed.get((source, target), math.inf), least) for source, target, least in ways]
+    runs = [
+        (lanes.lanes[run[0]].source, lanes.lanes[run[-1]].target, lanes.lanes[run[0]].speed, 0.0)
+        for run in straight_runs(lanes)
+        if able.issuperset((lanes.lanes[each].source, lanes.lanes[each].target) for each in run)
+    ]
+    found = []
+    for source, target, top, least in sorted([*(each for each in alone if each[:2] in able), *runs]):
+        start, way = nodes.position[source], nodes.position[target] - nodes.position[source]
+        length, fewest = float(np.linalg.norm(way)), math.ceil(least / step - ROUNDING)
+        along = flown_way(length, limits, step, min(top, agent.dynamics.top_speed), fewest, most)
+        if along is not None and length > 0:
+            path = start + np.array(along)[:, None] / length * way
+            path[-1] = nodes.position[target]
+            found.append((source, target, path))
+    return tuple(found)
 
 
 def _slowest(length: float, speed: float, duration: float) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import assert_never
+from typing import TypeAlias, assert_never
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from missionc.backends.smt.roadmap.edges import NONE, Edges
 from missionc.backends.smt.roadmap.geodesic_roadmap import geodesic_roadmap
 from missionc.backends.smt.roadmap.grow import grow
-from missionc.backends.smt.roadmap.lane_roadmap import lane_roadmap
+from missionc.backends.smt.roadmap.lane_roadmap import Way, lane_roadmap
 from missionc.backends.smt.roadmap.passages import passage_nodes
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground, sample_nodes, spacing
 from missionc.backends.smt.roadmap.slow_paths import always_slow, slow_paths
@@ -33,6 +33,9 @@ from missionc.world.signed_distance import signed_distance
 __all__ = ["NoRoadmap", "Roadmap", "build_geodesic_roadmaps", "build_lane_roadmaps", "build_roadmaps", "whole_moves"]
 
 Indices = NDArray[np.int64]
+
+OwnRoadmap: TypeAlias = tuple[States, Edges, tuple[str, ...], tuple[Way, ...] | None]
+"""Nodes, edges, the names of the nodes, and the ways of vehicles."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +60,7 @@ class Roadmap:
         nodes: what it was made of, before its edges were unrolled to steps.
         edges: between those nodes.
         names: of the nodes, where the user gave them.
+        flown: whether agents come to speed and slow down on its edges, as their vehicle flies.
     """
 
     agents: tuple[int, ...]
@@ -71,6 +75,7 @@ class Roadmap:
     nodes: States = field(default_factory=lambda: States(np.zeros((0, 2)), np.zeros((0, 2))))
     edges: Edges = NONE
     names: tuple[str, ...] = ()
+    flown: bool = False
 
 
 def build_roadmaps(
@@ -116,7 +121,7 @@ def build_lane_roadmaps(mission: Mission, lanes: Lanes) -> tuple[Roadmap, ...] |
 def _of_each_kind(
     mission: Mission,
     kernel: Kernel,
-    nodes_and_edges: Callable[[Ground], tuple[States, Edges] | tuple[States, Edges, tuple[str, ...]] | NoRoadmap],
+    nodes_and_edges: Callable[[Ground], tuple[States, Edges] | OwnRoadmap | NoRoadmap],
 ) -> tuple[Roadmap, ...] | NoRoadmap:
     kinds: dict[object, list[Agent]] = {}
     for agent in mission.agents:
@@ -145,17 +150,30 @@ def _sampled(
 
 
 def _build(
-    ground: Ground, kernel: Kernel, nodes: States, edges: Edges, names: tuple[str, ...] = ()
+    ground: Ground,
+    kernel: Kernel,
+    nodes: States,
+    edges: Edges,
+    names: tuple[str, ...] = (),
+    ways: tuple[Way, ...] | None = None,
 ) -> Roadmap | NoRoadmap:
-    """The roadmap on these nodes and edges; those with names are the user's own, and may lead one way alone."""
+    """The roadmap on these nodes and edges; those with names are the user's own, and may lead one way alone.
+
+    Where there are ways, agents go on them and not on the edges.
+    """
     mission, dynamics = ground.mission, ground.agents[0].dynamics
     slow = list(slow_paths(ground, kernel, nodes, edges))
     fast_too = not always_slow(ground, kernel)
     asked, one_way = _headings_asked(kernel), bool(names)
-    whole = unroll(dynamics, nodes, edges, mission.step, slow, fast_too=fast_too, one_way=one_way, asked=asked)
+    gone = edges if ways is None else NONE
+    whole = unroll(
+        dynamics, nodes, gone, mission.step, slow, fast_too=fast_too, one_way=one_way, asked=asked, ways=ways or ()
+    )
     is_node = np.arange(len(whole.states)) < len(nodes)
     starts = [_may_be(ground, agent.start, 0, whole.states) & is_node for agent in ground.agents]
     finishes = [_may_be(ground, agent.finish, mission.steps, whole.states) for agent in ground.agents]
+    if ways is not None:
+        finishes = [finish & is_node for finish in finishes]  # who is under way is not at rest in the end
     ending = np.zeros(len(whole.states), dtype=bool)
     for agent, finish in zip(ground.agents, finishes, strict=True):
         if agent.finish is not None:
@@ -183,6 +201,7 @@ def _build(
         nodes=nodes,
         edges=edges,
         names=names,
+        flown=ways is not None,
     )
 
 

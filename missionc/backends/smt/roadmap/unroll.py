@@ -57,6 +57,7 @@ def unroll(
     fast_too: bool = True,
     one_way: bool = False,
     asked: Sequence[float | Beacon] = (),
+    ways: Sequence[tuple[int, int, Array]] = (),
 ) -> Unrolled:
     """The states and one-step moves of a roadmap.
 
@@ -66,6 +67,8 @@ def unroll(
         fast_too: they are there at their own pace as well.
         one_way: an edge is not the way back of another, so that each is unrolled by itself.
         asked: the directions, rad, and the beacons that agents are asked to face: who waits may turn there.
+        ways: from node to node, one way, with their positions at the steps, (count + 1, dim); for dynamics of first
+            order that turn at once, and wait at nodes alone: who is under way cannot stand at once.
     """
     limit = turn_in_step(dynamics, step)
     if math.isfinite(limit):
@@ -81,6 +84,11 @@ def unroll(
             moves.append(_links(np.concatenate([[edges.source[edge]], along, [edges.target[edge]]])[None]))
             parts.append(States(path[1:-1], np.zeros_like(path[1:-1])))
             size += along.size
+    for source, target, path in ways:
+        moves.append(_links(np.concatenate([[source], size + np.arange(len(path) - 2), [target]])[None]))
+        parts.append(States(path[1:-1], np.zeros_like(path[1:-1])))
+        size += len(path) - 2
+    under_way = range(len(nodes), size) if ways else range(0)
     kept = np.ones(len(edges), dtype=np.bool_)
     kept[[edge for edge, _ in slow if not fast_too]] = False
     if symmetric:
@@ -94,7 +102,9 @@ def unroll(
     states = _joined(parts)
     if symmetric:
         moves += [move[:, ::-1] for move in moves]
-    return Unrolled(states, np.full(size, np.nan), _sorted([*moves, _waits(dynamics, states)]))
+    waits = _waits(dynamics, states)
+    moves.append(waits[~np.isin(waits[:, 0], under_way)])
+    return Unrolled(states, np.full(size, np.nan), _sorted(moves))
 
 
 def _unroll_headings(
