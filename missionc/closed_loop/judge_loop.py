@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
+from missionc.monitoring.live.judge import LiveJudge
+from missionc.monitoring.live.verdicts import Verdict
 from missionc.monitoring.monitor import monitor
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.remaining import earlier
@@ -40,10 +42,13 @@ class Outcome:
     Args:
         requirements: by its name, whether it was kept.
         room: the least room between two bodies, or a body and an obstacle, m; negative where they touch.
+        since: of each that was not kept, the first moment, s, at which nothing within the top speeds of those who are
+            left could keep it.
     """
 
     requirements: Mapping[str, bool]
     room: float
+    since: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def satisfied(self) -> bool:
@@ -72,6 +77,7 @@ def judge(
     rest, now, written = Remaining(mission, kernel), checked, mission
     rows, begin, least = list(range(len(mission.agents))), 0, math.inf
     names = [agent.name for agent in mission.agents]
+    since: dict[str, float] = {}
     for cut in cuts:
         step = min(math.ceil(cut.time / mission.step - 1e-9), int(mission.steps) - 1)
         least = min(least, _room(rest.mission, written, times, position[rows], begin * mission.step, cut.time))
@@ -79,12 +85,27 @@ def judge(
             now = earlier(now, cut.texts, limits, 1.0)
             assert now.mission is not None
             written = now.mission
+        _mark(since, rest, _part(whole, rows, begin, step), begin)
         rest = after(rest, Stretch(_part(whole, rows, begin, step), cut.lost), written)
         rows = [names.index(agent.name) for agent in rest.mission.agents]
         begin = step
     least = min(least, _room(rest.mission, written, times, position[rows], begin * mission.step, float(times[-1])))
-    judged = monitor(rest.mission, rest.kernel, _part(whole, rows, begin, int(mission.steps)))
-    return Outcome({each.name: each.satisfied for each in judged.requirements}, least)
+    last = _part(whole, rows, begin, int(mission.steps))
+    _mark(since, rest, last, begin)
+    kept = {each.name: each.satisfied for each in monitor(rest.mission, rest.kernel, last).requirements}
+    over = float(mission.horizon)
+    return Outcome(kept, least, {name: since.get(name, over) for name, each in kept.items() if not each})
+
+
+def _mark(since: dict[str, float], rest: Remaining, trace: Trace, begin: int) -> None:
+    """Note since when, seconds, a requirement cannot be kept by any continuation of what was flown by then."""
+    for name in rest.nobodys:
+        since.setdefault(name, float(begin * trace.step))
+    live = LiveJudge(rest.mission, rest.kernel)
+    for step in range(trace.position.shape[1]):
+        for standing in live.advance(trace.position[:, step], trace.velocity[:, step], trace.heading[:, step]):
+            if standing.verdict is Verdict.VIOLATED:
+                since.setdefault(standing.name, float((begin + step) * trace.step))
 
 
 def _part(trace: Trace, rows: list[int], begin: int, end: int) -> Trace:
