@@ -1,29 +1,38 @@
 """Disturbed flights in a closed loop: what is kept of their requirements without planning anew, and with it.
 
-    python bench/closed_loop.py [--flights 25] [--within 3] [--clock SECONDS]
+    python bench/closed_loop.py [--flights 25] [--within 3] [--clock SECONDS] [--workers 1] [MISSION …]
 
-Four missions are compiled once and flown so often each through scenarios that are drawn at random (a lost drone, a slow
-one, an obstacle that appears, wind, noise, dropouts, late packets, skewed clocks), every scenario twice: watched, and
-planned anew. Printed are the requirements that were kept in either case, the share of what was lost that is kept with
-replanning, the flights in which bodies touched, and how long planning anew took beside the first plan.
+Each mission is compiled once and flown so often through scenarios that are drawn at random (a lost drone, a slow one,
+an obstacle that appears; wind, noise, dropouts, late packets, skewed clocks), every scenario twice: watched, and
+planned anew. Printed are the requirements that were lost in either case (all of them, where bodies touched); how many
+of those that were lost where nobody planned anew were beyond saving when a first plan could begin, by the top speeds
+of those who were left; the share of what was lost that is kept with replanning, of all and of those that were not
+beyond saving; the flights in which bodies touched; and how long planning anew took beside the first plan.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import statistics
 import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
+from missionc.cli.fly_folder import open_folder
 from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
+from missionc.closed_loop.ground import Happened
 from missionc.closed_loop.scenario import Event, Scenario
 from missionc.ir import Mission
-from missionc.output.folder.file_names import flights_in
 from missionc.pipeline.driver import compile
 from missionc.pipeline.replan.request import Flying
 from missionc.pipeline.results import Verified
@@ -33,7 +42,7 @@ MISSIONS = (
     "missions/wildfire_flight.mission",
     "missions/crazyflie_corridor_flight.mission",
     "missions/gallery/museum_guard.mission",
-    "missions/gallery/laser_links.mission",
+    "missions/gallery/warehouse_picking.mission",
 )
 VEHICLE = "crazyflie21"
 EVADED = 1.0
@@ -69,48 +78,126 @@ def drawn(mission: Mission, plan: Trace, random: np.random.Generator) -> Scenari
     )
 
 
-def lost(flight: LoopFlight) -> int:
-    return sum(not kept for kept in flight.outcome.requirements.values())
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What became of one scenario: counts of requirements, and whether bodies touched; seconds of each plan anew."""
+
+    lost: int
+    beyond: int
+    lost_anew: int
+    kept_anew: int
+    touched: bool
+    touched_anew: bool
+    seconds: tuple[float, ...]
+    told: str
+
+
+def flown(folder: Path, number: int, flight: int, within: float, clock: float | None) -> Row:
+    """One scenario, watched and planned anew."""
+    flying = _opened(folder)
+    mission = flying.checked.mission
+    assert mission is not None
+    scenario = drawn(mission, flying.trace, np.random.default_rng([number, flight]))
+    settings = (flying, scenario, flight, Seconds(within), Limits())
+    alone = fly_loop(*settings, replans=False)
+    anew = fly_loop(*settings, clock=None if clock is None else Seconds(clock))
+    known = anew.happened[0].time if anew.happened else math.inf
+    lost, lost_anew = _lost(alone), _lost(anew)
+    beyond = {name for name in lost if alone.outcome.since.get(name, math.inf) <= known + within}
+    event = scenario.events[0]
+    what = f"{event.at:.1f} s {event.lose and f'lose {event.lose}'}{event.slow and f'slow {event.slow}'}{event.change}"
+    lines = [f"  {flight}: {what}: lost {_when(alone, lost)}, anew {_when(anew, lost_anew)}"]
+    lines += [f"      {_said(each)}" for each in anew.happened]
+    return Row(
+        len(lost),
+        len(beyond),
+        len(lost_anew),
+        len(lost - beyond - lost_anew),
+        not alone.outcome.untouched,
+        not anew.outcome.untouched,
+        tuple(each.seconds for each in anew.happened if each.seconds),
+        "\n".join(lines),
+    )
+
+
+def _lost(flight: LoopFlight) -> set[str]:
+    """The requirements that were not kept: all of them, where somebody touched something."""
+    return {name for name, kept in flight.outcome.requirements.items() if not (kept and flight.outcome.untouched)}
+
+
+def _when(flight: LoopFlight, names: set[str]) -> str:
+    since = flight.outcome.since
+    return ", ".join(f"{name} ({since[name]:.1f} s)" if name in since else name for name in sorted(names)) or "nothing"
+
+
+def _said(each: Happened) -> str:
+    begins = "" if each.begins is None else f", begun at {each.begins:.1f} s"
+    return f"{each.time:.1f} s: {each.why}: {each.came[:90]}: {each.seconds:.2f} s{begins}, without {each.given_up}"
+
+
+@cache
+def _opened(folder: Path) -> Flying:
+    found = open_folder(folder, Limits())
+    assert isinstance(found, Flying), found
+    return found
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("missions", nargs="*", default=MISSIONS)
     parser.add_argument("--flights", type=int, default=25)
     parser.add_argument("--within", type=float, default=3.0)
-    parser.add_argument("--clock", type=float, default=None)
+    parser.add_argument("--clock", type=float, default=None, help="seconds for planning; --within if left out")
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--tell", action="store_true", help="what happened in every flight that lost something")
     arguments = parser.parse_args()
-    print("mission                      flights lost without  with  saved  touched replan/first")
-    totals = np.zeros(4, dtype=int)
-    for number, file in enumerate(MISSIONS):
-        began = time.monotonic()
-        compiled = compile(ROOT / file, vehicle="" if "flight" in file else VEHICLE, time_limit=Seconds(120))
-        first = time.monotonic() - began
-        if not isinstance(compiled.outcome, Verified) or compiled.checked.mission is None:
-            print(f"{Path(file).stem:28} no plan: {[each.message for each in compiled.findings][:1]}")
-            continue
-        mission = compiled.checked.mission
-        files = dict(compiled.outcome.files)
-        flying = Flying(compiled.checked, compiled.outcome.plan.trace, flights_in(mission.agents, files))
-        counts, took = np.zeros(4, dtype=int), []
-        for flight in range(arguments.flights):
-            random = np.random.default_rng([number, flight])
-            scenario = drawn(mission, flying.trace, random)
-            clock = None if arguments.clock is None else Seconds(arguments.clock)
-            settings = (flying, scenario, flight, Seconds(arguments.within), Limits())
-            alone = fly_loop(*settings, replans=False)
-            anew = fly_loop(*settings, clock=clock)
-            took += [each.seconds for each in anew.happened if each.seconds]
-            counts += [lost(alone), lost(anew), not alone.outcome.untouched, not anew.outcome.untouched]
-        ratio = statistics.median(took) / first if took else float("nan")
-        saved = 1 - counts[1] / counts[0] if counts[0] else float("nan")
-        print(
-            f"{Path(file).stem:28} {arguments.flights:7} {counts[0]:12} {counts[1]:5} {saved:6.2f} "
-            f"{counts[2]:3} → {counts[3]:2} {ratio:12.3f}",
-            flush=True,
-        )
-        totals += counts
-    saved = 1 - totals[1] / totals[0] if totals[0] else float("nan")
-    print(f"{'all':28} {'':7} {totals[0]:12} {totals[1]:5} {saved:6.2f} {totals[2]:3} → {totals[3]:2}")
+    print("mission                   flights  lost beyond  anew | saved: all  others | touched  replan/first")
+    rows: list[Row] = []
+    with TemporaryDirectory() as place, ProcessPoolExecutor(arguments.workers, get_context("spawn")) as pool:
+        pending = []
+        for number, file in enumerate(arguments.missions):
+            folder = Path(place) / Path(file).stem
+            first = pool.submit(compiled, ROOT / file, folder)
+            pending.append((number, folder, first))
+        flights = []
+        for number, folder, first in pending:
+            if first.result() is not None:
+                asked = (arguments.within, arguments.clock)
+                each = [pool.submit(flown, folder, number, flight, *asked) for flight in range(arguments.flights)]
+                flights.append((folder, first.result(), each))
+            else:
+                print(f"{folder.name:25} no plan", flush=True)
+        for folder, first, each in flights:
+            own = [future.result() for future in each]
+            if arguments.tell:
+                print("\n".join(row.told for row in own if row.lost or row.lost_anew or row.touched_anew))
+            say(folder.name, own, first)
+            rows += own
+    say("all", rows, None)
+
+
+def compiled(file: Path, folder: Path) -> float | None:
+    """Write the folder of a mission; the seconds it took to compile, None where there is no plan."""
+    began = time.monotonic()
+    found = compile(file, vehicle="" if "vehicle" in file.read_text() else VEHICLE, time_limit=Seconds(150))
+    if not isinstance(found.outcome, Verified):
+        return None
+    took = time.monotonic() - began
+    for name, content in found.outcome.files:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return took
+
+
+def say(name: str, rows: list[Row], first: float | None) -> None:
+    lost, beyond, anew = (sum(getattr(row, key) for row in rows) for key in ("lost", "beyond", "lost_anew"))
+    kept, before, after = (sum(getattr(row, key) for row in rows) for key in ("kept_anew", "touched", "touched_anew"))
+    took = [seconds for row in rows for seconds in row.seconds]
+    ratio = f"{statistics.median(took) / first:.3f}" if took and first else ""
+    saved = f"{1 - anew / lost:5.2f}" if lost else "    -"
+    others = f"{kept / (lost - beyond):5.2f}" if lost > beyond else "    -"
+    counts = f"{name:25} {len(rows):7} {lost:5} {beyond:6} {anew:5}"
+    print(f"{counts} |      {saved}   {others} |  {before:2} → {after:2}  {ratio}", flush=True)
 
 
 if __name__ == "__main__":

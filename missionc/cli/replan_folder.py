@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from missionc.base.limits import Limits
@@ -28,6 +28,7 @@ def replan_folder(
     flown: Path,
     changed: Path | None,
     lost: tuple[str, ...],
+    slow: Mapping[str, float],
     given_up: tuple[str, ...],
     within: Seconds,
     seed: int,
@@ -43,7 +44,7 @@ def replan_folder(
         return _refused(*verified.findings)
     if option(opened.manifest, STRETCH):
         return _refused(unfit("it is flown slower than it was planned; write the longer horizon into the mission"))
-    strange = _unknown(opened, lost, given_up)
+    strange = _unknown(opened, lost, slow, given_up)
     if strange:
         return _refused(strange)
     so_far = _so_far(opened, flown, lost, limits)
@@ -56,7 +57,7 @@ def replan_folder(
         if isinstance(edited, list):
             return _refused(*edited)
         texts = edited
-    request = Request(so_far, lost, texts, given_up, in_time=within, seed=seed, exports=exports)
+    request = Request(so_far, lost, slow, texts, given_up, in_time=within, seed=seed, exports=exports)
     flying = Flying(opened.checked, opened.trace, opened.flights)
     get_ready(flying)
     return replan(flying, request, limits)
@@ -72,16 +73,20 @@ def _so_far(
     return tuple(findings) if found is None else found
 
 
-def _unknown(opened: OutputFolder, lost: tuple[str, ...], given_up: tuple[str, ...]) -> Diagnostic | None:
+def _unknown(
+    opened: OutputFolder, lost: Sequence[str], slow: Iterable[str], given_up: Sequence[str]
+) -> Diagnostic | None:
     """What to say of a name that the mission does not have."""
+    agents = [agent.name for agent in opened.mission.agents]
     for flag, names, known in (
-        ("--lost", lost, [agent.name for agent in opened.mission.agents]),
+        ("--lost", lost, agents),
+        ("--slow", slow, agents),
         ("--give-up", given_up, [goal.name for goal in opened.kernel.requirements]),
     ):
         for name in names:
             if name not in known:
                 near = nearest(name, known)
-                what = "agent" if flag == "--lost" else "requirement"
+                what = "requirement" if flag == "--give-up" else "agent"
                 hint = f"did you mean `{near}`?" if isinstance(near, str) else f"it has {', '.join(known[:8])}"
                 return Diagnostic(
                     NOT_TO_BE_CHANGED, f"`{flag} {name}`: the mission has no such {what}", None, help=hint

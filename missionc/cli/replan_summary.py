@@ -40,7 +40,7 @@ def _rest(replanned: Replanned) -> str:
     assert replanned.rest is not None
     assert replanned.rest.mission is not None
     mission, past = replanned.rest.mission, replanned.rest.past
-    lost = past.flown[-1].stretch.lost if past else ()
+    lost = [name for each in past.flown for name in each.stretch.lost] if past else []
     without = f", without {listed(lost)}" if lost else ""
     given_up = past.flown[-1].stretch.given_up if past else ()
     dropped = f", `{'`, `'.join(given_up)}` given up" if given_up else ""
@@ -59,6 +59,7 @@ def replanned_document(replanned: Replanned, output: str | None) -> dict[str, ob
         "changed": list(replanned.changed),
         "seconds": round(replanned.seconds, 3),
         "requirements": [each.as_verdict() for each in judgements],
+        "flying_on": None if replanned.flown_on is None else list(replanned.flown_on),
         "stops": dict(replanned.stops),
         "output": output,
     }

@@ -26,6 +26,7 @@ from missionc.closed_loop.scenario import Event, Scenario
 from missionc.closed_loop.told import Told
 from missionc.curves.crazyflie_csv import polynomials
 from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.replan.get_ready import get_ready
 from missionc.pipeline.replan.patch import patched
@@ -101,7 +102,7 @@ def fly_loop(
     for tick in range(0, ticks + 1, TICKS):
         time = tick / SETPOINTS_PER_SECOND
         while waiting and waiting[0].at <= time + 1e-9:
-            _happen(waiting.pop(0), time, air, ground, told, lost, cuts)
+            _happen(waiting.pop(0), time, mission, air, ground, told, lost, cuts)
         silent = np.array([name in lost for name in names])
         reports.send(time, air.position, air.velocity, air.heading, silent)
         lines = ground.hear(reports.heard(time))
@@ -122,6 +123,7 @@ def fly_loop(
 def _happen(
     event: Event,
     time: float,
+    mission: Mission,
     air: Airborne,
     ground: Ground,
     told: Told,
@@ -134,7 +136,9 @@ def _happen(
             lost.append(event.lose)
             cuts.append(Cut(time, (event.lose,)))
     elif event.slow:
-        told.slow(ground.names.index(event.slow), event.to, time)
+        told.slow(
+            ground.names.index(event.slow), event.to * mission.agents[ground.names.index(event.slow)].dynamics.top_speed
+        )
     else:
         ground.change(event.change)
         cuts.append(Cut(time, texts=dict(ground.texts)))

@@ -1,4 +1,4 @@
-"""The ground: it hears reports, sees who is lost or off, and has the rest of the mission planned anew.
+"""The ground: it hears reports, sees who is lost, slow or off, and has the rest of the mission planned anew.
 
 in   reports, and what it is told of the world
 out  uploads
@@ -7,6 +7,7 @@ out  uploads
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -17,11 +18,13 @@ from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.closed_loop.reports import Report
 from missionc.closed_loop.told import Told
-from missionc.curves.crazyflie_csv import polynomials
+from missionc.curves.crazyflie_csv import Pieces, polynomials
+from missionc.flight.behind import progress
 from missionc.monitoring.live.session import Session
 from missionc.monitoring.live.verdicts import Verdict
 from missionc.monitoring.read_flown import read_flown
 from missionc.output.folder.file_names import flights_in
+from missionc.pipeline.replan.divert import diverted
 from missionc.pipeline.replan.patch import patched
 from missionc.pipeline.replan.replan import OFF, replan
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
@@ -29,7 +32,28 @@ from missionc.pipeline.results import Verified
 
 SILENT = 1.0
 """Seconds: who is not heard of for so long is taken to be lost."""
+SEEN = 1.0
+"""Seconds of reports from which is told how fast one goes that is behind."""
+FEWEST = 5
+"""Reports in that time."""
+LAG = 0.15
+"""Metres: who is so far from where it should be, and on its way, is behind."""
+BESIDE = 0.1
+"""Metres: who is further from its way is not on it."""
+SLOWEST = 0.15
+"""m/s: of one who hardly moves nothing is told."""
+SLOW = 0.9
+"""Seconds of its flight that one who is slow flies in a second, at most."""
+SURE = 0.95
+"""The share of the speed at which one was seen that is counted on."""
 MOST_REPLANS = 6
+STOP = 3.0
+"""Seconds that a stop takes, and more: nobody is told to stop who touches nothing until there was time for one."""
+FLOWN_ON = "flown on: no other plan keeps more"
+MOST_OF_IT = 0.4
+"""The share of the time left that planning may take."""
+PATIENCE = 8
+"""How many times as long planning may take where there was no plan in time; each time twice as long."""
 GIVE_UPS = 3
 """How often, for one cause, what cannot be kept is given up for the sake of the rest."""
 
@@ -73,11 +97,15 @@ class Ground:
     heard: dict[str, float] = field(default_factory=dict)
     texts: dict[str, str] = field(default_factory=dict)
     causes: list[str] = field(default_factory=list)
+    slow: dict[str, float] = field(default_factory=dict)
     given_up: list[str] = field(default_factory=list)
     happened: list[Happened] = field(default_factory=list)
     session: Session | None = None
     risky: set[str] = field(default_factory=set)
     away: dict[str, Report] = field(default_factory=dict)
+    pieces: dict[str, Pieces] = field(default_factory=dict)
+    patience: int = 1
+    busy: float = 0.0
 
     def __post_init__(self) -> None:
         self._watch()
@@ -89,7 +117,8 @@ class Ground:
         assert kernel is not None
         self.session = Session(mission, kernel, self.limits)
         self.log, self.lost, self.texts, self.given_up = [], [], {}, []
-        self.risky, self.away = set(), {}
+        self.slow, self.risky, self.away = {}, set(), {}
+        self.pieces = {name: polynomials(text) for name, text in self.flying.flights.items()}
 
     @property
     def team(self) -> list[str]:
@@ -130,14 +159,11 @@ class Ground:
             if name not in self.lost and time - self.heard.get(name, self.began) > SILENT and time > SILENT:
                 self.lost.append(name)
                 self.causes.append(f"{name} is lost")
-        if time < self.began:
+        if time < max(self.began, self.busy):
             return
         for name, report in self.away.items():
-            index = self.names.index(name)
-            off = float(np.linalg.norm(report.position - self.told.wanted(index, report.time)))
-            if off > OFF and name not in self.lost and f"{name} is off" not in self.risky:
-                self.risky.add(f"{name} is off")
-                self.causes.append(f"{name} is {off:.2f} m off its way")
+            if name not in self.lost:
+                self._follow(name, report)
         assert self.session is not None
         for standing in self.session.standings[: self.session.requirements]:
             bad = standing.at_risk or standing.verdict is Verdict.VIOLATED
@@ -151,6 +177,33 @@ class Ground:
             else:
                 self.happened.append(Happened(time, why, "seen"))
 
+    def _follow(self, name: str, report: Report) -> None:
+        """See whether an agent is where it should be."""
+        off = float(np.linalg.norm(report.position - self.told.wanted(self.names.index(name), report.time)))
+        if off > LAG and (speed := self._slow_speed(name)) is not None:
+            self.slow[name] = SURE * speed
+            self.risky.add(f"{name} is off")
+            self.causes.append(f"{name} goes no faster than {speed:.2f} m/s")
+        elif off > OFF and f"{name} is off" not in self.risky:
+            self.risky.add(f"{name} is off")
+            self.causes.append(f"{name} is {off:.2f} m off its way")
+
+    def _slow_speed(self, name: str) -> float | None:
+        """How fast one goes, m/s, who is behind on its way for it goes slower than that asks; None of anybody else."""
+        mine = [each for own, each in self.log if own == name]
+        recent = sorted((each for each in mine if each.time >= mine[-1].time - SEEN), key=lambda each: each.time)
+        if len(recent) < FEWEST:
+            return None
+        assert self.flying.checked.mission is not None
+        top = next(each.dynamics.top_speed for each in self.flying.checked.mission.agents if each.name == name)
+        times = np.array([each.time - self.began for each in recent])
+        places, half = np.stack([each.position for each in recent]), len(recent) // 2
+        before = progress(self.pieces[name], times[: half + 1], places[: half + 1])
+        found = progress(self.pieces[name], times[half:], places[half:])
+        behind = found.beside < BESIDE and found.behind > BESIDE and max(before.rate, found.rate) < SLOW
+        slower = SLOWEST < found.speed < SURE * self.slow.get(name, top)
+        return found.speed if behind and slower else None
+
     def _replan(self, time: float, why: str) -> None:
         mission = self.flying.checked.mission
         assert mission is not None
@@ -159,24 +212,52 @@ class Ground:
             self.happened.append(Happened(time, why, f"not understood: {findings[0].message}"))
             return
         seconds, given_up = 0.0, list(self.given_up)
+        patience = min(self.patience, max(1.0, MOST_OF_IT * self._left(time) / self.within))
+        within = Seconds(self.within * patience)
+        allowed = (self.within if self.clock is None else self.clock) * patience
+        most = math.inf
         for _ in range(GIVE_UPS + 1):
             request = Request(
                 so_far,
                 tuple(self.lost),
+                self.slow,
                 self.texts,
                 tuple(given_up),
                 at=time - self.began,
-                in_time=self.within,
-                clock=self.clock,
+                in_time=within,
+                clock=Seconds(max(allowed - seconds, 0.0)),
+                ahead=within + min(2 * within, self._left(time)) + STOP,
                 seed=self.seed,
             )
             found = replan(self.flying, request, self.limits)
             seconds += found.seconds
-            if found.way is not Way.NONE or not found.cannot:
+            if found.flown_on is not None:
+                most = min(most, len({*given_up, *found.flown_on}))
+            if found.way is not Way.NONE or not found.cannot or len(given_up) >= most:
                 break
             given_up += [name for name in found.cannot if name not in given_up]
+        if len(given_up) >= most and found.way is not Way.KEPT:
+            # No plan keeps more than the one that is flown.
+            self.patience = 1
+            self.happened.append(Happened(time, why, FLOWN_ON, seconds))
+            return
         self.given_up = given_up
+        if found.undecided or (found.way is Way.NONE and found.must_stop):
+            self._ask_again(time, within, found.undecided)
+        else:
+            self.patience = 1
         self._take(time, why, found, seconds)
+
+    def _left(self, time: float) -> float:
+        """Seconds that are left of the mission."""
+        assert self.flying.checked.mission is not None
+        return float(self.flying.checked.mission.horizon) + self.began - time
+
+    def _ask_again(self, time: float, within: Seconds, undecided: bool) -> None:
+        """There was no plan in time: while that was found out the flight went on, and then there may be more time."""
+        self.busy = time + within
+        self.patience = min(2 * self.patience, PATIENCE) if undecided else 1
+        self.causes.append("there was no plan in time")
 
     def _table(self) -> str:
         """What was flown of the plan, as a table that is read like any."""
@@ -198,6 +279,8 @@ class Ground:
             self.told.upload(self.names.index(name), polynomials(text), time)
         if not found.ok or found.compiled is None or begins is None:
             self.happened.append(Happened(time, why, came, seconds, given_up=tuple(self.given_up)))
+            self.flying = diverted(self.flying, stops, time - self.began)
+            self.pieces.update({name: polynomials(self.flying.flights[name]) for name in stops})
             return
         assert isinstance(found.compiled.outcome, Verified)
         files = dict(found.compiled.outcome.files)

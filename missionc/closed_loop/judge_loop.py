@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
+from missionc.monitoring.live.judge import LiveJudge
+from missionc.monitoring.live.verdicts import Verdict
 from missionc.monitoring.monitor import monitor
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.remaining import earlier
@@ -51,11 +53,14 @@ class Outcome:
         requirements: by its name, whether it was kept.
         nearest: where two bodies, or a body and an obstacle, came nearest; None where there were not two.
         epochs: the first from 0 on, one more for each cut.
+        since: of each that was not kept, the first moment, s, at which nothing within the top speeds of those who are
+            left could keep it.
     """
 
     requirements: Mapping[str, bool]
     nearest: Check | None
     epochs: tuple[Epoch, ...]
+    since: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def room(self) -> float:
@@ -90,23 +95,39 @@ def judge(
     rows, begin = list(range(len(mission.agents))), 0
     names = [agent.name for agent in mission.agents]
     epochs = [Epoch(0.0, mission, tuple(names))]
+    since: dict[str, float] = {}
     for cut in cuts:
         step = min(math.ceil(cut.time / mission.step - 1e-9), int(mission.steps) - 1)
         if cut.texts:
             now = earlier(now, cut.texts, limits, 1.0)
             assert now.mission is not None
             written = now.mission
+        _mark(since, rest, _part(whole, rows, begin, step), begin)
         rest = after(rest, Stretch(_part(whole, rows, begin, step), cut.lost), written)
         rows = [names.index(agent.name) for agent in rest.mission.agents]
         begin = step
         epochs.append(Epoch(cut.time, written, tuple(names[row] for row in rows)))
-    judged = monitor(rest.mission, rest.kernel, _part(whole, rows, begin, int(mission.steps)))
+    last = _part(whole, rows, begin, int(mission.steps))
+    _mark(since, rest, last, begin)
+    kept = {each.name: each.satisfied for each in monitor(rest.mission, rest.kernel, last).requirements}
+    lost = {name: since.get(name, float(mission.horizon)) for name, each in kept.items() if not each}
     ends = [*(each.time for each in epochs[1:]), float(times[-1])]
     rooms = [
         check for each, end in zip(epochs, ends, strict=True) for check in _rooms(each, names, times, position, end)
     ]
     nearest = min(rooms, key=lambda check: check.margin, default=None)
-    return Outcome({each.name: each.satisfied for each in judged.requirements}, nearest, tuple(epochs))
+    return Outcome(kept, nearest, tuple(epochs), lost)
+
+
+def _mark(since: dict[str, float], rest: Remaining, trace: Trace, begin: int) -> None:
+    """Note since when, seconds, a requirement cannot be kept by any continuation of what was flown by then."""
+    for name in rest.nobodys:
+        since.setdefault(name, float(begin * trace.step))
+    live = LiveJudge(rest.mission, rest.kernel)
+    for step in range(trace.position.shape[1]):
+        for standing in live.advance(trace.position[:, step], trace.velocity[:, step], trace.heading[:, step]):
+            if standing.verdict is Verdict.VIOLATED:
+                since.setdefault(standing.name, float((begin + step) * trace.step))
 
 
 def _part(trace: Trace, rows: list[int], begin: int, end: int) -> Trace:

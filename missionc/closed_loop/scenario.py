@@ -29,7 +29,7 @@ class Event:
 
     Args:
         lose: an agent whose motors stop.
-        slow: an agent that flies its trajectory at the rate ``to`` from then on.
+        slow: an agent that goes no faster than the share ``to`` of its top speed from then on.
         change: the text of a patch: what of the world is another from then on. The ground is told at once.
     """
 
@@ -69,7 +69,7 @@ NUMBERS: Mapping[str, Mapping[str, float]] = {
 """The most that each number may be; the least is 0."""
 KINDS = ("lose", "slow", "change")
 HALF = 0.5
-"""The rate of one that is slow, where none is given."""
+"""The share of its top speed that one that is slow has left, where none is given."""
 
 
 def read_scenario(source: Source, agents: tuple[str, ...]) -> Scenario | list[Diagnostic]:
@@ -142,7 +142,7 @@ def _event(entry: Any, agents: tuple[str, ...]) -> Event | str:
         return f"the mission has no agent `{what}`"
     is_rate = isinstance(to, int | float) and not isinstance(to, bool) and 0 < to <= 1
     if not is_rate or ("to" in entry and kinds != ["slow"]):
-        return "`to`, the rate of one that is slow, is more than 0 and at most 1"
+        return "`to`, the share of its top speed that one has left, is more than 0 and at most 1"
     return Event(float(at), **{kinds[0]: what}, to=float(to) if kinds == ["slow"] else 1.0)
 
 

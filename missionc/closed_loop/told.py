@@ -2,10 +2,13 @@
 
 in   uploads, each with the time from which it is flown
 out  setpoints of all agents over a stretch of time
+
+An agent that has become slow stays on its trajectory, and falls behind wherever that is faster than it can go.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,13 +20,12 @@ from missionc.simulate.firmware_setpoints import ACCELERATION, POSITION, RATES, 
 
 @dataclass(slots=True, eq=False)
 class _Agent:
-    """One agent's uploads, the first one first, and how its trajectory time runs: ``rate`` from ``since`` on."""
+    """One agent's uploads, the first one first; how fast it still is, m/s; and by how much it is behind, s."""
 
     uploads: list[tuple[float, Pieces]]
     skew: float
-    rate: float = 1.0
-    since: float = 0.0
-    gone: float = 0.0
+    most: float = math.inf
+    behind: float = 0.0
     current: int = field(default=0)
 
 
@@ -43,14 +45,13 @@ class Told:
         own = self._agents[agent]
         own.uploads = [each for each in own.uploads if each[0] < begins] + [(begins, pieces)]
 
-    def slow(self, agent: int, rate: float, time: float) -> None:
-        """From then on the agent's trajectories run at that rate."""
-        own = self._agents[agent]
-        own.gone += own.rate * (time - own.since)
-        own.since, own.rate = time, rate
+    def slow(self, agent: int, most: float) -> None:
+        """The agent goes no faster than so many m/s from now on."""
+        self._agents[agent].most = most
 
     def setpoints(self, times: Array) -> Array:
-        """(times,), seconds, none of them beyond the next upload's reach -> (13, times, agents)."""
+        """(times,), seconds, evenly apart, later than all before and not beyond the next upload's reach
+        -> (13, times, agents)."""
         return np.stack([self._of(own, times) for own in self._agents], axis=-1)
 
     def _of(self, own: _Agent, times: Array) -> Array:
@@ -58,14 +59,21 @@ class Told:
         latest = max(index for index, (begins, _) in enumerate(own.uploads) if begins <= shifted[0] or index == 0)
         begins, pieces = own.uploads[latest]
         if latest != own.current:
-            own.current, own.since, own.gone = latest, begins, 0.0
-        local = own.gone + own.rate * (shifted - own.since)
-        reference = setpoints(pieces, local)
-        if own.rate != 1.0:
-            reference[VELOCITY] *= own.rate
-            reference[ACCELERATION] *= own.rate**2
-            reference[RATES] *= own.rate
-        return reference
+            own.current, own.behind = latest, 0.0
+        local = shifted - begins
+        if math.isinf(own.most):
+            return setpoints(pieces, local)
+        period = float(times[1] - times[0]) if times.size > 1 else 0.0
+        columns = []
+        for moment in local:
+            wanted = setpoints(pieces, np.array([moment - own.behind]))
+            fast = float(np.linalg.norm(wanted[VELOCITY]))
+            rate = min(1.0, own.most / fast) if fast > 0 else 1.0
+            own.behind += (1.0 - rate) * period
+            for row, power in ((VELOCITY, 1), (ACCELERATION, 2), (RATES, 1)):
+                wanted[row] *= rate**power
+            columns.append(wanted)
+        return np.concatenate(columns, axis=1)
 
     def wanted(self, agent: int, time: float) -> Array:
         """(3,), metres: where the ground believes that the agent is to be."""

@@ -98,10 +98,10 @@ def refined(curves: Curves, extra: Array) -> Curves:
     if times.size == curves.times.size:
         return curves
     piece = np.searchsorted(curves.times, times[:-1], side="right") - 1
-    return Curves(times, _shifted(curves.coefficients[:, piece], times[:-1] - curves.times[piece]))
+    return Curves(times, shifted(curves.coefficients[:, piece], times[:-1] - curves.times[piece]))
 
 
-def _shifted(coefficients: Array, start: Array) -> Array:
+def shifted(coefficients: Array, start: Array) -> Array:
     """The polynomials with their local time counted from ``start``: (agents, pieces, dim, degree + 1), (pieces,)."""
     size = coefficients.shape[-1]
     change = np.zeros((start.size, size, size))

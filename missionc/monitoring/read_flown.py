@@ -36,11 +36,13 @@ class FlownSoFar:
         trace: the states at the steps 0 to the last that is over.
         until: seconds, up to which it was flown.
         last: (agents, dim), metres: where everybody was then.
+        seen: (agents,), seconds: when each was seen last, up to then.
     """
 
     trace: Trace
     until: float
     last: Array
+    seen: Array
 
 
 def read_flown(
@@ -72,7 +74,8 @@ def read_flown(
         return None, findings
     axes = "xyz"[: mission.dimension]
     last = np.array([[_at(samples, axis, until) for axis in axes] for samples in kept[: len(mission.agents)]])
-    return FlownSoFar(trace, until, last), []
+    seen = np.array([min(own[agent.name][-1].time, until) for agent in mission.agents])
+    return FlownSoFar(trace, until, last, seen), []
 
 
 def _until(samples: list[State], until: float, lost: bool, step: float) -> list[State]:

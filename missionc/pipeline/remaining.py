@@ -59,7 +59,7 @@ def remaining(checked: Checked, past: Past, limits: Limits, stretch: float = 1.0
             rest = after(rest, flown.stretch, now)
         except TooEntangledError as error:
             return not_said(error)
-    same = not any(each.stretch.lost or each.stretch.given_up or each.texts for each in past.flown)
+    same = not any(each.stretch.lost or each.stretch.given_up or each.stretch.slow or each.texts for each in past.flown)
     if same and checked.kernel is not None:
         rest = replace(
             rest, whole=(checked.mission, checked.kernel), seen=tuple(each.stretch.trace for each in past.flown)

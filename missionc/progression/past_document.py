@@ -3,8 +3,8 @@
 in   Past; or a text, of which nothing is believed
 out  its text; or Past
 
-It lists the stretches that were flown, each with everybody's states at its steps, who was lost at its end, which
-requirements were given up, and the texts of the mission's files as they were then, where they read otherwise now.
+It lists the stretches that were flown, each with everybody's states at its steps, who was lost at its end or slower,
+which requirements were given up, and the texts of the mission's files as they were then, where they read otherwise now.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from missionc.progression.stretches import Stretch
 
 SCHEMA = "missionc.past/1"
 MOST_STRETCHES = 1_000
+ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "texts", "agents"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +72,7 @@ def past_json(past: Past) -> str:
             "until": each.until,
             "lost": list(each.stretch.lost),
             "given_up": list(each.stretch.given_up),
+            "slow": dict(each.stretch.slow),
             "texts": dict(each.texts),
         }
         entries = [f"     {_text(key)}: {_text(value)}" for key, value in head.items()]
@@ -105,15 +107,16 @@ def read_past(text: str, magnitude: float) -> Past | str:
 
 
 def _flown(entry: Any, magnitude: float) -> Flown | str:
-    if not isinstance(entry, dict) or set(entry) != {"step", "until", "lost", "given_up", "texts", "agents"}:
+    if not isinstance(entry, dict) or set(entry) != ENTRIES:
         return "a stretch of it has other entries than it should"
-    step, until, lost, given_up, texts, agents = (
-        entry[key] for key in ("step", "until", "lost", "given_up", "texts", "agents")
-    )
+    step, until, lost, given_up = (entry[key] for key in ("step", "until", "lost", "given_up"))
+    slow, texts, agents = (entry[key] for key in ("slow", "texts", "agents"))
     if not (_is_number(step, magnitude) and _is_number(until, magnitude)) or step <= 0 or until < 0:
         return "the `step` or `until` of a stretch is no such number"
     if not (_names(lost) and _names(given_up) and isinstance(texts, dict) and _names(list(texts.values()))):
         return "the names or texts of a stretch are none"
+    if not isinstance(slow, dict) or not all(_is_number(each, magnitude) and each > 0 for each in slow.values()):
+        return "the speeds of a stretch are none"
     if not isinstance(agents, list) or not agents or not all(isinstance(each, dict) for each in agents):
         return "a stretch of it has no agents"
     names = [each.get("name") for each in agents]
@@ -131,7 +134,7 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     if heading.shape != position.shape[:2]:
         return "its agents have different numbers of states"
     trace = Trace(Seconds(float(step)), position, velocity, heading)
-    return Flown(Stretch(trace, tuple(lost), tuple(given_up)), tuple(names), float(until), dict(texts))
+    return Flown(Stretch(trace, tuple(lost), tuple(given_up), dict(slow)), tuple(names), float(until), dict(texts))
 
 
 def _names(value: object) -> bool:

@@ -71,6 +71,21 @@ def rest_of(
     )
 
 
+def slowed(mission: ir.Mission, slow: Mapping[str, float]) -> ir.Mission:
+    """The mission with some agents, by their names, no faster than so many m/s; nor are their vehicles."""
+    agents = tuple(agent if agent.name not in slow else _no_faster(agent, slow[agent.name]) for agent in mission.agents)
+    return replace(mission, agents=agents)
+
+
+def _no_faster(agent: ir.Agent, speed: float) -> ir.Agent:
+    vehicle = agent.vehicle
+    return replace(
+        agent,
+        dynamics=agent.dynamics.at_most(speed, agent.dynamics.top_acceleration),
+        vehicle=replace(vehicle, speed=min(vehicle.speed, speed), vertical_speed=min(vehicle.vertical_speed, speed)),
+    )
+
+
 def team_at(mission: ir.Mission, seconds: float, position: Array, left: tuple[str, ...]) -> ir.Mission:
     """Those that are left, where they are so many seconds after the beginning, and the world from then on.
 

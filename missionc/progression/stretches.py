@@ -6,7 +6,8 @@ out  Remaining: the mission and the kernel that are left, and what of it can no 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from missionc.language.margins.resources import flag_truths, levels, within
 from missionc.progression.formula_progression import progressed
 from missionc.progression.lattice import NO, Decided, decided
 from missionc.progression.names_since import NamesSince
-from missionc.progression.rest_of_mission import rest_of
+from missionc.progression.rest_of_mission import rest_of, slowed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,11 +30,13 @@ class Stretch:
         trace: (agents, steps + 1): the states of whoever was there, the last one the first of what follows.
         lost: the names of those who are there no longer after it.
         given_up: the names of requirements that nothing is asked of any more.
+        slow: by their names, those who can go no faster than this after it, m/s.
     """
 
     trace: Trace
     lost: tuple[str, ...] = ()
     given_up: tuple[str, ...] = ()
+    slow: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def steps(self) -> int:
@@ -51,6 +54,7 @@ class Remaining:
         flags_set: by the flag's name, the agents (by their names) of whom it was set at the last step that is over.
         whole: the mission and the kernel that it began as, where nobody is lost and nothing has changed since.
         seen: the traces of everything that is over, in order.
+        slow: as of a ``Stretch``, of all that are over.
     """
 
     mission: Mission
@@ -61,6 +65,7 @@ class Remaining:
     flags_set: tuple[tuple[str, frozenset[str]], ...] = ()
     whole: tuple[Mission, Kernel] | None = None
     seen: tuple[Trace, ...] = ()
+    slow: Mapping[str, float] = field(default_factory=dict)
 
 
 def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
@@ -79,7 +84,8 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
     left = tuple(agent.name for agent in mission.agents if agent.name not in stretch.lost)
     rows = [agent.index for agent in mission.agents if agent.name in left]
     elapsed = before.elapsed + stretch.steps
-    rest = rest_of(now, elapsed, trace.position[rows, -1], left, _levels(mission, trace))
+    slow = {**before.slow, **stretch.slow}
+    rest = slowed(rest_of(now, elapsed, trace.position[rows, -1], left, _levels(mission, trace)), slow)
     flags = _flags(before, trace)
     since = NamesSince(mission, rest, {name: _indices(mission, names) for name, names in flags})
     formulas = progressed(mission, before.kernel, trace, since)
@@ -106,7 +112,7 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
             ir.Preference(goal.name, words[goal.name], goal.weight or 0.0, goal.span) for goal in kernel.preferences
         ),
     )
-    return Remaining(rest, kernel, elapsed, violated, nobodys, flags)
+    return Remaining(rest, kernel, elapsed, violated, nobodys, flags, slow=slow)
 
 
 def _fails(goal: Goal, formula: Node | None) -> bool:

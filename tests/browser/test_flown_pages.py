@@ -67,7 +67,7 @@ def past() -> str:
         {"name": name, "position": [[0, y], [1, y], [1, y]], "velocity": [[0, 0]] * 3, "yaw": [0, 0, 0]}
         for name, y in (("drone[0]", 1), ("drone[3]", 3))
     ]
-    stretch = {"step": 1, "until": 1, "lost": ["drone[3]"], "given_up": [], "texts": {}, "agents": rows}
+    stretch = {"step": 1, "until": 1, "lost": ["drone[3]"], "given_up": [], "slow": {}, "texts": {}, "agents": rows}
     return json.dumps({"schema": "missionc.past/1", "stretches": [stretch]})
 
 

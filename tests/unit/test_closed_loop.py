@@ -20,9 +20,10 @@ from missionc.closed_loop.scenario import Event, Scenario, read_scenario
 from missionc.closed_loop.told import Told
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.diagnostics.code import SCENARIO_UNUSABLE
+from missionc.flight.behind import progress
 from missionc.output.report.flight_tracks import flights
 from missionc.output.report.page_data import Plotted, data
-from missionc.simulate.firmware_setpoints import POSITION
+from missionc.simulate.firmware_setpoints import POSITION, VELOCITY
 from tests.support.shelf_flight import flying, inspector, outcome
 
 LIMITS = Limits()
@@ -79,17 +80,31 @@ def test_what_no_scenario_says_is_pointed_at(text: str, line: int) -> None:
     assert found[0].primary.span.source.place(found[0].primary.span.start)[0] == line
 
 
-def test_uploads_take_over_when_they_begin_and_slow_agents_lag() -> None:
+def test_uploads_take_over_when_they_begin() -> None:
     pieces = [own for text in flying().flights.values() if isinstance(own := read(text), Pieces)]
-    told, slow = Told(pieces, np.zeros(3)), Told(pieces, np.zeros(3))
-    mover = DRONES.index(inspector())
-    slow.slow(mover, 0.5, 4.0)
-    at = np.array([10.0])
-    assert np.allclose(slow.setpoints(at)[POSITION, 0, mover], told.setpoints(np.array([7.0]))[POSITION, 0, mover])
+    told, mover = Told(pieces, np.zeros(3)), DRONES.index(inspector())
     here = Pieces(np.array([1.0, 1.0]), np.zeros((2, 4, 8)))
     told.upload(mover, here, 12.0)
+    assert not np.allclose(told.setpoints(np.array([10.0]))[POSITION, 0, mover], 0.0)
     assert np.allclose(told.setpoints(np.array([12.5]))[POSITION, 0, mover], 0.0)
-    assert not np.allclose(told.setpoints(at)[POSITION, 0, mover], 0.0)
+
+
+def test_slow_agents_stay_on_their_way_and_fall_behind_where_it_is_faster_than_they_are() -> None:
+    pieces = [own for text in flying().flights.values() if isinstance(own := read(text), Pieces)]
+    told, mover = Told(pieces, np.zeros(3)), DRONES.index(inspector())
+    times = np.arange(0.0, 20.0, 0.01)
+    wanted = told.setpoints(times)[..., mover]
+    most = 0.5 * float(np.linalg.norm(wanted[VELOCITY], axis=0).max())
+    told.slow(mover, most)
+    seen = np.concatenate([told.setpoints(part)[..., mover] for part in np.split(times, 200)], axis=1)
+    assert np.linalg.norm(seen[VELOCITY], axis=0).max() < most + 1e-6
+    assert np.linalg.norm(np.diff(seen[POSITION], axis=1), axis=0).max() < 0.011 * most
+    last = int(np.flatnonzero(np.linalg.norm((wanted - seen)[POSITION], axis=0) > 0.2)[0])
+    found = progress(pieces[mover], times[last - 100 : last + 1 : 10], seen[POSITION, last - 100 : last + 1 : 10].T)
+    assert found.beside < 0.03
+    assert found.behind > 0.15
+    assert found.speed == pytest.approx(most, rel=0.1)
+    assert found.rate < 0.9
 
 
 def test_reports_are_late_and_some_never_come() -> None:
@@ -154,6 +169,26 @@ def shown_beside_its_plan(alone: LoopFlight, lost: Event, told: ToldPositions) -
 def page_data(page: Path) -> dict[str, Any]:
     found: dict[str, Any] = json.loads(page.read_text().partition('id="data">')[2].partition("</script>")[0])
     return found
+
+
+def test_the_ground_learns_how_fast_a_slow_drone_still_is_and_plans_for_it() -> None:
+    slow = flight(Event(1.0, slow=inspector(), to=0.3))
+    planned = next(each for each in slow.happened if "goes no faster than" in each.why)
+    assert planned.why.startswith(f"{inspector()} goes no faster than 0.2")
+    assert planned.begins is not None
+    assert slow.outcome.satisfied
+    assert slow.outcome.untouched
+
+
+def test_what_is_not_planned_in_time_is_asked_for_again_with_more_time() -> None:
+    scenario = Scenario(events=(Event(2.0, lose=inspector()),))
+    found = fly_loop(flying(), scenario, 0, Seconds(0.3), LIMITS, clock=Seconds(0.01))
+    asked = [each for each in found.happened if each.begins is None and each.seconds]
+    assert len(asked) > 1
+    assert asked[1].why == "there was no plan in time"
+    assert asked[1].time - asked[0].time == pytest.approx(0.3, abs=0.11)
+    assert asked[2].time - asked[1].time == pytest.approx(0.6, abs=0.11)
+    assert found.outcome.since["inspect"] > 2.0
 
 
 HOP = """mission hop

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import click
@@ -19,6 +20,7 @@ from missionc.cli.options import (
     folders,
     limits_and_form,
     named,
+    pair,
     read_limits,
     several_of,
 )
@@ -28,6 +30,18 @@ from missionc.output.folder.write_file import beside
 from missionc.output.folder.write_folder import refuse, write_folder
 
 MOST_SECONDS = 3_600
+
+
+def speed(value: str) -> tuple[str, float]:
+    """``AGENT=SPEED``, in m/s."""
+    name, text = pair(value)
+    try:
+        most = float(text)
+    except ValueError:
+        most = math.nan
+    if not 0 < most < math.inf:
+        raise click.UsageError(f"`{value}` is no agent and a speed such as drone[0]=0.5, in m/s")
+    return name, most
 
 
 @click.command("replan")
@@ -48,6 +62,13 @@ MOST_SECONDS = 3_600
     help="Declarations that take the place of the mission's: the world and the team as they are now.",
 )
 @click.option("--lost", multiple=True, metavar="AGENT", help="An agent that is there no longer; may be repeated.")
+@click.option(
+    "--slow",
+    type=speed,
+    multiple=True,
+    metavar="AGENT=SPEED",
+    help="An agent that goes no faster than this any more, m/s; may be repeated.",
+)
 @click.option(
     "--give-up", "given_up", multiple=True, metavar="REQUIREMENT", help="Ask nothing of it any more; may be repeated."
 )
@@ -78,6 +99,7 @@ def command(
     flown: Path,
     changed: Path | None,
     lost: tuple[str, ...],
+    slow: tuple[tuple[str, float], ...],
     given_up: tuple[str, ...],
     within: float,
     seed: int,
@@ -99,7 +121,9 @@ def command(
         say([wrong], [], form, {"outcome": None})
         return Status.MISSION_ERRORS
     allowed = read_limits(limits)
-    replanned = replan_folder(path, flown, changed, lost, given_up, Seconds(within), seed, names or (), allowed)
+    replanned = replan_folder(
+        path, flown, changed, lost, dict(slow), given_up, Seconds(within), seed, names or (), allowed
+    )
     findings: list[Diagnostic] = list(replanned.findings)
     written = ""
     if replanned.files:

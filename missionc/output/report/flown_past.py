@@ -47,14 +47,20 @@ def _seconds(flown: tuple[Flown, ...]) -> float:
     return round(sum(each.stretch.steps * float(each.stretch.trace.step) for each in flown), 9)
 
 
-def _phases(past: Past) -> Iterator[dict[str, Any]]:
-    """What was flown of each stretch, and what was told until the next plan began."""
+def _phases(past: Past) -> list[dict[str, Any]]:
+    """What was flown, and what was told until the next plan began, in turns."""
+    phases: list[dict[str, Any]] = []
     for number, each in enumerate(past.flown):
         begin, end = _seconds(past.flown[:number]), _seconds(past.flown[: number + 1])
         told = min(begin + each.until, end)
         for phase, low, high in (("flown", begin, told), ("told", told, end)):
-            if high - low > CLOSE:
-                yield {"phase": phase, "begin": low, "end": round(high, 9)}
+            if high - low <= CLOSE:
+                continue
+            if phases and phases[-1]["phase"] == phase:
+                phases[-1]["end"] = round(high, 9)
+            else:
+                phases.append({"phase": phase, "begin": low, "end": round(high, 9)})
+    return phases
 
 
 def _ways(flown: Flown) -> Iterator[dict[str, Any]]:

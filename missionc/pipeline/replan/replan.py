@@ -10,7 +10,9 @@ The past and the new plan together satisfy the mission: what is left of each req
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -18,28 +20,42 @@ import numpy as np
 from missionc.backends.api import Budget, Impossible
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
-from missionc.base.units import Seconds
 from missionc.curves.crazyflie_csv import Pieces, polynomials, written
 from missionc.diagnostics.model import Diagnostic
+from missionc.flight.behind import state_behind
 from missionc.flight.stop_and_hover import state_at
 from missionc.ir import Mission
+from missionc.language.operator import TooLarge
 from missionc.lower.choose_backend import choose_backend
+from missionc.lower.unroll_past import looking_ahead
+from missionc.monitoring.read_trace import ON_TIME
 from missionc.pipeline import driver
+from missionc.pipeline.ask_cover import CoverSide
 from missionc.pipeline.checked import Checked
+from missionc.pipeline.no_plan import impossible
 from missionc.pipeline.provenance import texts
 from missionc.pipeline.remaining import earlier, remaining
 from missionc.pipeline.replan.cannot_replan import no_longer_kept, no_plan_in_time, no_safe_stop, nobody_left
+from missionc.pipeline.replan.cut_flights import from_moment, until_then
+from missionc.pipeline.replan.fly_on import FlyOn, arrays, fly_on
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
-from missionc.pipeline.replan.stop_all import Stopped, ends, flown_on, from_moment, resting_state, stop_all
+from missionc.pipeline.replan.stop_all import Stopped, bodies, ends, resting_state, stop_all, stop_some
+from missionc.pipeline.replan.take_over import near_motions
 from missionc.pipeline.results import Compiled, Verified
 from missionc.progression.past_document import Flown, Past
-from missionc.progression.rest_of_mission import team_at
+from missionc.progression.rest_of_mission import slowed, team_at
 from missionc.progression.stretches import Stretch
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.verify_plan import verify, verify_polynomials
 
 OFF = 0.25
 """Metres: who is further from where its flight has it is told to stay where it is."""
+BEHIND = 0.1
+"""Metres: so much of one that is known to be slow; it is taken to be on its way."""
+QUICK = 0.1
+"""Units of work in which covers may show that no motion is a plan, before one is looked for."""
+REPAIRED = 2
+"""Motions near the plan that are repaired, one after the other."""
 SHARE = 0.4
 """The share of the time that a repair may take, before everything is planned anew."""
 
@@ -57,6 +73,8 @@ class _Replanning:
         assert flying.checked.mission is not None
         self.mission: Mission = flying.checked.mission
         self.must_stop = False
+        self.late: dict[int, Pieces] = {}
+        self.flown_on: tuple[str, ...] | None = None
         self.names = [agent.name for agent in self.mission.agents]
         self.left = [agent.index for agent in self.mission.agents if agent.name not in request.lost]
         self.flights = [polynomials(flying.flights[name]) for name in self.names]
@@ -64,7 +82,8 @@ class _Replanning:
 
     def run(self) -> Replanned:
         found = self._run()
-        return replace(found, must_stop=self.must_stop)
+        found = replace(found, must_stop=self.must_stop, flown_on=self.flown_on)
+        return found if found.way is not Way.NONE or not self.must_stop else replace(found, stops=self._stops_of_some())
 
     def _run(self) -> Replanned:
         if not self.left:
@@ -111,14 +130,27 @@ class _Replanning:
     def _rest(self, told: Trace, steps: int) -> Checked | Diagnostic:
         """The mission after those steps of the plan that was flown."""
         states = Trace(told.step, *(each[:, : steps + 1] for each in (told.position, told.velocity, told.heading)))
-        stretch = Stretch(states, self.request.lost, self.request.given_up)
-        until = min(self.request.so_far.until, steps * self.mission.step)
         before = self._texts_before()
         earlier_ones = self.flying.checked.past.flown if self.flying.checked.past else ()
         earlier_ones = tuple(replace(each, texts={**before, **each.texts}) for each in earlier_ones)
-        past = Past((*earlier_ones, Flown(stretch, tuple(self.names), until, before)))
+        past = Past((*earlier_ones, *self._flown(states, before)))
         rest = remaining(self.now, past, self.limits)
         return rest if isinstance(rest, Diagnostic) else replace(rest, choice=self.now.choice)
+
+    def _flown(self, states: Trace, before: Mapping[str, str]) -> Iterator[Flown]:
+        """What was flown and told: where somebody is lost, with them up to the step after they were seen last."""
+        request, step, steps = self.request, self.mission.step, states.position.shape[1] - 1
+        begin, until, rows = 0, min(request.so_far.until, steps * step), list(range(len(self.names)))
+        lost = [agent for agent in rows if agent not in self.left]
+        if lost:
+            begin = min(math.floor(float(request.so_far.seen[lost].min()) / step + ON_TIME) + 1, steps)
+            part = Trace(states.step, *(each[:, : begin + 1] for each in arrays(states)))
+            yield Flown(Stretch(part, request.lost), tuple(self.names), min(until, begin * step), before)
+            rows = self.left
+        part = Trace(states.step, *(each[rows, begin:] for each in arrays(states)))
+        names = tuple(self.names[agent] for agent in rows)
+        stretch = Stretch(part, (), request.given_up, request.slow)
+        yield Flown(stretch, names, max(until - begin * step, 0.0), before)
 
     def _texts_before(self) -> dict[str, str]:
         """The files that read otherwise now, as they were."""
@@ -130,62 +162,98 @@ class _Replanning:
         """Those that are left and further from where their flights have them than is usual: where they are."""
         planned = _at(self.flights, self.request.so_far.until, self.mission.dimension)
         off = np.linalg.norm(self.request.so_far.last - planned, axis=-1)
-        return {agent: self.request.so_far.last[agent] for agent in self.left if off[agent] > OFF}
+        usual = [BEHIND if name in self.request.slow else OFF for name in self.names]
+        return {agent: self.request.so_far.last[agent] for agent in self.left if off[agent] > usual[agent]}
 
     def _kept(self) -> Replanned | None:
         """The plan, where it still holds with the world as it is, without those who are lost."""
-        steps = self.request.so_far.trace.position.shape[1] - 1
-        if self.off:
+        late = {
+            agent: self.request.slow[self.names[agent]] for agent in self.off if self.names[agent] in self.request.slow
+        }
+        if len(late) < len(self.off):
+            self.must_stop = True  # nothing is known of the way of one that is not where its flight has it
             return None
-        old = self.flying.trace
-        told = Trace(
-            old.step,
-            *(
-                np.concatenate([seen[:, :steps], plan[:, steps:]], axis=1)
-                for seen, plan in zip(_arrays(self.request.so_far.trace), _arrays(old), strict=True)
-            ),
+        on = fly_on(self.mission, self.flying.trace, self.flights, self.request.so_far, self.left, late)
+        self.late = {place: on.pieces[place] for place in on.late}
+        steps = on.told.position.shape[1] - 1
+        rest = self._rest(on.told, steps)
+        bodies_on = self._bodies_on(on.pieces)
+        safe = all(check.passed for check in bodies_on)
+        self.must_stop = not safe and not all(
+            check.passed for check in self._bodies_on(until_then(on.pieces, self._ahead()))
         )
-        rest = self._rest(told, steps)
         if isinstance(rest, Diagnostic) or rest.mission is None or rest.kernel is None or rest.rest is None:
             return None
+        certificate = verify(rest.mission, rest.kernel, on.ahead)
+        if safe:
+            failed = [each.name for each in certificate.judgements if not each.satisfied]
+            self.flown_on = tuple(dict.fromkeys((*rest.rest.violated, *rest.rest.nobodys, *failed)))
         if rest.rest.violated or rest.rest.nobodys:
             return None
-        ahead = Trace(old.step, *(each[self.left, steps:] for each in _arrays(old)))
-        certificate = verify(rest.mission, rest.kernel, ahead)
         if certificate.passed:
-            certificate = certificate.joined(self._flown_on(rest, ahead, steps))
+            proven = self._polynomials_on(rest, on, steps)
+            certificate = certificate.joined(replace(proven, checks=(*proven.checks, *bodies_on)))
         if not certificate.passed:
             return None
         return Replanned(Way.KEPT, (), rest, certificate, begins=steps * self.mission.step)
 
-    def _flown_on(self, rest: Checked, ahead: Trace, steps: int) -> Certificate:
-        """The polynomials of those that are left, from a step on; they do not rest where they are cut."""
+    def _ahead(self) -> float:
+        """Seconds from when everybody was seen last, up to which nobody may touch anything."""
+        return self.request.moment - self.request.so_far.until + self.request.ahead
+
+    def _bodies_on(self, pieces: list[Pieces]) -> list[Check]:
+        """The checks of bodies where everybody flies on."""
+        return bodies(self._team(self.request.so_far.until), pieces)
+
+    def _team(self, moment: float) -> Mission:
+        """Those that are left, and the world from a moment of the plan on."""
+        assert self.now.mission is not None
+        elapsed = self.flying.checked.past.steps if self.flying.checked.past else 0
+        left = tuple(self.names[each] for each in self.left)
+        return team_at(
+            self.now.mission, elapsed * self.mission.step + moment, self.request.so_far.last[self.left], left
+        )
+
+    def _polynomials_on(self, rest: Checked, on: FlyOn, steps: int) -> Certificate:
+        """The checks of the polynomials of those who are in time, from a step on; they do not rest where they are cut.
+
+        What is flown behind its time is no polynomial that anybody was sent: where somebody is late, bodies and
+        requirements alone say that the plan holds.
+        """
         assert rest.mission is not None
         assert rest.kernel is not None
+        if on.late:
+            return Certificate(rest.mission.name, ())
         cut = steps * self.mission.step
         files = {self.names[agent]: written(from_moment(self.flights[agent], cut)) for agent in self.left}
-        proven = verify_polynomials(rest.mission, rest.kernel, ahead, files)
+        proven = verify_polynomials(rest.mission, rest.kernel, on.ahead, files)
         return replace(proven, checks=tuple(check for check in proven.checks if check.name != "rest"))
 
     # ------------------------------------------------------------------ stopping
 
     def _stopped(self) -> Stopped | tuple[Check, ...]:
-        assert self.now.mission is not None
-        whole, so_far = self.now.mission, self.request.so_far
-        elapsed = self.flying.checked.past.steps if self.flying.checked.past else 0
         moment = self.request.moment
-        began = elapsed * self.mission.step + moment
-        team = team_at(whole, began, so_far.last[self.left], tuple(self.names[each] for each in self.left))
-        off = {}
-        for place, agent in enumerate(self.left):
-            if agent in self.off:
-                yaw, altitude = _yaw(self.flights[agent], moment), float(self.mission.agents[agent].altitude)
-                off[place] = resting_state(self.off[agent], yaw, altitude)
+        off = {place: self._state(agent, moment) for place, agent in enumerate(self.left) if agent in self.off}
         own = [self.flights[agent] for agent in self.left]
-        least = float(self.request.in_time)
-        # Nothing is known of the way of one that is not where its flight has it.
-        self.must_stop = bool(off) or not all(check.passed for check in flown_on(team, own, moment))
-        return stop_all(team, own, moment, off, least, int(self.mission.steps))
+        return stop_all(self._team(moment), own, moment, off, float(self.request.in_time), int(self.mission.steps))
+
+    def _state(self, agent: int, moment: float) -> Array:
+        """(5, 4): the state of one that is off its way: behind on it, or as if at rest where it was seen."""
+        slow = self.request.slow.get(self.names[agent])
+        if slow is not None:
+            return state_behind(self.flights[agent], self.off[agent], moment, slow)
+        yaw, altitude = _yaw(self.flights[agent], moment), float(self.mission.agents[agent].altitude)
+        return resting_state(self.off[agent], yaw, altitude)
+
+    def _stops_of_some(self) -> dict[str, str]:
+        """The text of the stops of as few as can be, where there is no other plan and somebody touches something."""
+        moment = self.request.moment
+        off = {place: self._state(agent, moment) for place, agent in enumerate(self.left) if agent in self.off}
+        own = [self.flights[agent] for agent in self.left]
+        since = moment - self.request.so_far.until
+        late = {place: from_moment(on, since) for place, on in self.late.items()}
+        stops = stop_some(self._team(moment), own, moment, off, late, self.request.ahead)
+        return {self.names[self.left[place]]: written(stop) for place, stop in stops.items()}
 
     def _stops(self, stopped: Stopped) -> dict[str, str]:
         """The text of each agent's stop."""
@@ -212,7 +280,7 @@ class _Replanning:
             column[self.left] = own
         whole[0][self.left, -1] = ends(stopped.pieces, dimension)
         whole[1][:, -1] = 0.0
-        joined = [np.concatenate([old, new], axis=1) for old, new in zip(_arrays(seen), whole, strict=True)]
+        joined = [np.concatenate([old, new], axis=1) for old, new in zip(arrays(seen), whole, strict=True)]
         momentum = np.array([agent.dynamics.has_momentum for agent in self.mission.agents])
         straight = np.concatenate([np.diff(joined[0], axis=1) / self.mission.step, np.zeros_like(joined[0][:, :1])], 1)
         joined[1] = np.where(momentum[:, None, None], joined[1], straight)
@@ -225,9 +293,8 @@ class _Replanning:
         deadline = self.began + float(allowed)
         budget = Budget(deadline, seed=self.request.seed, limits=self.limits)
         stops = self._stops(stopped)
-        rest = replace(rest, stops=tuple(stops.items()))
-        # Where somebody is lost the way on is another one; a repair finds what is near.
-        way, compiled = Way.REPAIRED, None if self.request.lost else self._repaired(rest, stopped, budget)
+        rest = replace(_flyable(rest), stops=tuple(stops.items()))
+        way, compiled = Way.REPAIRED, self._refuted(rest, budget) or self._repaired(rest, stopped, budget)
         if compiled is None:
             way = Way.ANEW
             compiled = driver.plan(rest, self.request.options, budget, exports=self.request.exports)
@@ -239,35 +306,41 @@ class _Replanning:
         changed = tuple(self.names[agent] for agent in self.left)
         return Replanned(way, compiled.findings, rest, None, compiled, stopped.until, changed, stops)
 
-    def _repaired(self, rest: Checked, stopped: Stopped, budget: Budget) -> Compiled | None:
-        """The old plan from where everybody stopped, polished until it keeps what is left."""
-        now = time.monotonic()
-        more = replace(budget, deadline=now + SHARE * (budget.deadline - now))
-        near = self._near(rest, stopped)
-        compiled = driver.plan_near(rest, near, self.request.options, more, self.request.exports)
-        return compiled if compiled is not None and isinstance(compiled.outcome, Verified) else None
-
-    def _near(self, rest: Checked, stopped: Stopped) -> Trace:
-        """From where everybody stopped back onto the old plan, as fast as agents go, and on along it."""
+    def _refuted(self, rest: Checked, budget: Budget) -> Compiled | None:
+        """That no motion is a plan, where little work shows it: there is no time to search for one then."""
         assert rest.mission is not None
-        old = self.flying.trace.position[self.left, stopped.step :]
-        position = old.copy()
-        position[:, 0] = ends(stopped.pieces, self.mission.dimension)
-        for index, agent in enumerate(rest.mission.agents):
-            reach = agent.dynamics.top_speed * float(rest.mission.step)
-            for step in range(1, position.shape[1]):
-                way = old[index, step] - position[index, step - 1]
-                far = float(np.linalg.norm(way))
-                position[index, step] = position[index, step - 1] + way * min(1.0, reach / far if far else 1.0)
-        velocity = np.zeros_like(position)
-        velocity[:, :-1] = np.diff(position, axis=1) / rest.mission.step
-        return Trace(
-            Seconds(rest.mission.step), position, velocity, self.flying.trace.heading[self.left, stopped.step :]
-        )
+        assert rest.kernel is not None
+        ahead = looking_ahead(rest.kernel, rest.mission.steps, self.limits.formula_nodes)
+        if isinstance(ahead, TooLarge):
+            return None
+        refused = CoverSide(rest.mission, ahead, rest.kernel, self.request.options, budget).refusal(QUICK)
+        if refused is None:
+            return None
+        return Compiled(rest, refused, (*rest.findings, impossible(rest.mission, refused, None)), ())
+
+    def _repaired(self, rest: Checked, stopped: Stopped, budget: Budget) -> Compiled | None:
+        """A motion near the old plan from where everybody stopped, polished until it keeps what is left."""
+        assert rest.mission is not None
+        assert rest.kernel is not None
+        ahead = Trace(self.mission.step, *(each[:, stopped.step :] for each in arrays(self.flying.trace)))
+        lost = [agent for agent in range(len(self.names)) if agent not in self.left]
+        starts = ends(stopped.pieces, self.mission.dimension)
+        now = time.monotonic()
+        until = now + SHARE * (budget.deadline - now)
+        for motion in near_motions(rest.mission, rest.kernel, ahead, self.left, lost, starts)[:REPAIRED]:
+            now = time.monotonic()
+            more = replace(budget, deadline=now + (until - now) / 2 if lost else until)
+            compiled = driver.plan_near(rest, motion, self.request.options, more, self.request.exports)
+            if compiled is not None and isinstance(compiled.outcome, Verified):
+                return compiled
+        return None
 
 
-def _arrays(trace: Trace) -> tuple[Array, Array, Array]:
-    return trace.position, trace.velocity, trace.heading
+def _flyable(rest: Checked) -> Checked:
+    """The mission of agents no faster than their vehicles: there is no time to find that a plan is too fast."""
+    assert rest.mission is not None
+    speeds = {agent.name: agent.vehicle.speed for agent in rest.mission.agents}
+    return replace(rest, mission=slowed(rest.mission, speeds))
 
 
 def _at(flights: list[Pieces], moment: float, dimension: int) -> Array:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
+from missionc.backends.api import Impossible
 from missionc.backends.options import Options
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
@@ -41,21 +43,26 @@ class Request:
     Args:
         so_far: what was flown of the plan.
         lost: the names of agents that are lost.
+        slow: by their names, those who can go no faster than this from now on, m/s.
         texts: the mission's files as they read now, by their names; those that are missing read as before.
         given_up: names of requirements that nothing is asked of any more.
         at: seconds after the beginning of the plan, when everybody is told to stop; when it was seen last, if left out.
         in_time: seconds after that by which another plan has to be ready.
         clock: seconds that planning may take by the clock; as many where it is left out.
+        ahead: seconds after the moment in which nobody may touch anything where everybody flies on: who asks again has
+            time to stop then.
         exports: names of forms that the new flight is written in as well.
     """
 
     so_far: FlownSoFar
     lost: tuple[str, ...] = ()
+    slow: Mapping[str, float] = field(default_factory=dict)
     texts: Mapping[str, str] = field(default_factory=dict)
     given_up: tuple[str, ...] = ()
     at: float | None = None
     in_time: Seconds = IN_TIME
     clock: Seconds | None = None
+    ahead: float = math.inf
     options: Options = field(default_factory=Options)
     seed: int = 0
     exports: tuple[str, ...] = ()
@@ -87,7 +94,9 @@ class Replanned:
         changed: the agents that fly another way than they would have.
         stops: the text of the polynomials that each agent flies until the rest begins, by the agent's name.
         cannot: the names of requirements without which there may be a plan, where there is none.
-        must_stop: whether somebody touches something where everybody flies on, or is off its way and may.
+        flown_on: the names of requirements that are lost where everybody flies on and touches nothing to the end; None
+            where that is not so, or not known.
+        must_stop: whether somebody touches something soon where everybody flies on, or is off its way and may.
         seconds: that all of it took.
     """
 
@@ -100,12 +109,20 @@ class Replanned:
     changed: tuple[str, ...] = ()
     stops: Mapping[str, str] = field(default_factory=dict)
     cannot: tuple[str, ...] = ()
+    flown_on: tuple[str, ...] | None = None
     must_stop: bool = False
     seconds: float = 0.0
 
     @property
     def ok(self) -> bool:
         return self.way is not Way.NONE and not has_errors(list(self.findings))
+
+    @property
+    def undecided(self) -> bool:
+        """Whether there may be a plan that was not found in time."""
+        if self.way is not Way.NONE or self.compiled is None:
+            return False
+        return not isinstance(self.compiled.outcome, Impossible)
 
     @property
     def files(self) -> tuple[tuple[str, bytes], ...]:

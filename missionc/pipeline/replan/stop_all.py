@@ -1,7 +1,7 @@
-"""Stops of a whole team: on along the plan as long as need be, to rest, and there until the next plan begins.
+"""Stops of a team: on along the plan as long as need be, to rest, and there until the next plan begins.
 
 in   the mission as it is now, everybody's polynomials, the moment, and where those are who are off their plan
-out  Stopped: everybody's polynomials from that moment to the step at which the next plan may begin
+out  Stopped: everybody's polynomials up to the step at which the next plan may begin; or the stops of some of them
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import Curves, refined, values
-from missionc.flight.stop_and_hover import state_at, stop_together
-from missionc.ir import Mission
+from missionc.curves.piecewise_polynomials import Curves, values
+from missionc.flight.stop_and_hover import state_at, stop_and_hover, stop_together
+from missionc.ir import Mission, Vehicle
+from missionc.pipeline.replan.cut_flights import aligned, from_moment, until_then, with_stop
 from missionc.progression.rest_of_mission import counted_from
 from missionc.verify.certificate import Check
 from missionc.verify.flight.verify_stops import checks
@@ -62,7 +63,7 @@ def stop_all(
         mission_at: the agents that are left, and the world with its times counted from the moment on.
         flights: what each flies, in their order.
         moment: seconds after the flights began.
-        off: by agent, the state (5, 4) of who is not where its flight has it.
+        off: by agent, the state (5, 4) of who is not where its flight has it: it stops at once.
         least: seconds that the next plan needs to be ready.
         steps: that the flights last.
     """
@@ -80,64 +81,87 @@ def stop_all(
         until = step * mission_at.step
         if step >= steps:
             return failed
-        pieces = [
-            _whole(own, stop, moment, wait, until - over, index in off)
-            for index, (own, stop) in enumerate(zip(flights, stops, strict=True))
-        ]
+        pieces = aligned(
+            [
+                with_stop(own, stop, moment, 0.0 if index in off else wait, until - moment)
+                for index, (own, stop) in enumerate(zip(flights, stops, strict=True))
+            ]
+        )
         found = Stopped(pieces, until, step)
-        failed = tuple(check for check in _bodies(mission_at, pieces) if not check.passed)
+        failed = tuple(check for check in bodies(mission_at, pieces) if not check.passed)
         if not failed:
             return found
     return failed
 
 
-def _bodies(mission: Mission, pieces: list[Pieces]) -> list[Check]:
-    """The checks of bodies, with times counted from the beginning of the stops."""
+def stop_some(
+    mission_at: Mission,
+    flights: list[Pieces],
+    moment: float,
+    off: Mapping[int, Array],
+    late: Mapping[int, Pieces],
+    ahead: float,
+) -> dict[int, Pieces]:
+    """The stops of as few as can be with which nobody touches anything for some time, while all others fly on.
+
+    Where there are none, those with which somebody touches something last; nothing, where that is to fly on.
+
+    Args:
+        off: those who are not where their flights have them: if they are to stop, then at once.
+        late: of those among them who are on their way, what they fly from the moment on; the others have to stop.
+        ahead: seconds after the moment; the other arguments are those of ``stop_all``.
+    """
+    end = float(flights[0].duration.sum())
+    lasting = min(ahead, end - moment)
+    if lasting <= 0:
+        return {}
+    on = until_then([late.get(index) or from_moment(own, moment) for index, own in enumerate(flights)], lasting)
+    must = [each for each in off if each not in late]
+    failing = [check for check in bodies(mission_at, on) if not check.passed]
+    index = {agent.name: agent.index for agent in mission_at.agents}
+    involved = [index[name] for name in dict.fromkeys(name for check in failing for name in check.agents)]
+    touch = _first_touch(failing, lasting)
+    everybody = list(range(len(flights)))
+    best, latest = dict[int, Pieces](), 0.0 if must else touch
+    for some in (*([each] for each in involved), involved, everybody):
+        who = sorted({*some, *must})
+        for wait in (share * touch for share in SHARES):
+            stops = {}
+            for each in who:
+                vehicle, where = mission_at.agents[each].vehicle, off.get(each)
+                stops[each] = _stop_at(flights[each], moment, wait if where is None else 0.0, lasting, where, vehicle)
+            found = {each: stop for each, stop in stops.items() if stop is not None}
+            if len(found) < len(who):
+                continue
+            pieces = [found.get(each) or on[each] for each in everybody]
+            failing = [check for check in bodies(mission_at, pieces) if not check.passed]
+            if not failing:
+                return found
+            if _first_touch(failing, lasting) > latest:
+                best, latest = found, _first_touch(failing, lasting)
+    return best
+
+
+def _first_touch(failing: list[Check], lasting: float) -> float:
+    """Seconds after the beginning of flights of so many seconds, when bodies touch; checks count from the end."""
+    return min((lasting + check.at for check in failing if check.at is not None), default=lasting)
+
+
+def _stop_at(
+    flight: Pieces, moment: float, wait: float, lasting: float, off: Array | None, vehicle: Vehicle
+) -> Pieces | None:
+    """Flown on for some seconds, stopped, and hovered until ``lasting``; None where that is too short for it."""
+    stop = stop_and_hover(off if off is not None else state_at(flight, moment + wait), vehicle)
+    if stop is None or wait + float(stop.duration[0]) > lasting:
+        return None
+    return with_stop(flight, stop, moment, wait, lasting)
+
+
+def bodies(mission: Mission, pieces: list[Pieces]) -> list[Check]:
+    """The checks of bodies in flights that last as long, with the mission's times counted from their beginning."""
+    pieces = aligned(pieces)
     later = float(pieces[0].duration.sum())
     return [check for check in checks(counted_from(mission, later), pieces) if check.name != "stop"]
-
-
-def flown_on(mission_at: Mission, flights: list[Pieces], moment: float) -> list[Check]:
-    """The checks of bodies where everybody flies on to the end; arguments as of ``stop_all``."""
-    end = float(flights[0].duration.sum())
-    if moment >= end - 1e-6:
-        return []
-    return _bodies(mission_at, [from_moment(own, moment) for own in flights])
-
-
-def from_moment(flight: Pieces, moment: float) -> Pieces:
-    """The flight from a moment on, seconds."""
-    whole = refined(Curves(flight.times, flight.coefficients[None]), np.array([moment]))
-    chosen = whole.times[:-1] > moment - 1e-6
-    return Pieces(whole.durations[chosen], whole.coefficients[0, chosen])
-
-
-def _whole(own: Pieces, stop: Pieces, moment: float, wait: float, hover: float, is_off: bool) -> Pieces:
-    """What is flown until the stop begins, the stop, and the hover: that of one that is off stays where it is first."""
-    durations, coefficients = [], []
-    if wait > 0:
-        part = refined(Curves(own.times, own.coefficients[None]), np.array([moment, moment + wait]))
-        chosen = (part.times[:-1] > moment - 1e-9) & (part.times[1:] < moment + wait + 1e-9)
-        durations.append(part.durations[chosen])
-        flown = part.coefficients[0, chosen]
-        coefficients.append(_still(flown, stop.coefficients[0, :, 0]) if is_off else flown)
-    durations.append(stop.duration[:1])
-    coefficients.append(stop.coefficients[:1])
-    if hover > 1e-6:
-        durations.append(np.array([hover]))
-        coefficients.append(stop.coefficients[1:])
-    return Pieces(_float32(np.concatenate(durations)), _float32(np.concatenate(coefficients)))
-
-
-def _still(flown: Array, place: Array) -> Array:
-    """As many pieces that stay at a place."""
-    still = np.zeros_like(flown)
-    still[:, :, 0] = place
-    return still
-
-
-def _float32(numbers: Array) -> Array:
-    return numbers.astype(np.float32).astype(np.float64)
 
 
 def resting_state(position: Array, yaw: float, altitude: float) -> Array:
