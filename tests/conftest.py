@@ -91,3 +91,11 @@ def roadmaps_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 def coarse_covers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Covers are asked, in a few cells alone: for tests of what is said where they refuse nothing."""
     monkeypatch.setattr("missionc.backends.cover.refute.CELLS", (8,))
+
+
+@pytest.fixture(scope="module")
+def coarse_covers_throughout() -> Iterator[None]:
+    """``coarse_covers`` for a whole file, whose tests share what was compiled once."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("missionc.backends.cover.refute.CELLS", (8,))
+        yield
