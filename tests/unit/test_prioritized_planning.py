@@ -95,9 +95,8 @@ def test_what_others_must_not_do_holds_of_the_whole_team() -> None:
     assert isinstance(compiled(lonely + VISITS).outcome, Verified)
 
 
-def test_a_motion_that_is_over_late_is_made_shorter(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+@pytest.mark.usefixtures("coarse_covers")
+def test_a_motion_that_is_over_late_is_made_shorter(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a motion that begins only after eight steps of waiting."""
     late, find = list[int](), ShorterMakespan.find
 
