@@ -3,12 +3,15 @@
 VENV ?= .venv
 WORKERS ?= 2
 BIN := $(VENV)/bin
+USERS := export,graph,grammar,lsp,maps,sat,studio,viz
+# What may not be given on together with code under Apache-2.0.
+INCOMPATIBLE := GNU General Public License;GNU Affero;AGPL;GPL-2.0-only;GPL-2.0-or-later;GPL-3.0-only;GPL-3.0-or-later
 
 # What is installed is compiled where it is first imported, which is a fraction of it: that has to be kept.
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help venv test check docs format slow fuzz bench gallery vscode studio clean
+.PHONY: help venv test check docs format slow fuzz bench gallery vscode studio dist lock sbom clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -58,6 +61,26 @@ vscode: ## the extension for VS Code, as editors/vscode/dist/missionc.vsix; take
 
 studio: ## the script of the page of `missionc studio`, which is kept in the repository; takes Node.js
 	cd editors/studio && npm ci && npm run build
+
+$(BIN)/.release: pyproject.toml constraints.txt
+	test -x $(BIN)/python || python3 -m venv $(VENV)
+	$(BIN)/pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[release]'
+	touch $@
+
+dist: $(BIN)/.release ## the wheel and the sources, in dist, and their hashes: the same bytes wherever they are built
+	rm -rf dist
+	SOURCE_DATE_EPOCH=1580601600 $(BIN)/python -m hatchling build
+	cd dist && sha256sum * | tee SHA256SUMS
+
+lock: $(BIN)/.release ## requirements.lock: what the extras for users bring, each with its hashes
+	$(BIN)/pip-compile --quiet --generate-hashes --allow-unsafe --strip-extras --no-emit-index-url --no-emit-trusted-host --no-emit-find-links --no-header --no-annotate -c constraints.txt --extra $(USERS) -o requirements.lock pyproject.toml
+
+sbom: $(BIN)/.release ## a CycloneDX SBOM and the licences of what requirements.lock installs, in build; an incompatible licence fails
+	rm -rf build/sbom && python3 -m venv build/sbom && mkdir -p build
+	build/sbom/bin/pip install --quiet --no-compile --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/cyclonedx-py environment --output-reproducible --pyproject pyproject.toml --output-format JSON --output-file build/sbom.cdx.json build/sbom/bin/python
+	$(BIN)/pip-licenses --python build/sbom/bin/python --from mixed --format markdown --output-file build/licences.md
+	$(BIN)/pip-licenses --python build/sbom/bin/python --from mixed --partial-match --fail-on '$(INCOMPATIBLE)' > /dev/null
 
 clean: ## remove what was built
 	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache editors/vscode/dist editors/vscode/node_modules editors/studio/node_modules

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import copy
 import gc
 import os
+import pickle
 import shutil
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+if TYPE_CHECKING:
+    from missionc.simulate.default_engine import Flown
+
 ROOT = Path(__file__).resolve().parent.parent
+COVERS = ("missionc.backends.cover.refute", "missionc.backends.cover.least_duration")
+"""What asks covers, in more and more cells: whether a mission can be, and how long it takes at least."""
 
 # The tests run in parallel processes; a thread pool in each of them (torch's) would only make them wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -90,4 +97,33 @@ def roadmaps_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def coarse_covers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Covers are asked, in a few cells alone: for tests of what is said where they refuse nothing."""
-    monkeypatch.setattr("missionc.backends.cover.refute.CELLS", (8,))
+    for module in COVERS:
+        monkeypatch.setattr(f"{module}.CELLS", (8,))
+
+
+@pytest.fixture(scope="module")
+def coarse_covers_throughout() -> Iterator[None]:
+    """``coarse_covers`` for a whole file, whose tests share what was compiled once."""
+    with pytest.MonkeyPatch.context() as patched:
+        for module in COVERS:
+            patched.setattr(f"{module}.CELLS", (8,))
+        yield
+
+
+_FLOWN: dict[bytes, Flown] = {}
+
+
+@pytest.fixture
+def flown_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The simulator remembers: the same flight, in the same air, is flown once for all tests that ask for this."""
+    from missionc.simulate import trials
+
+    fly = trials.fly
+
+    def remembered(*arguments: object, **named: object) -> Flown:
+        asked = pickle.dumps((arguments, sorted(named.items())))
+        if asked not in _FLOWN:
+            _FLOWN[asked] = fly(*arguments, **named)  # type: ignore[arg-type]
+        return copy.deepcopy(_FLOWN[asked])
+
+    monkeypatch.setattr(trials, "fly", remembered)

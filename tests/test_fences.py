@@ -100,7 +100,9 @@ def test_a_program_runs(block: Block, built: Path) -> None:
 def documents() -> dict[str, Any]:
     """Documents that the compiler writes, by a name of their form."""
     planned = dict(driver.compile(Source("small.mission", f"{SMALL}minimize duration\n")).files)
-    missed = dict(driver.compile(Source("a.mission", CONFLICT), explain_limit=60.0).files)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("missionc.backends.cover.refute.CELLS", (8,))  # what finer covers say is not asked here
+        missed = dict(driver.compile(Source("a.mission", CONFLICT), explain_limit=60.0).files)
     late = render_json(list(driver.check(Source("late.mission", LATE)).findings))
     either = SMALL.replace("eventually[0, 6 s] goal", "eventually[0, 6 s] (goal or base)")
     several = dict(driver.compile(Source("small.mission", either), alternatives=2).files)

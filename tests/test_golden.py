@@ -26,6 +26,7 @@ def title(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
+@pytest.mark.usefixtures("flown_once")
 @pytest.mark.parametrize("page", GOLDEN + DOCS + ERRORS, ids=title)
 def test_commands_print_what_the_page_says(page: Path, tmp_path: Path, update_golden: bool) -> None:
     expected = page.read_text(encoding="utf-8")

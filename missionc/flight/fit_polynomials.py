@@ -174,7 +174,8 @@ def fit(
     many, last = csr_array(eye_array(agents * dim)), (course.joint[:, -1] - origin).ravel()
     whole, along, cost = _Spread(shared.whole, many, last), _Spread(shared.along, many, last), shared.cost
     free, rest = whole.free, whole.rest
-    quadratic = csr_array(kron(many, cost[free, free]))
+    free_cost = cost[free, free]
+    quadratic = csr_array(kron(many, free_cost))
     linear: Array = np.outer(last, cost[free, rest].sum(axis=1)).ravel()
     near, held, cut_rows = Rows(index.size), Rows(index.size), Rows(whole.matrix.shape[0])
     _world(near, index, course, origin, low, high)
@@ -214,7 +215,8 @@ class _Spread:
 
     def __init__(self, curve: csr_array, many: csr_array, last: Array) -> None:
         self.free, self.rest = slice(REST, curve.shape[1] - REST), slice(curve.shape[1] - REST, None)
-        self.matrix = csr_array(kron(many, curve[:, self.free]))
+        free_curve = curve[:, self.free]
+        self.matrix = csr_array(kron(many, free_curve))
         self.resting: Array = np.outer(last, curve[:, self.rest].sum(axis=1)).ravel()
 
 

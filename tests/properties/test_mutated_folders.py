@@ -21,6 +21,8 @@ from tests.support.forged_folders import laid
 from tests.support.mutated_folders import mutated
 from tests.support.whole_folder import files
 
+pytestmark = pytest.mark.usefixtures("flown_once")
+
 BLOCKS = 5
 EACH = 8
 

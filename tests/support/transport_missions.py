@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import missionc
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.base.source import Source
+from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import driver
+from missionc.pipeline.results import Verified
 
 
 def checked(text: str, backend: str = "clot", **overrides: str) -> tuple[Mission, Kernel]:
@@ -31,7 +32,8 @@ def costs_and_demand(text: str) -> tuple[Costs, Demand]:
 
 
 def planned(text: str, seed: int = 0) -> None:
-    """A plan is found, and verified."""
+    """A plan is found, and verified; none more is asked for where that does not hold between the steps."""
+    once = Throughout.AT_STEPS
     source = Source("a.mission", text)
-    outcome = missionc.compile(source, backend="clot", seed=seed, time_limit=Seconds(60)).outcome
-    assert isinstance(outcome, missionc.Verified), outcome
+    outcome = driver.compile(source, backend="clot", seed=seed, time_limit=Seconds(60), throughout=once).outcome
+    assert isinstance(outcome, Verified), outcome

@@ -21,6 +21,8 @@ from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
 from tests.support.transport_missions import costs_and_demand
 
+pytestmark = pytest.mark.usefixtures("coarse_covers")
+
 ERRAND = """\
 mission errand
 time step 0.5 s, horizon 6 s

@@ -112,7 +112,8 @@ def test_a_mission_of_the_roadmap_paper_is_planned_here_too() -> None:
     assert verified(SMALL.replace("solve with smt { nodes = 40 }\n", "")).certificate.passed
 
 
-def test_what_is_not_found_is_undecided_and_says_where_the_best_fails() -> None:
+def test_what_is_not_found_is_undecided_and_says_where_the_best_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(transport, "ATTEMPTS", 1)
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
     found = compiled(text, limit=6.0)
     assert isinstance(found.outcome, NotFound)
@@ -252,7 +253,7 @@ def test_a_search_without_any_candidate_has_none_to_tell_of() -> None:
 
 
 def test_the_listener_hears_attempt_iteration_and_the_best_margin_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(transport, "ATTEMPTS", 3)
+    monkeypatch.setattr(transport, "ATTEMPTS", 2)
     heard: list[Progress] = []
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
     driver.compile(Source("a.mission", text), backend="clot", listen=heard.append)

@@ -14,6 +14,7 @@ from functools import cache
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -30,6 +31,7 @@ from missionc.backends.options import Options
 from missionc.backends.smt.backend import SmtBackend
 from missionc.base.signals import stoppable
 from missionc.base.source import Source
+from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import app
 from missionc.diagnostics.code import INTERNAL, NOT_ITS_FLAG, OUT_OF_MEMORY
@@ -40,6 +42,8 @@ from tests.unit.test_cut_short import MIXED, ROW
 from tests.unit.test_resume import NEVER, PAIR, files, words
 from tests.unit.test_signals import alive
 from tests.unit.test_signals import children as started_by
+
+pytestmark = pytest.mark.usefixtures("coarse_covers")
 
 ROOT = Path(__file__).resolve().parents[2]
 GAP = """\
@@ -58,6 +62,8 @@ formation row = line of drone spacing 0.6 m tolerance 0.1 m
 require row:   eventually[0, 10 s] row
 """
 """The first schedule leads to no plan."""
+ONCE = Throughout.AT_STEPS
+"""For missions whose plans do not hold between the steps: they are planned once, and not again for that."""
 
 
 def compiled(
@@ -71,6 +77,7 @@ def compiled(
     listen: Callable[[Progress], None] = ignore,
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
+    throughout: Throughout = Throughout.WANTED,
 ) -> Compiled:
     return driver.compile(
         Source("a.mission", text),
@@ -80,6 +87,7 @@ def compiled(
         listen=listen,
         keep=keep,
         resume=resume,
+        throughout=throughout,
         time_limit=Seconds(200.0),
     )
 
@@ -113,11 +121,11 @@ def no_early_plan(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize(
     ("text", "options"),
-    [(PAIR, {"preset": "search", "samples": 16}), (GAP, {}), (MIXED, {"backend": "hybrid"})],
+    [(PAIR, {"preset": "search", "samples": 16}), (GAP, {}), (MIXED, {"backend": "hybrid", "throughout": ONCE})],
     ids=["pieces of a search", "attempts", "hybrid"],
 )
-def test_the_number_of_processes_changes_no_byte(text: str, options: dict[str, str]) -> None:
-    one, two, three = (compiled(text, processes, **options) for processes in (1, 2, 3))  # type: ignore[arg-type]
+def test_the_number_of_processes_changes_no_byte(text: str, options: dict[str, Any]) -> None:
+    one, two, three = (compiled(text, processes, **options) for processes in (1, 2, 3))
     assert files(one) == files(two) == files(three)
 
 
@@ -156,7 +164,7 @@ def test_attempts_that_began_before_z3_refused_are_made_again_without_it(monkeyp
 
     monkeypatch.setattr(SmtBackend, "plan", refuse_the_second)
     alone = MIXED.replace("minimize distance\n", "")  # no other options are planned beside
-    one, two, three = (compiled(alone, processes, backend="hybrid") for processes in (1, 2, 3))
+    one, two, three = (compiled(alone, processes, backend="hybrid", throughout=ONCE) for processes in (1, 2, 3))
     assert files(one) == files(two) == files(three)
     for found in (one, two, three):
         assert isinstance(found.outcome, Verified)

@@ -28,6 +28,8 @@ from missionc.pipeline.relax import search_relaxations
 from missionc.pipeline.results import Blame, Compiled, Explained, Relaxation, Verified
 from tests.support.small_missions import CONFLICT, SMALL
 
+pytestmark = pytest.mark.usefixtures("coarse_covers_throughout")
+
 ENOUGH = Seconds(200.0)
 """More than it takes, on a machine with much else to do."""
 
@@ -67,7 +69,7 @@ def explained(
 
 
 @pytest.fixture(scope="module")
-def conflict() -> Compiled:
+def conflict(coarse_covers_throughout: None) -> Compiled:
     compiled = driver.compile(Source("a.mission", CONFLICT), explain_limit=ENOUGH)
     assert isinstance(compiled.outcome, Impossible)
     return compiled

@@ -128,6 +128,7 @@ def test_a_refused_compilation_shows_its_findings() -> None:
     assert "iframe" not in shown
 
 
+@pytest.mark.usefixtures("coarse_covers")
 def test_an_impossible_one_shows_the_conflict_what_would_do_and_the_nearest_miss() -> None:
     found = missionc.compile(Source("a.mission", CONFLICT), explain_limit=60)
     shown = found._repr_html_()

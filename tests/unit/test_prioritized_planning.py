@@ -95,9 +95,8 @@ def test_what_others_must_not_do_holds_of_the_whole_team() -> None:
     assert isinstance(compiled(lonely + VISITS).outcome, Verified)
 
 
-def test_a_motion_that_is_over_late_is_made_shorter(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+@pytest.mark.usefixtures("coarse_covers")
+def test_a_motion_that_is_over_late_is_made_shorter(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a motion that begins only after eight steps of waiting."""
     late, find = list[int](), ShorterMakespan.find
 
@@ -111,10 +110,10 @@ def test_a_motion_that_is_over_late_is_made_shorter(
     monkeypatch.setattr(backend, "WHOLE", 0)
     text = (
         FIELD.replace("horizon 12 s", "horizon 20 s")
-        .replace("NUMBER", "4")
+        .replace("NUMBER", "3")
         .replace("unicycle(speed 0..2 m/s)", "single_integrator(speed <= 2 m/s)")
     )
-    asked = "require visits: every drone: eventually[0, 20 s] post\nminimize duration\n"
+    asked = "require visits: every drone: eventually[0, 20 s] post\nminimize duration\nsolve with smt { nodes = 60 }\n"
     outcome = missionc.compile(Source("turns.mission", text + asked), backend="smt").outcome
     assert isinstance(outcome, Verified)
     (note,) = (note for note in outcome.report.notes if note.startswith("lasts"))

@@ -12,6 +12,7 @@ import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from missionc.backends.clot.run.run_state import Nearest
 from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.source import Source
+from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import app
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE, FILE_TOO_LARGE, NOT_ITS_FLAG
@@ -53,6 +55,7 @@ def compiled(
     resume: bytes | None = None,
     seed: int = 0,
     limit: float = LIMIT,
+    throughout: Throughout = Throughout.WANTED,
 ) -> Compiled:
     return driver.compile(
         Source("a.mission", text),
@@ -62,6 +65,7 @@ def compiled(
         resume=resume,
         seed=seed,
         time_limit=Seconds(limit),
+        throughout=throughout,
     )
 
 
@@ -70,12 +74,12 @@ def files(result: Compiled) -> tuple[tuple[str, bytes], ...]:
     return result.outcome.files
 
 
-def ends_the_same(text: str, **options: str | int) -> list[bytes]:
+def ends_the_same(text: str, **options: Any) -> list[bytes]:
     """Interrupted at the beginning, on the way and at the end, and taken up again: the same bytes."""
     kept: list[bytes] = []
-    whole = compiled(text, keep=kept.append, **options)  # type: ignore[arg-type]
+    whole = compiled(text, keep=kept.append, **options)
     for moment in sorted({0, len(kept) // 2, len(kept) - 1}):
-        assert files(compiled(text, resume=kept[moment], **options)) == files(whole), moment  # type: ignore[arg-type]
+        assert files(compiled(text, resume=kept[moment], **options)) == files(whole), moment
     return kept
 
 
@@ -97,7 +101,8 @@ def test_a_search_is_taken_up_between_two_of_its_rounds() -> None:
 
 
 def test_a_hybrid_run_is_taken_up_too() -> None:
-    ends_the_same(MIXED, backend="hybrid")
+    """No plan is asked for that holds between the steps: of those there are no checkpoints."""
+    ends_the_same(MIXED, backend="hybrid", throughout=Throughout.AT_STEPS)
 
 
 def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,6 +25,8 @@ from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import truth
 from missionc.pipeline.results import Verified
 
+pytestmark = pytest.mark.usefixtures("coarse_covers")
+
 TEAM = """
 mission calm
 time step 1 s, horizon 8 s

@@ -23,6 +23,8 @@ from tests.support.legal_plans import SPAN, mission_of
 from tests.support.small_missions import SMALL
 from tests.support.small_roadmaps import asked, roadmap_of
 
+pytestmark = pytest.mark.usefixtures("coarse_covers")
+
 ONE = SMALL.replace("drone[2]", "drone[1]")
 FEW = ONE.replace("nodes = 40", "nodes = 4").replace("6 s", "2 s")
 CORNER = "region corner = box (0.2, 2.2) to (1.8, 3.8)\n"

@@ -18,6 +18,8 @@ from missionc.replay.reverify import Reverified, reverify
 from tests.support.forged_folders import Files, forged, hashed, laid
 from tests.support.whole_folder import files
 
+pytestmark = pytest.mark.usefixtures("flown_once")
+
 
 def refused(replayed: Reverified) -> dict[str, str]:
     """Of each document that fails, the reason."""
