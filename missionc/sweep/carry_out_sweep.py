@@ -20,11 +20,11 @@ from missionc.base.units import Seconds
 from missionc.diagnostics.code import NOT_TO_BE_LOST
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.ir import Mission
-from missionc.output.folder.manifest import sha256, versions
+from missionc.output.folder.manifest import sha256
 from missionc.output.folder.write_file import write_file
 from missionc.output.plot import plot
 from missionc.pipeline.provenance import inputs
-from missionc.sweep import executors, results_table, run_answer
+from missionc.sweep import results_table, run_answer
 from missionc.sweep.check_combinations import CheckedGrid, check_combinations
 from missionc.sweep.compare_sweeps import Comparison, compare_sweeps, refuse
 from missionc.sweep.executors import Pool
@@ -54,8 +54,7 @@ class SweepRequest:
 
     Args:
         settings: of all runs; its files and versions are filled in.
-        jobs: processes of this machine, where there is no cluster.
-        cluster: of Dask; empty for none.
+        workers: opens whoever does the runs.
         compare: the folder of an older sweep.
         plot: where the figure goes as a file of its own, and how wide it is.
         checked: told how many combinations are checked.
@@ -67,8 +66,7 @@ class SweepRequest:
     grid: Grid
     settings: Settings
     folder: Path
-    jobs: int
-    cluster: str = ""
+    workers: Callable[[], AbstractContextManager[Pool | Diagnostic]]
     compare: Path | None = None
     plot: tuple[Path, str] | None = None
     checked: Callable[[int], None] = unheard
@@ -128,7 +126,7 @@ def carry_out_sweep(request: SweepRequest) -> SweepResult:
     if wrong:
         return SweepResult((*found.findings, wrong))
     assert not isinstance(old, Diagnostic)
-    settings = replace(settings, files=dict(inputs(first)), versions={**versions(), "python": run_answer.python()})
+    settings = replace(settings, files=dict(inputs(first)), versions=run_answer.versions_here())
     about = {
         "mission": first.mission.name,
         "file": next(iter(settings.files)),
@@ -149,10 +147,8 @@ def carry_out_sweep(request: SweepRequest) -> SweepResult:
 def _refused(request: SweepRequest, found: CheckedGrid) -> Diagnostic | None:
     """What forbids the sweep, besides what is wrong with the mission."""
     lost = request.settings.flights.lost if request.settings.flights else ()
-    return (
-        (executors.missing() if request.cluster else None)
-        or (plot.missing() if request.plot else None)
-        or next(filter(None, (_not_there(each.mission, lost) for each in found.each.values() if each.mission)), None)
+    return (plot.missing() if request.plot else None) or next(
+        filter(None, (_not_there(each.mission, lost) for each in found.each.values() if each.mission)), None
     )
 
 
@@ -190,7 +186,7 @@ def _at_work(
             request.ended(row, workers)
             perhaps()
 
-        with _pool(request) as pool:
+        with request.workers() as pool:
             if isinstance(pool, Diagnostic):
                 return SweepResult((*found.findings, pool), mission.name, len(runs), rows)
             engines = {values: each.choice.engines if each.choice else () for values, each in found.each.items()}
@@ -207,12 +203,6 @@ def _at_work(
         len(rows) - before,
         interrupted,
     )
-
-
-def _pool(request: SweepRequest) -> AbstractContextManager[Pool | Diagnostic]:
-    if request.cluster:
-        return executors.on_cluster(request.cluster)
-    return executors.on_this_machine(request.jobs)
 
 
 @dataclass(frozen=True, slots=True)

@@ -143,9 +143,9 @@ def _started(count: int) -> Client:
 
 def _threads(client: Client) -> int:
     try:
-        return max(1, sum(map(int, client.nthreads().values())))
+        return sum(map(int, client.nthreads().values()))
     except Exception:  # it is just now away
-        return 1
+        return 0
 
 
 def _silence() -> None:

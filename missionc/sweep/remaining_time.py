@@ -39,9 +39,12 @@ class RemainingTime:
         self._took.setdefault(row.run.values, []).append(_seconds(row))
 
     def left(self, workers: int) -> tuple[float, float] | None:
-        """Seconds, the least and the most that 95 of 100 such sweeps still take; None where too few runs are over."""
+        """Seconds, the least and the most that 95 of 100 such sweeps still take.
+
+        None where too few runs are over to say so, or where nobody is at work.
+        """
         known = [seconds for own in self._took.values() for seconds in own]
-        if len(known) < LEAST:
+        if len(known) < LEAST or not workers:
             return None
         mean, variance = 0.0, 0.0
         for values, count in self._left.items():

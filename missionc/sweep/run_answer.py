@@ -8,8 +8,10 @@ import platform
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
+from missionc.output.folder.manifest import versions
 from missionc.sweep.run_result import ERROR, RunResult, Value
 
 SCHEMA = "missionc.answer/1"
@@ -29,9 +31,10 @@ class Answer:
     versions: Mapping[str, str] = field(default_factory=dict)
 
 
-def python() -> str:
-    """The version of the interpreter."""
-    return platform.python_version()
+@cache
+def versions_here() -> dict[str, str]:
+    """The versions of everything that may change a result, of the interpreter too."""
+    return {**versions(), "python": platform.python_version()}
 
 
 def written(result: RunResult) -> str:

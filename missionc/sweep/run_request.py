@@ -98,6 +98,7 @@ def written(request: Request) -> str:
     settings = request.settings
     document = {
         "schema": SCHEMA,
+        "seconds": settings.time_limit * (2 if settings.flights else 1),
         "files": {name: base64.b64encode(content).decode("ascii") for name, content in settings.files.items()},
         "values": dict(request.values),
         "seed": request.seed,

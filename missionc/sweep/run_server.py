@@ -1,6 +1,6 @@
 """The process beside a worker that has everything loaded, and makes a copy of itself for each run of a sweep.
 
-in   on standard input a request on each line (``run_request``)
+in   on standard input a request on each line (``run_request``, ``trial_request``)
 out  on standard output a line for each: the answer (``run_answer``)
 
 A run has a process to itself: it cannot leave anything to the next one, the
@@ -14,6 +14,7 @@ Run as ``python -m missionc.sweep.run_server``.
 from __future__ import annotations
 
 import gc
+import json
 import os
 import resource
 import select
@@ -21,14 +22,12 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import cache
 
 from missionc.base.signals import leave_signals
-from missionc.output.folder.manifest import versions
-from missionc.sweep import run_answer
-from missionc.sweep.run_request import Request, read
+from missionc.sweep import run_answer, run_request, trial_request
+from missionc.sweep.run_result import RunResult
 
 GRACE = 30.0
 """Seconds that a run may take beyond its limits; then its process is killed."""
@@ -50,23 +49,44 @@ def write_all(handle: int, content: bytes) -> None:
 
 def _answer(text: str, requests: int) -> str:
     try:
-        request = read(text)
+        document = json.loads(text)
+        carry_out = KINDS[document["schema"]]
+        seconds, engines, asked = float(document["seconds"]), tuple(document["engines"]), dict(document["versions"])
     except (ValueError, KeyError, TypeError) as error:
         return run_answer.failed(f"the request cannot be read: {type(error).__name__}: {error}")
-    here = _here()
-    if request.settings.versions and here != dict(request.settings.versions):
+    here = run_answer.versions_here()
+    if asked and asked != here:
         return run_answer.other_versions(here)
-    _load(request.engines)
-    return _forked(text, request, requests)
+    _load(document["schema"], engines)
+    return _forked(text, carry_out, seconds, requests)
 
 
-@cache
-def _here() -> dict[str, str]:
-    return versions() | {"python": run_answer.python()}
+def _carry_out_run(text: str) -> RunResult:
+    from missionc.sweep.carry_out_run import carry_out
+
+    return carry_out(run_request.read(text))
 
 
-def _load(engines: Sequence[str]) -> None:
-    """Have what these engines need, before any copy is made; what is missing is the run's to say."""
+def _carry_out_trials(text: str) -> RunResult:
+    from missionc.sweep.carry_out_trials import carry_out
+
+    return carry_out(trial_request.read(text))
+
+
+KINDS: dict[str, Callable[[str], RunResult]] = {
+    run_request.SCHEMA: _carry_out_run,
+    trial_request.SCHEMA: _carry_out_trials,
+}
+"""What is done with a request, by the form that it says it has."""
+
+
+def _load(schema: str, engines: Sequence[str]) -> None:
+    """Have what these requests need, before any copy is made; what is missing is the run's to say."""
+    if schema == trial_request.SCHEMA:
+        from missionc.sweep import carry_out_trials
+
+        _ = carry_out_trials
+        return
     from missionc.backends.load import load_engines
     from missionc.backends.options import Options
     from missionc.output import output_files
@@ -78,8 +98,8 @@ def _load(engines: Sequence[str]) -> None:
         load_engines(tuple(engines), Options(), False)
 
 
-def _forked(text: str, request: Request, requests: int) -> str:
-    """The answer of a copy of this process."""
+def _forked(text: str, carry_out: Callable[[str], RunResult], seconds: float, requests: int) -> str:
+    """The answer of a copy of this process, which has so many seconds."""
     read_end, write_end = os.pipe()
     alive, life = os.pipe()
     gc.freeze()
@@ -90,14 +110,13 @@ def _forked(text: str, request: Request, requests: int) -> str:
             os.close(read_end)
             os.close(life)
             _alone(alive, requests)
-            write_all(write_end, _carried_out(request).encode("ascii") + b"\n")
+            write_all(write_end, _carried_out(text, carry_out).encode("ascii") + b"\n")
         finally:
             os._exit(0)
     os.close(write_end)
     os.close(alive)
-    twice = 2 if request.settings.flights else 1
     try:
-        answer, late = _heard(read_end, requests, began + twice * 1.05 * request.settings.time_limit + GRACE)
+        answer, late = _heard(read_end, requests, began + 1.05 * seconds + GRACE)
     finally:
         with suppress(OSError):
             os.killpg(child, signal.SIGKILL)  # whoever it left behind
@@ -126,11 +145,9 @@ def _alone(alive: int, requests: int) -> None:
     threading.Thread(target=wait, daemon=True).start()
 
 
-def _carried_out(request: Request) -> str:
-    from missionc.sweep.carry_out_run import carry_out
-
+def _carried_out(text: str, carry_out: Callable[[str], RunResult]) -> str:
     try:
-        return run_answer.written(carry_out(request))
+        return run_answer.written(carry_out(text))
     except MemoryError:
         return run_answer.failed("there was not enough memory for the run")
     except Exception as error:

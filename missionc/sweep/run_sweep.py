@@ -24,6 +24,7 @@ from missionc.output.folder.unwritable import cannot_write, reason
 from missionc.output.folder.write_folder import write_folder
 from missionc.sweep import executors, run_answer, run_request
 from missionc.sweep.executors import Pool
+from missionc.sweep.run_answer import Answer
 from missionc.sweep.run_grid import Combination, Run
 from missionc.sweep.run_request import Request, Settings
 from missionc.sweep.run_result import ERROR, RunResult
@@ -72,7 +73,7 @@ def run_sweep(
     workers, looked, synced = pool.workers(), time.monotonic(), time.monotonic()
     more = True
     while True:
-        while more and len(under_way) < AHEAD * workers:
+        while more and len(under_way) < AHEAD * max(1, workers):
             run = next(left, None)
             if run is None:
                 more = False
@@ -108,26 +109,33 @@ def run_sweep(
 
 def _row(run: Run, done: Future[str], settings: Settings) -> Row | Diagnostic:
     """What came back: a row, or why nothing more will."""
+    answer = received(done, settings.versions)
+    return answer if isinstance(answer, Diagnostic) else Row(run, answer.result, answer.host)
+
+
+def received(done: Future[str], asked: Mapping[str, str]) -> Answer | Diagnostic:
+    """What a worker answered, an error among others; or why no worker will answer.
+
+    Args:
+        asked: the versions that were asked for.
+    """
     try:
         answer = run_answer.read(done.result())
     except CancelledError:
         return executors.lost("it no longer knows of the runs it was given")
     except (ValueError, KeyError, TypeError) as error:
-        return Row(run, RunResult(ERROR, {"says": f"the answer cannot be read: {error}"}))
+        return Answer(RunResult(ERROR, {"says": f"the answer cannot be read: {error}"}))
     except ImportError as error:
         return _other_versions("a worker", f"it has no such module: {error}")
     except Exception as error:
         if type(error).__name__ == "KilledWorker":
-            return Row(run, RunResult(ERROR, {"says": "every worker that this run was given to died"}))
+            return Answer(RunResult(ERROR, {"says": "every worker that this run was given to died"}))
         return executors.lost(f"{type(error).__name__}: {error}")
-    if answer.versions:
-        asked = settings.versions
-        names = sorted(name for name in {*answer.versions, *asked} if answer.versions.get(name) != asked.get(name))
-        told = "; ".join(
-            f"{name} {answer.versions.get(name, 'is not there')}, here {asked.get(name, 'not there')}" for name in names
-        )
-        return _other_versions(f"a worker on `{answer.host}`", told)
-    return Row(run, answer.result, answer.host)
+    if not answer.versions:
+        return answer
+    names = sorted(name for name in {*answer.versions, *asked} if answer.versions.get(name) != asked.get(name))
+    told = (f"{name} {answer.versions.get(name, 'missing')}, here {asked.get(name, 'missing')}" for name in names)
+    return _other_versions(f"a worker on `{answer.host}`", "; ".join(told))
 
 
 def _written(row: Row, journal: Journal, folder: Path, keep: bool) -> Diagnostic | None:

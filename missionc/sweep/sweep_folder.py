@@ -23,6 +23,7 @@ from typing import Any
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.diagnostics.code import OTHER_SWEEP, SWEEP_AT_WORK, SWEEP_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.staging import NAME
 from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
 from missionc.output.folder.write_file import write_file
 from missionc.sweep.run_grid import Run
@@ -106,7 +107,8 @@ def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -
     """
     document = json.loads(json.dumps({"schema": SCHEMA, **about}))  # as it reads back
     try:
-        there = sorted(os.listdir(path)) if os.path.lexists(path) else []
+        names = os.listdir(path) if os.path.lexists(path) else []
+        there = sorted(name for name in names if not NAME.fullmatch(name))  # not what a process left that was killed
     except OSError as error:
         return cannot_write(path, reason(error))
     if there and SWEEP not in there:
@@ -118,15 +120,13 @@ def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -
         differences = _differences(before, document)
         if differences:
             return _other(path, differences)
-        if before == document:
+        if before == document and all((path / MISSION / name).exists() for name in files):
             return None
+    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    wrong = write_file(path / SWEEP, text.encode())
     for name, content in files.items():
-        wrong = write_file(path / MISSION / name, content)
-        if wrong:
-            return wrong
-    return write_file(
-        path / SWEEP, json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False).encode() + b"\n"
-    )
+        wrong = wrong or write_file(path / MISSION / name, content)
+    return wrong
 
 
 @contextmanager

@@ -196,6 +196,8 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             "--seed": number,
             "--trace": output,
             "--plot": output,
+            "--jobs": drawn("1", "0", "nan"),
+            "--cluster": drawn("local:0", "nowhere", "", ODD),
             "--quiet": None,
         },
     ),

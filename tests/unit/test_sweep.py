@@ -7,6 +7,7 @@ import io
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -231,6 +232,22 @@ def test_a_folder_has_one_sweep_which_may_grow(tmp_path: Path) -> None:
         assert wrong.notes
 
 
+def test_a_folder_that_was_only_begun_is_begun_again(tmp_path: Path) -> None:
+    files = {"a.mission": b"mission a", "maps/b.mission": b"mission b"}
+    for left in ([], [".missionc-0123456789abcdef"], ["sweep.json"], ["sweep.json", "mission/a.mission"]):
+        shutil.rmtree(tmp_path / "out", ignore_errors=True)
+        assert begin(tmp_path / "out", ABOUT, files) is None
+        for path in sorted((tmp_path / "out").rglob("*"), reverse=True):
+            name = path.relative_to(tmp_path / "out").as_posix()
+            if not any(name == each or each.startswith(f"{name}/") for each in left):
+                path.rmdir() if path.is_dir() else path.unlink()
+        if left[:1] == [".missionc-0123456789abcdef"]:
+            (tmp_path / "out" / left[0]).mkdir()
+        assert begin(tmp_path / "out", ABOUT, files) is None
+        assert (tmp_path / "out" / "mission" / "maps" / "b.mission").read_bytes() == b"mission b"
+        assert isinstance(read_sweep(tmp_path / "out"), SweepFolder)
+
+
 def test_a_folder_of_something_else_is_left_as_it_is(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     wrong = begin(tmp_path, ABOUT, {})
@@ -441,7 +458,7 @@ def test_nothing_is_started_where_one_combination_is_wrong(
 def test_a_worker_of_another_version_ends_the_sweep(
     swept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("missionc.sweep.carry_out_sweep.versions", lambda: {"missionc": "0.0"})
+    monkeypatch.setattr("missionc.sweep.run_answer.versions_here", lambda: {"missionc": "0.0"})
     assert main(["sweep", str(swept / "small.mission"), "-o", str(tmp_path / "out"), "--format", "json"]) == 1
     assert codes(capsys) == {OTHER_VERSIONS.name}
 

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from missionc.cli import flight_summary
+from missionc.cli import cluster_options, flight_summary
 from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
 from missionc.cli.options import file_to_write, folder, folders, limits_and_form, picture, read_limits
 from missionc.cli.progress import ProgressLine
 from missionc.diagnostics.model import Diagnostic
 from missionc.simulate.trial_bounds import ENGINES, LARGEST_SEED, MOST_FLIGHTS
+
+if TYPE_CHECKING:
+    from missionc.base.limits import Limits
+    from missionc.replay.simulate_folder import Simulated
+    from missionc.simulate.trials import Trial
+    from missionc.sweep.executors import Pool
 
 DRAWN = 20
 """Flights whose paths are drawn."""
@@ -31,6 +37,8 @@ DRAWN = 20
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True, metavar="N")
 @click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
 @click.option("--plot", type=picture, metavar="FILE", help="Draw the flights: FILE.svg, FILE.png or FILE.pdf.")
+@cluster_options.jobs
+@cluster_options.cluster
 @click.option("--quiet", is_flag=True, help="No progress.")
 def command(
     path: Path,
@@ -41,6 +49,8 @@ def command(
     seed: int,
     trace: Path | None,
     plot: Path | None,
+    jobs: int | None,
+    cluster: str | None,
     quiet: bool,
     **disturbed: Any,
 ) -> Status:
@@ -53,6 +63,7 @@ def command(
     disturbance = Disturbance(**amounts, lose=lost)
     if engine != ENGINES[0] and (trials > 1 or disturbance != UNDISTURBED):
         raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
+    cluster_options.understood(jobs, cluster)
     allowed = read_limits(limits)
     refused = _refused(path, trace, plot)
     if refused:
@@ -60,7 +71,14 @@ def command(
         return Status.MISSION_ERRORS
     trial = Trial(engine, trials, disturbance, seed, DRAWN if plot else 1)
     with _progress(quiet or form == "json", trials) as listen:
-        simulated = simulate(path, trial, allowed, listen)
+        if jobs is None and cluster is None:
+            simulated = simulate(path, trial, allowed, listen)
+        else:
+            found = _spread(path, trial, allowed, listen, bool(plot), lambda: cluster_options.opened(jobs, cluster))
+            if isinstance(found, Diagnostic):
+                say([found], [], form, {"passed": None})
+                return Status.MISSION_ERRORS
+            simulated = found
     findings = list(simulated.findings)
     document = flight_summary.simulated_document(simulated)
     if simulated.opened and simulated.trials:
@@ -82,6 +100,27 @@ def command(
     if findings:
         return Status.MISSION_ERRORS
     return Status.DONE if simulated.passed else Status.VIOLATED
+
+
+def _spread(
+    path: Path,
+    trial: Trial,
+    limits: Limits,
+    listen: Callable[[int], None],
+    curves: bool,
+    workers: Callable[[], AbstractContextManager[Pool | Diagnostic]],
+) -> Simulated | Diagnostic:
+    """The same flights, on other processes or machines; or why they are not flown there."""
+    from missionc.replay.simulate_folder import simulate
+    from missionc.sweep.spread_trials import NotFlown, SpreadTrials
+
+    with workers() as pool:
+        if isinstance(pool, Diagnostic):
+            return pool
+        try:
+            return simulate(path, trial, limits, listen, SpreadTrials(pool, limits, curves))
+        except NotFlown as error:
+            return error.finding
 
 
 def _refused(path: Path, trace: Path | None, plot: Path | None) -> Diagnostic | None:

@@ -17,7 +17,7 @@ from missionc.backends.options import Options
 from missionc.base.signals import let_go
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
-from missionc.cli import options, sweep_summary
+from missionc.cli import cluster_options, options, sweep_summary
 from missionc.cli.commands.compile import PLANNING
 from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from missionc.sweep.sweep_folder import Row
 
 MOST_SEEDS = 100_000
-MOST_JOBS = 1024
 
 
 @click.command("sweep")
@@ -63,10 +62,8 @@ MOST_JOBS = 1024
 @click.option("--seeds", type=click.IntRange(1, MOST_SEEDS), default=1, show_default=True, metavar="K")
 @click.option("-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write or to go on in.")
 @click.option("--keep", is_flag=True, help="Keep the folder of every plan.")
-@click.option(
-    "--jobs", type=click.IntRange(1, MOST_JOBS), metavar="J", help="Runs at once; one a processor if left out."
-)
-@click.option("--cluster", metavar="ADDRESS", help="Do the runs on a Dask cluster: tcp://…, a scheduler file, local:8.")
+@cluster_options.jobs
+@cluster_options.cluster
 @click.option("--compare", type=folder, shell_complete=folders, metavar="FOLDER", help="Compare with an older sweep.")
 @options.vehicle
 @click.option("--backend", type=click.Choice([AUTO, *OFFERS]), default=AUTO, show_default=True)
@@ -128,21 +125,17 @@ def command(
         )
     if plot_width and plot is None:
         raise click.UsageError("`--plot-width` says how to draw; add `--plot FILE.svg`")
-    if cluster is not None and jobs is not None:
-        raise click.UsageError("`--jobs` is for this machine, and a cluster has its own; leave one of them out")
+    cluster_options.understood(jobs, cluster)
     allowed = read_limits(limits)
     chosen = Options(**{name: more.pop(name) for name in PLANNING})
     amounts, lost = disturbance_of(**more)
     if not trials and (any(amounts.values()) or lost):
         raise click.UsageError("disturbances are of flights; add `--simulate N`")
-    from missionc.sweep import executors
     from missionc.sweep.carry_out_sweep import SweepRequest, carry_out_sweep
     from missionc.sweep.run_grid import Grid
     from missionc.sweep.run_request import Flights, Settings
     from missionc.sweep.varied_values import read_varied
 
-    if cluster is not None and not executors.understood(cluster):
-        raise click.UsageError(f"`{cluster}` is no cluster; name tcp://HOST:PORT, a scheduler file, or local:8")
     throughout = Throughout.REQUIRED if continuous else Throughout.AT_STEPS if at_steps else Throughout.WANTED
     values = read_varied(varied, [name for name, _ in overrides])
     if isinstance(values, list):
@@ -167,8 +160,7 @@ def command(
         Grid(values, seeds),
         settings,
         target,
-        jobs or executors.processors(),
-        cluster or "",
+        lambda: cluster_options.opened(jobs, cluster),
         compare,
         (plot, plot_width or "") if plot else None,
     )
