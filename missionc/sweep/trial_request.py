@@ -14,7 +14,7 @@ from missionc.simulate.trials import Trial
 
 SCHEMA = "missionc.trials/1"
 SECONDS = 3600.0
-"""Of one request; then its process is killed."""
+"""A request may take so long; then its process is killed."""
 
 
 @dataclass(frozen=True, slots=True)
