@@ -40,13 +40,16 @@ def swept_lines(result: SweepResult, output: Path) -> list[str]:
 def _group_lines(groups: Sequence[Group]) -> list[str]:
     from missionc.sweep.group_statistics import measures
     from missionc.sweep.run_grid import words
+    from missionc.sweep.run_result import OUTCOMES
     from missionc.sweep.sweep_html import figures, percent
 
     shown = measures(row for group in groups for row in group.rows)
-    rows = [["", "with a plan", *(each.says + (f", {each.unit}" if each.unit else "") for each in shown)]]
+    others = [outcome for outcome in OUTCOMES[1:] if any(group.outcomes[outcome] for group in groups)]
+    rows = [["", "with a plan", *others, *(each.says + (f", {each.unit}" if each.unit else "") for each in shown)]]
     for group in groups[:MOST_LINES]:
         spreads = [figures(group.spreads.get(each.name)) for each in shown]
-        rows.append([words(group.values), percent(group.success), *spreads])
+        without = [str(group.outcomes[outcome] or "") for outcome in others]
+        rows.append([words(group.values), percent(group.success), *without, *spreads])
     lines = _columns(rows)
     more = len(groups) - MOST_LINES
     return [*lines, *([f"  and {counted(more, 'combination')} more, on the page"] if more > 0 else [])]

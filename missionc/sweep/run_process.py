@@ -113,7 +113,7 @@ class RunProcesses:
 def _started(room: str) -> subprocess.Popen[bytes]:
     path = os.pathsep.join(filter(None, (str(HOME), os.environ.get("PYTHONPATH", ""))))
     return subprocess.Popen(  # noqa: S603 (our own interpreter, and our own module)
-        [sys.executable, "-P", "-m", SERVER],
+        [sys.executable, "-P", "-m", SERVER, room],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

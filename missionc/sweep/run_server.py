@@ -8,7 +8,7 @@ limits of time and memory are its own, and whatever happens to it is an answer.
 This process has one thread, so that a copy of it is whole. Where whoever asks
 goes away, it ends, with the run under way; a copy ends with this process.
 
-Run as ``python -m missionc.sweep.run_server``.
+Run as ``python -m missionc.sweep.run_server FOLDER``; the folder, for temporary files, goes when it ends.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import json
 import os
 import resource
 import select
+import shutil
 import signal
 import sys
 import threading
@@ -188,6 +189,6 @@ if __name__ == "__main__":
     try:
         main()
     finally:
-        with suppress(OSError):
-            sys.stderr.flush()
+        for room in sys.argv[1:]:
+            shutil.rmtree(room, ignore_errors=True)
         os._exit(0)

@@ -503,6 +503,29 @@ def test_a_sweep_that_is_ended_goes_on_where_it_was(tmp_path: Path, number: int,
     assert steady(out) == steady(swept / "out")
 
 
+@pytest.mark.slow
+def test_a_sweep_that_is_killed_at_any_moment_again_and_again_ends_in_the_same_table(
+    tmp_path: Path, swept: Path
+) -> None:
+    draw, killed = random.Random(4), 0
+    words = ["sweep", str(swept / "small.mission"), "--vary", "N=1,2", "--vary", "R=0.1 m,0.2 m", "--keep", "--quiet"]
+    command = [sys.executable, "-m", "missionc", *words, "-o", str(tmp_path / "out"), "--jobs", "1"]
+    while killed < 40:
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            assert process.wait(draw.uniform(0.2, 6.0)) == 0
+            break
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            killed += 1
+        for name in ("runs.csv", "sweep.html", "sweep.json"):
+            left = tmp_path / "out" / name
+            assert not left.exists() or left.read_bytes().endswith(b"\n")
+    assert killed
+    assert steady(tmp_path / "out") == steady(swept / "out")
+
+
 def steady(folder: Path) -> list[dict[str, str]]:
     """What of a table does not follow from the machine."""
     read = csv.DictReader((folder / "runs.csv").read_text(encoding="utf-8").splitlines())
