@@ -85,6 +85,7 @@ def navigation() -> tuple[Page | Section, ...]:
                             Page("Verification and the certificate", "docs/verify.md"),
                             Page("Exports", "docs/exports.md"),
                             Page("Flights in simulation", "docs/simulate.md"),
+                            Page("Sweeps", "docs/sweep.md"),
                             Page("Missions judged in flight", "docs/live.md"),
                             Page("Planning anew in flight", "docs/replan.md"),
                             Page("Flights in a closed loop", "docs/fly.md"),

@@ -138,6 +138,12 @@ def asked() -> bool:
     return bool(_now.seen) and _now.held
 
 
+def let_go() -> None:
+    """What there was is brought home: raise the ``Stopped`` of a signal that came meanwhile, if one did."""
+    _now.held = False
+    stop_again()
+
+
 def stop_again() -> None:
     """Raise the ``Stopped`` that was raised before, if any was: a library may have made an error of its own of it."""
     if _now.seen and not _now.held:

@@ -37,6 +37,7 @@ MODULES = (
     "report",
     "simulate",
     "studio",
+    "sweep",
     "vehicles",
     "verify",
 )

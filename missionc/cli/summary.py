@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import asdict
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING
 
 from missionc.backends.api import Attempt, Fault, Impossible, NotFound, Report
 from missionc.base.figures import counted, decimals
 from missionc.base.judgement import judgement_lines
 from missionc.base.units import Seconds
 from missionc.cli import plan_summary
-from missionc.diagnostics.model import has_errors
 from missionc.ir import FIGURES, Band, Vehicle
 from missionc.pipeline.relax.advice import explained_document, explained_lines
-from missionc.pipeline.results import Compiled, Monitored, Refused, Unverified, Verified
+from missionc.pipeline.results import Compiled, Monitored, Refused, Verified
 from missionc.resolve.resolve_quantities import SI
 from missionc.resolve.show_vehicle import figures_of
 
@@ -26,24 +25,6 @@ if TYPE_CHECKING:
 
 SHOWN = 5e-4
 """A margin below it, in its unit, would be shown as nothing."""
-
-
-def outcome_word(compiled: Compiled) -> str | None:
-    """The outcome in one word, as the JSON document has it; None where a sound mission was not to be planned."""
-    outcome = compiled.outcome
-    match outcome:
-        case Verified():
-            return "planned"
-        case Impossible():
-            return "impossible"
-        case NotFound():
-            return "undecided"
-        case Unverified():
-            return "unverified"
-        case Refused():
-            return "refused" if has_errors(list(compiled.findings)) else None
-        case _:
-            assert_never(outcome)
 
 
 def compiled_lines(compiled: Compiled, output: str, seconds: Seconds, verbose: bool) -> list[str]:
@@ -199,7 +180,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
     """``outcome`` and what belongs to it; wall-clock times are here and in no file."""
     outcome = compiled.outcome
     document: dict[str, object] = {
-        "outcome": outcome_word(compiled),
+        "outcome": compiled.word,
         "output": output or None,
         "backend": _engine(compiled),
         "tried": [] if isinstance(outcome, Refused) else [each.as_record() for each in outcome.report.tried],

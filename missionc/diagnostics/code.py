@@ -176,6 +176,13 @@ NOT_TO_BE_LOST = Code("MC730", "the flight has no such agent to be lost")
 TRACKING_NOT_MEASURED = Code("MC731", "the tracking margin was measured for less", warning=True)
 NO_WAY = Code("MC740", "the way from the floor, or back to it, is not proved")
 SCENARIO_UNUSABLE = Code("MC751", "a scenario cannot be used")
+SWEPT_VALUES = Code("MC760", "the values of a sweep cannot be used")
+OTHER_SWEEP = Code("MC761", "the folder is of another sweep")
+SWEEP_UNREADABLE = Code("MC762", "the sweep cannot be read")
+SWEEP_AT_WORK = Code("MC763", "another command is at work in the folder")
+CLUSTER_UNREACHABLE = Code("MC764", "the cluster cannot be used")
+OTHER_VERSIONS = Code("MC765", "a worker has other versions")
+NOT_COMPARABLE = Code("MC766", "the sweeps have no run in common")
 
 # 9xx: our own
 INTERNAL = Code("MC901", "a defect of the compiler")

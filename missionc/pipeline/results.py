@@ -188,6 +188,23 @@ class Compiled:
             case _:
                 assert_never(self.outcome)
 
+    @property
+    def word(self) -> str | None:
+        """The outcome in one word, as documents have it; None where a sound mission was not to be planned."""
+        match self.outcome:
+            case Verified():
+                return "planned"
+            case Impossible():
+                return "impossible"
+            case NotFound():
+                return "undecided"
+            case Unverified():
+                return "unverified"
+            case Refused():
+                return "refused" if has_errors(list(self.findings)) else None
+            case _:
+                assert_never(self.outcome)
+
     def __str__(self) -> str:
         match self.outcome:
             case Verified():

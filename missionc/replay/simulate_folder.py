@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -48,8 +49,21 @@ class Simulated:
         return self.trials is not None and self.trials.passed
 
 
+Fly: TypeAlias = Callable[[OutputFolder, list[Pieces], Trial, Callable[[int], None]], Trials]
+"""Flies the polynomials of a folder that was read; the listener hears how many flights are over."""
+
+
+def fly_here(opened: OutputFolder, pieces: list[Pieces], trial: Trial, listen: Callable[[int], None]) -> Trials:
+    """All flights in this process."""
+    return run(opened.mission, opened.kernel, pieces, trial, listen)
+
+
 def simulate(
-    folder: Path, trial: Trial, limits: Limits | None = None, listen: Callable[[int], None] = nobody
+    folder: Path,
+    trial: Trial,
+    limits: Limits | None = None,
+    listen: Callable[[int], None] = nobody,
+    fly: Fly = fly_here,
 ) -> Simulated:
     """Fly what lies in a folder. It is flown as it is; ``verify`` says whether it may be."""
     absent = engines.missing(trial.engine)
@@ -71,7 +85,7 @@ def simulate(
     if beyond:
         return Simulated(folder, (_unread(folder, beyond),), opened)
     try:
-        trials = run(mission, opened.kernel, pieces, trial, listen)
+        trials = fly(opened, pieces, trial, listen)
     except engines.EngineError as error:
         return Simulated(folder, (_unable(trial.engine, error),), opened)
     return Simulated(folder, (), opened, monitor(mission, opened.kernel, opened.trace), trials)

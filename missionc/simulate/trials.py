@@ -45,6 +45,7 @@ class Trial:
         flights: how many.
         seed: of everything that is drawn.
         kept: paths of so many flights, the first ones, are given back.
+        first: the number of the first flight, by which everything is drawn that is drawn.
     """
 
     engine: str = QUADROTOR
@@ -52,6 +53,7 @@ class Trial:
     disturbance: Disturbance = UNDISTURBED
     seed: int = 0
     kept: int = 1
+    first: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,7 +161,7 @@ def run(
     flights: list[Flight] = []
     paths: list[Flown] = []
     for first in range(0, different, together):
-        numbers = range(first, min(first + together, different))
+        numbers = range(trial.first + first, trial.first + min(first + together, different))
         flown = _flown(pieces, trial, numbers, times, seconds, lost)
         paths += [_first(flown, trial.kept - first)] if first < trial.kept else []
         for index in range(len(numbers)):

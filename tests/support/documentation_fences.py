@@ -21,7 +21,7 @@ from tests.support.golden_pages import within
 ROOT = Path(__file__).resolve().parents[2]
 _HERE_DOCUMENT = re.compile(r"<<'(\w+)'\n(.*?)^\1$", re.MULTILINE | re.DOTALL)
 _BETWEEN = frozenset({"&&", "||", "|", ";", "&"})
-_ELSEWHERE = frozenset({"git", "pip", "pygmentize", "python", "python3", "ros2", "source", "uv"})
+_ELSEWHERE = frozenset({"dask", "git", "pip", "pygmentize", "python", "python3", "ros2", "source", "uv"})
 """Programs of others, whose options are theirs."""
 
 

@@ -34,6 +34,9 @@ from missionc.output.folder.file_names import MOST_ALTERNATIVES
 from missionc.output.plot.figure_request import KINDS, MAP, MAPS, WIDTHS, FigureRequest
 from missionc.pipeline import driver
 
+PLANNING = ("solver", "preset", "samples", "device", "margin", "processes", "stretch")
+"""Options of a plan that say how it is found, of every command that plans."""
+
 
 @click.command("compile")
 @click.argument("file", type=existing, shell_complete=files)
@@ -45,7 +48,7 @@ from missionc.pipeline import driver
 @options.vehicle
 @options.poses
 @click.option("--backend", type=click.Choice([AUTO, *OFFERS]), default=AUTO, show_default=True)
-@options.of_a_plan("solver", "preset", "samples", "device", "margin", "processes", "stretch")
+@options.of_a_plan(*PLANNING)
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(
     "--time-limit",

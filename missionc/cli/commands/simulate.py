@@ -2,67 +2,30 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from missionc.cli import flight_summary
+from missionc.cli import cluster_options, flight_summary
+from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import Number, file_to_write, folder, folders, limits_and_form, picture, read_limits
+from missionc.cli.options import file_to_write, folder, folders, limits_and_form, picture, read_limits
 from missionc.cli.progress import ProgressLine
 from missionc.diagnostics.model import Diagnostic
-from missionc.simulate.trial_bounds import AMOUNTS, ENGINES, LARGEST_SEED, MOST_FLIGHTS, MOST_LOST, MOST_WIND
+from missionc.simulate.trial_bounds import ENGINES, LARGEST_SEED, MOST_FLIGHTS
+
+if TYPE_CHECKING:
+    from missionc.base.limits import Limits
+    from missionc.replay.simulate_folder import Simulated
+    from missionc.simulate.trials import Trial
+    from missionc.sweep.executors import Pool
 
 DRAWN = 20
 """Flights whose paths are drawn."""
-
-
-def wind(value: str) -> tuple[float, float]:
-    """``MEAN`` or ``MEAN,GUST``, m/s."""
-    words = value.split(",")
-    try:
-        numbers = [float(word) for word in words]
-    except ValueError:
-        numbers = []
-    if not 1 <= len(numbers) <= 2 or not all(0 <= number <= MOST_WIND for number in numbers):
-        raise click.UsageError(f"`{value}` is not a wind such as 1 or 1,0.5, in m/s")
-    return numbers[0], numbers[1] if len(numbers) > 1 else 0.0
-
-
-def loss(value: str) -> tuple[str, float]:
-    """``AGENT@T``, with T in seconds."""
-    name, _, when = value.rpartition("@")
-    try:
-        moment = float(when)
-    except ValueError:
-        moment = math.nan
-    if not name or not 0 <= moment < math.inf:
-        raise click.UsageError(f"`{value}` is no agent and a second such as drone[0]@5")
-    return name, moment + 0.0
-
-
-def _once(lose: tuple[tuple[str, float], ...]) -> tuple[tuple[str, float], ...]:
-    names = [name for name, _ in lose]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise click.UsageError(f"`{twice}` can be lost once")
-    if len(lose) > MOST_LOST:
-        raise click.UsageError(f"at most {MOST_LOST} agents can be lost")
-    return lose
-
-
-def amounts(command: Callable[..., Status]) -> Callable[..., Status]:
-    """The flags of all disturbances that are a number, by the names of their fields."""
-    for each in reversed(AMOUNTS):
-        kind = Number(0, each.most)
-        command = click.option(each.flag, each.field, type=kind, default=0.0, metavar=each.unit, help=each.says)(
-            command
-        )
-    return command
 
 
 @click.command("simulate")
@@ -70,14 +33,12 @@ def amounts(command: Callable[..., Status]) -> Callable[..., Status]:
 @limits_and_form
 @click.option("--engine", type=click.Choice(ENGINES), default=ENGINES[0], show_default=True)
 @click.option("--trials", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
-@click.option("--wind", "air", type=wind, default="0", metavar="MEAN[,GUST]", help="In m/s; level, from anywhere.")
-@amounts
-@click.option(
-    "--lose", type=loss, multiple=True, metavar="AGENT@T", help="The motors of an agent stop at second T. Repeatable."
-)
+@of_disturbance
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True, metavar="N")
 @click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
 @click.option("--plot", type=picture, metavar="FILE", help="Draw the flights: FILE.svg, FILE.png or FILE.pdf.")
+@cluster_options.jobs
+@cluster_options.cluster
 @click.option("--quiet", is_flag=True, help="No progress.")
 def command(
     path: Path,
@@ -85,24 +46,24 @@ def command(
     form: str,
     engine: str,
     trials: int,
-    air: tuple[float, float],
-    lose: tuple[tuple[str, float], ...],
     seed: int,
     trace: Path | None,
     plot: Path | None,
+    jobs: int | None,
+    cluster: str | None,
     quiet: bool,
-    **given: float,
+    **disturbed: Any,
 ) -> Status:
     """Fly a compiled folder's polynomials in simulation, judge the mission on their path, and add it to the report."""
     from missionc.replay.simulate_folder import simulate
     from missionc.simulate.disturbance import UNDISTURBED, Disturbance
     from missionc.simulate.trials import Trial
 
-    disturbance = Disturbance(
-        wind=air[0], gust=air[1], lose=_once(lose), **{each.field: each.of(given[each.field]) for each in AMOUNTS}
-    )
+    amounts, lost = disturbance_of(**disturbed)
+    disturbance = Disturbance(**amounts, lose=lost)
     if engine != ENGINES[0] and (trials > 1 or disturbance != UNDISTURBED):
         raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
+    cluster_options.understood(jobs, cluster)
     allowed = read_limits(limits)
     refused = _refused(path, trace, plot)
     if refused:
@@ -110,7 +71,14 @@ def command(
         return Status.MISSION_ERRORS
     trial = Trial(engine, trials, disturbance, seed, DRAWN if plot else 1)
     with _progress(quiet or form == "json", trials) as listen:
-        simulated = simulate(path, trial, allowed, listen)
+        if jobs is None and cluster is None:
+            simulated = simulate(path, trial, allowed, listen)
+        else:
+            found = _spread(path, trial, allowed, listen, bool(plot), lambda: cluster_options.opened(jobs, cluster))
+            if isinstance(found, Diagnostic):
+                say([found], [], form, {"passed": None})
+                return Status.MISSION_ERRORS
+            simulated = found
     findings = list(simulated.findings)
     document = flight_summary.simulated_document(simulated)
     if simulated.opened and simulated.trials:
@@ -132,6 +100,27 @@ def command(
     if findings:
         return Status.MISSION_ERRORS
     return Status.DONE if simulated.passed else Status.VIOLATED
+
+
+def _spread(
+    path: Path,
+    trial: Trial,
+    limits: Limits,
+    listen: Callable[[int], None],
+    curves: bool,
+    workers: Callable[[], AbstractContextManager[Pool | Diagnostic]],
+) -> Simulated | Diagnostic:
+    """The same flights, on other processes or machines; or why they are not flown there."""
+    from missionc.replay.simulate_folder import simulate
+    from missionc.sweep.spread_trials import NotFlown, SpreadTrials
+
+    with workers() as pool:
+        if isinstance(pool, Diagnostic):
+            return pool
+        try:
+            return simulate(path, trial, limits, listen, SpreadTrials(pool, limits, curves))
+        except NotFlown as error:
+            return error.finding
 
 
 def _refused(path: Path, trace: Path | None, plot: Path | None) -> Diagnostic | None:

@@ -1,0 +1,104 @@
+"""What a sweep costs beside its runs: how much quicker k workers are than one, and what a run costs its executor.
+
+    python bench/sweep.py [--workers 2] [--runs 24] [--turns 3] [--mission missions/strel_escape.mission]
+
+The same runs are done by one worker and by k, in turns, by processes of this machine and by a Dask cluster of them,
+whose start is not counted. *Ratio* is how many times as quick k workers are, of the least seconds on the wall of all
+turns; *of the cores* is that, divided by k: it says something where nobody else uses the machine. What it can be at
+best is *share*: of the processor's seconds of everybody who takes part (this program, the scheduler, the workers, the
+processes beside them and the runs), that of the runs, with k workers. *Beside* are the others' milliseconds of a run.
+*Round trip* is what a request takes on the wall that is refused as soon as it is read, sent together with many others:
+the executor, and both ways.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Iterator
+from concurrent.futures import wait
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+
+from missionc.pipeline.front_end import check
+from missionc.pipeline.provenance import inputs
+from missionc.sweep import executors, run_answer, run_request
+from missionc.sweep.executors import Pool
+from missionc.sweep.run_request import Request, Settings
+
+ROOT = Path(__file__).resolve().parents[1]
+REFUSED = 400
+"""Requests of a round trip."""
+
+
+@contextmanager
+def pool(kind: str, workers: int) -> Iterator[Pool]:
+    opened = executors.on_cluster(f"local:{workers}") if kind == "dask" else executors.on_this_machine(workers)
+    with opened as found:
+        assert isinstance(found, Pool), found
+        yield found
+
+
+def done(found: Pool, texts: list[str]) -> tuple[float, list[run_answer.Answer]]:
+    """The seconds on the wall of all requests together, and the answers."""
+    began = time.perf_counter()
+    futures = [found.executor.submit(found.answer_to, text) for text in texts]
+    wait(futures)
+    seconds = time.perf_counter() - began
+    return seconds, [run_answer.read(future.result()) for future in futures]
+
+
+def others() -> float:
+    """The processor's seconds so far of this program and all processes below it that are not runs."""
+    own = psutil.Process()
+    times = [each.cpu_times() for each in (own, *own.children(recursive=True))]
+    return sum(each.user + each.system for each in times)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--runs", type=int, default=24)
+    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--mission", type=Path, default=ROOT / "missions" / "strel_escape.mission")
+    arguments = parser.parse_args()
+    checked = check(arguments.mission)
+    assert checked.choice is not None
+    settings = Settings(dict(inputs(checked)))
+    texts = [run_request.written(Request(settings, {}, seed, checked.choice.engines)) for seed in range(arguments.runs)]
+    many = arguments.workers
+    print(
+        f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores, k = {many}; "
+        f"{arguments.runs} runs of {arguments.mission.name}"
+    )
+    print("| executor | wall s, 1 | wall s, k | ratio | of the cores | share | beside ms | round trip ms |")
+    print("|---|---|---|---|---|---|---|---|", flush=True)
+    for kind in ("processes", "dask"):
+        best: dict[int, tuple[float, ...]] = {}
+        with pool(kind, 1) as one, pool(kind, many) as several:
+            pools = {1: one, many: several}
+            for workers, found in pools.items():
+                done(found, texts[: 2 * workers])
+            for _ in range(arguments.turns):
+                for workers, found in pools.items():
+                    before = others()
+                    seconds, answers = done(found, texts)
+                    beside = others() - before
+                    assert {each.result.outcome for each in answers} == {"planned"}, str(answers[0])
+                    spent = sum(float(each.result.values["cpu_seconds"] or 0) for each in answers)
+                    row = (seconds, spent / (spent + beside), 1e3 * beside / len(texts))
+                    best[workers] = min(best.get(workers, row), row)
+            trip = done(several, ["{}"] * REFUSED)[0] / REFUSED * many * 1e3
+        ratio = best[1][0] / best[many][0]
+        print(
+            f"| {kind} | {best[1][0]:.2f} | {best[many][0]:.2f} | {ratio:.2f} | {ratio / many:.2f}"
+            f" | {best[many][1]:.2f} | {best[many][2]:.1f} | {trip:.2f} |",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

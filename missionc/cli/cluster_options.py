@@ -1,0 +1,47 @@
+"""Flags of commands that do their work in several processes, or on a cluster, and the workers that they name."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from missionc.diagnostics.model import Diagnostic
+    from missionc.sweep.executors import Pool
+
+MOST_JOBS = 1024
+
+jobs = click.option(
+    "--jobs", type=click.IntRange(1, MOST_JOBS), metavar="J", help="Processes of this machine that work at once."
+)
+
+cluster = click.option(
+    "--cluster", metavar="ADDRESS", help="Work on a Dask cluster: tcp://HOST:PORT, a scheduler file, local:8."
+)
+
+
+def understood(count: int | None, address: str | None) -> None:
+    """See that the two go together, and that the address is one.
+
+    Raises:
+        click.UsageError: they do not, or it is none.
+    """
+    from missionc.sweep import executors
+
+    if address is not None and count is not None:
+        raise click.UsageError("`--jobs` is for this machine, and a cluster has its own; leave one of them out")
+    if address is not None and not executors.understood(address):
+        raise click.UsageError(f"`{address}` is no cluster; name tcp://HOST:PORT, a scheduler file, or local:8")
+
+
+def opened(count: int | None, address: str | None) -> AbstractContextManager[Pool | Diagnostic]:
+    """The workers; as many as there are processors, where nothing else is said."""
+    from missionc.sweep import executors
+
+    understood(count, address)
+    if address is None:
+        return executors.on_this_machine(count or executors.processors())
+    absent = executors.missing()
+    return nullcontext(absent) if absent else executors.on_cluster(address)

@@ -1,0 +1,227 @@
+"""``missionc sweep FILE``: a mission compiled for many values and seeds, into one table and one page."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from missionc.backends.offers import AUTO, OFFERS
+from missionc.backends.options import Options
+from missionc.base.signals import let_go
+from missionc.base.throughout import Throughout
+from missionc.base.units import Seconds
+from missionc.cli import cluster_options, options, sweep_summary
+from missionc.cli.commands.compile import PLANNING
+from missionc.cli.disturbance_options import disturbance_of, of_disturbance
+from missionc.cli.exit_status import Status, say
+from missionc.cli.options import (
+    Number,
+    Pairs,
+    existing,
+    files,
+    folder,
+    folder_to_write,
+    folders,
+    of_mission,
+    pair,
+    picture,
+    read_limits,
+)
+from missionc.cli.progress import ProgressLine
+from missionc.output.plot.figure_request import WIDTHS
+from missionc.pipeline import driver
+from missionc.simulate.trial_bounds import MOST_FLIGHTS
+
+if TYPE_CHECKING:
+    from missionc.sweep.carry_out_sweep import SweepRequest
+    from missionc.sweep.remaining_time import RemainingTime
+    from missionc.sweep.run_grid import Run
+    from missionc.sweep.sweep_folder import Row
+
+MOST_SEEDS = 100_000
+
+
+@click.command("sweep")
+@click.argument("file", type=existing, shell_complete=files)
+@of_mission
+@click.option(
+    "--vary",
+    "varied",
+    type=pair,
+    multiple=True,
+    metavar="NAME=VALUES",
+    help="Give a parameter each of these values: N=3,5,8 or R=1..2/0.25.",
+)
+@click.option("--seeds", type=click.IntRange(1, MOST_SEEDS), default=1, show_default=True, metavar="K")
+@click.option("-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write or to go on in.")
+@click.option("--keep", is_flag=True, help="Keep the folder of every plan.")
+@cluster_options.jobs
+@cluster_options.cluster
+@click.option("--compare", type=folder, shell_complete=folders, metavar="FOLDER", help="Compare with an older sweep.")
+@options.vehicle
+@click.option("--backend", type=click.Choice([AUTO, *OFFERS]), default=AUTO, show_default=True)
+@options.of_a_plan(*PLANNING)
+@click.option(
+    "--time-limit",
+    type=Number(min=0, min_open=True, max=1e6),
+    default=float(driver.DEFAULT_TIME_LIMIT),
+    show_default=True,
+    metavar="SECONDS",
+    help="Of each run.",
+)
+@options.memory_limit
+@click.option("--continuous", is_flag=True, help="Refuse plans whose requirements fail between the steps.")
+@click.option("--at-steps", is_flag=True, help="Take plans whose requirements hold at the steps.")
+@click.option(
+    "--simulate",
+    "trials",
+    type=click.IntRange(0, MOST_FLIGHTS),
+    default=0,
+    metavar="N",
+    help="Fly each plan so many times, with the disturbances that follow.",
+)
+@of_disturbance
+@click.option("--plot", type=picture, metavar="FILE", help="Draw the figure: FILE.svg, FILE.png or FILE.pdf.")
+@click.option("--plot-width", type=click.Choice([*WIDTHS]), help="Draw as wide as a paper's column, or as two.")
+@click.option("--quiet", is_flag=True, help="No summary and no progress.")
+def command(
+    file: Path,
+    overrides: Pairs,
+    limits: Pairs,
+    form: str,
+    varied: Pairs,
+    seeds: int,
+    output: Path | None,
+    keep: bool,
+    jobs: int | None,
+    cluster: str | None,
+    compare: Path | None,
+    vehicle: str | None,
+    backend: str,
+    time_limit: float,
+    memory_limit: int,
+    continuous: bool,
+    at_steps: bool,
+    trials: int,
+    plot: Path | None,
+    plot_width: str | None,
+    quiet: bool,
+    **more: Any,
+) -> Status:
+    """Compile a mission for every combination of some values and every seed, each run in a process of its own.
+
+    All combinations are checked first. What is done is kept: the same command goes on where it was interrupted.
+    """
+    if continuous and at_steps:
+        raise click.UsageError(
+            "`--continuous` asks for more than the steps, and `--at-steps` for no more; leave one of them out"
+        )
+    if plot_width and plot is None:
+        raise click.UsageError("`--plot-width` says how to draw; add `--plot FILE.svg`")
+    cluster_options.understood(jobs, cluster)
+    allowed = read_limits(limits)
+    chosen = Options(**{name: more.pop(name) for name in PLANNING})
+    amounts, lost = disturbance_of(**more)
+    if not trials and (any(amounts.values()) or lost):
+        raise click.UsageError("disturbances are of flights; add `--simulate N`")
+    from missionc.sweep.carry_out_sweep import SweepRequest, carry_out_sweep
+    from missionc.sweep.run_grid import Grid
+    from missionc.sweep.run_request import Flights, Settings
+    from missionc.sweep.varied_values import read_varied
+
+    throughout = Throughout.REQUIRED if continuous else Throughout.AT_STEPS if at_steps else Throughout.WANTED
+    values = read_varied(varied, [name for name, _ in overrides])
+    if isinstance(values, list):
+        say(values, [], form, {})
+        return Status.MISSION_ERRORS
+    settings = Settings(
+        {},
+        dict(overrides),
+        allowed,
+        backend,
+        vehicle or "",
+        chosen,
+        Seconds(time_limit),
+        memory_limit,
+        throughout,
+        Flights(trials, amounts, lost) if trials else None,
+        keep,
+    )
+    target = output or Path("build") / f"{file.stem}-sweep"
+    request = SweepRequest(
+        file,
+        Grid(values, seeds),
+        settings,
+        target,
+        lambda: cluster_options.opened(jobs, cluster),
+        compare,
+        (plot, plot_width or "") if plot else None,
+    )
+    with _progress(quiet or form == "json") as told:
+        result = carry_out_sweep(told.listening(request))
+    lines = [] if quiet else sweep_summary.swept_lines(result, target)
+    say(result.findings, lines, form, sweep_summary.swept_document(result, target))
+    let_go()
+    return Status.DONE if result.sound else Status.MISSION_ERRORS
+
+
+class _Told:
+    """The progress of a sweep, in a line; on a terminal alone."""
+
+    def __init__(self, line: ProgressLine | None) -> None:
+        self._line = line
+        self._left = self._total = 0
+        self._known: RemainingTime | None = None
+
+    def listening(self, request: SweepRequest) -> SweepRequest:
+        """The request, with a listener in it."""
+        if self._line is None:
+            return request
+        self._total = len(request.grid.combinations)
+        return replace(request, checked=self._checked, began=self._began, ended=self._ended)
+
+    def _say(self, words: str) -> None:
+        if self._line is not None:
+            self._line.say(words)
+
+    def _checked(self, done: int) -> None:
+        self._say(f"checking: {done}/{self._total} combinations")
+
+    def _began(self, left: list[Run], rows: Mapping[Run, Row]) -> None:
+        from missionc.sweep.remaining_time import RemainingTime
+
+        self._left, self._total = len(left), len(left) + len(rows)
+        self._known = RemainingTime(Counter(run.values for run in left), rows)
+        self._say(f"sweep: {len(rows)}/{self._total} runs are over")
+
+    def _ended(self, row: Row, workers: int) -> None:
+        assert self._known is not None
+        self._known.over(row)
+        self._left -= 1
+        left = self._known.left(workers)
+        words = f", {_span(*left)} left" if left and self._left else ""
+        self._say(f"sweep: {self._total - self._left}/{self._total} runs are over, {workers} at once{words}")
+
+
+@contextmanager
+def _progress(silent: bool) -> Iterator[_Told]:
+    if silent or not sys.stderr.isatty():
+        yield _Told(None)
+        return
+    with ProgressLine(sys.stderr) as line:
+        line.say("reading")
+        yield _Told(line)
+
+
+def _span(low: float, high: float) -> str:
+    """``4 to 9 min``."""
+    unit, name = next(((size, name) for size, name in ((3600.0, "h"), (60.0, "min")) if high >= 2 * size), (1.0, "s"))
+    least, most = f"{low / unit:.0f}", f"{high / unit:.0f}"
+    return f"about {most} {name}" if least == most else f"{least} to {most} {name}"

@@ -1,0 +1,37 @@
+"""Some flights of a compiled folder, flown by a worker from the texts of its files.
+
+in   TrialRequest
+out  RunResult: the records of the flights, in a file
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.output.folder.file_names import flights_in
+from missionc.replay.folder_files import FolderFiles, check_mission
+from missionc.simulate.trials import run
+from missionc.sweep import flight_records
+from missionc.sweep.run_result import RunResult
+from missionc.sweep.trial_request import TrialRequest
+
+FLOWN = "flown"
+"""The outcome of flights."""
+RECORDS = "flights.json"
+
+
+def carry_out(request: TrialRequest) -> RunResult:
+    """Fly them.
+
+    Raises:
+        ValueError: the files are none that can be flown; whoever asks has seen that they are.
+    """
+    checked = check_mission(FolderFiles(Path("folder"), request.manifest, {}, request.files), request.limits)
+    mission, kernel = getattr(checked, "mission", None), getattr(checked, "kernel", None)
+    if mission is None or kernel is None:
+        raise ValueError(f"the mission cannot be read: {checked}")
+    texts = flights_in(mission.agents, request.files)
+    pieces = [read(texts[agent.name]) for agent in mission.agents]
+    trials = run(mission, kernel, [each for each in pieces if isinstance(each, Pieces)], request.trial)
+    return RunResult(FLOWN, {}, {}, ((RECORDS, flight_records.written(trials.flights, request.curves)),))

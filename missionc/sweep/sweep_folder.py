@@ -1,0 +1,274 @@
+"""The folder of a sweep: what it is of, a journal of the runs that are over, and the lock of who is at work in it.
+
+    says MC701 MC702 MC761 MC762 MC763
+
+``sweep.json`` says what the sweep is of and is written first, whole. The
+journal ``runs.jsonl`` only ever grows, by a line for each run that is over;
+everything else is made of it, and replaced as a whole. A process that is
+killed may leave half a line at its end: nobody believes it, and the next one
+that opens the journal cuts it off.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.diagnostics.code import OTHER_SWEEP, SWEEP_AT_WORK, SWEEP_UNREADABLE
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.staging import NAME
+from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
+from missionc.output.folder.write_file import write_file
+from missionc.sweep.run_grid import Run
+from missionc.sweep.run_result import ERROR, OUTCOMES, RunResult
+
+SWEEP, SCHEMA = "sweep.json", "missionc.sweep/1"
+JOURNAL = "runs.jsonl"
+PLANS = "plans"
+"""Where the folders of plans lie, each by the name of its run."""
+MISSION = "mission"
+"""Where the mission's own files lie."""
+LARGEST = 1 << 30
+"""Bytes of a journal that is read."""
+SHOWN = 3
+"""Differences that a message tells."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A run that is over, what came of it, and the machine that it was done on."""
+
+    run: Run
+    result: RunResult
+    host: str = ""
+
+    def as_record(self) -> dict[str, object]:
+        return {
+            "values": dict(self.run.values),
+            "seed": self.run.seed,
+            "outcome": self.result.outcome,
+            "host": self.host,
+            **{name: value for name, value in self.result.values.items() if value is not None},
+            "sizes": dict(self.result.sizes),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class SweepFolder:
+    """A sweep that was read: what it is of, and the runs that are over, the last of each that is there twice."""
+
+    path: Path
+    about: Mapping[str, Any]
+    rows: Mapping[Run, Row]
+
+
+class Journal:
+    """The journal, open to be added to. Each line is on its way to the disk before the next run counts as over."""
+
+    def __init__(self, handle: int) -> None:
+        self._handle = handle
+
+    def add(self, row: Row) -> None:
+        """Add a line.
+
+        Raises:
+            OSError: there is no room for it.
+        """
+        line = json.dumps(row.as_record(), ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+        if os.write(self._handle, line) < len(line):
+            raise OSError(28, "No space left on device")
+
+    def sync(self) -> None:
+        os.fsync(self._handle)
+
+
+def read_sweep(path: Path) -> SweepFolder | Diagnostic:
+    """A sweep's folder, which is left as it is; or why there is none to be read."""
+    about = _about(path)
+    if isinstance(about, Diagnostic):
+        return about
+    rows = _rows(path)
+    return rows if isinstance(rows, Diagnostic) else SweepFolder(path, about, rows)
+
+
+def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -> Diagnostic | None:
+    """Make the folder, where there is none; or see that it is of this very sweep.
+
+    Args:
+        about: what the sweep is of; its ``varied`` and ``seeds`` may only grow.
+        files: the mission's files, by their names relative to its folder.
+    """
+    document = json.loads(json.dumps({"schema": SCHEMA, **about}))  # as it reads back
+    try:
+        names = os.listdir(path) if os.path.lexists(path) else []
+        there = sorted(name for name in names if not NAME.fullmatch(name))  # not what a process left that was killed
+    except OSError as error:
+        return cannot_write(path, reason(error))
+    if there and SWEEP not in there:
+        return exists(path, ", and holds no sweep", [f"there is `{shown(name)}` in it" for name in there])
+    if there:
+        before = _about(path)
+        if isinstance(before, Diagnostic):
+            return before
+        differences = _differences(before, document)
+        if differences:
+            return _other(path, differences)
+        if before == document and all((path / MISSION / name).exists() for name in files):
+            return None
+    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    wrong = write_file(path / SWEEP, text.encode())
+    for name, content in files.items():
+        wrong = wrong or write_file(path / MISSION / name, content)
+    return wrong
+
+
+@contextmanager
+def at_work(path: Path) -> Iterator[Journal | Diagnostic]:
+    """The journal for whoever is the only one at work in the folder; else what is to be said."""
+    try:
+        handle = os.open(path / JOURNAL, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o666)
+    except OSError as error:
+        yield cannot_write(path / JOURNAL, reason(error))
+        return
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            help_ = "wait until it has ended, or name another folder with `-o`"
+            message = f"another command is at work in `{shown(path)}`"
+            yield Diagnostic(SWEEP_AT_WORK, message, None, help=help_)
+            return
+        _cut(handle)
+        yield Journal(handle)
+    finally:
+        with suppress(OSError):
+            os.close(handle)
+
+
+def _cut(handle: int) -> None:
+    """Cut off half a line at the end of the journal."""
+    size = os.fstat(handle).st_size
+    end = size
+    while end:
+        begin = max(0, end - 4096)
+        place = os.pread(handle, end - begin, begin).rfind(b"\n")
+        if place >= 0:
+            end = begin + place + 1
+            break
+        end = begin
+    if end < size:
+        os.ftruncate(handle, end)
+
+
+def _about(path: Path) -> dict[str, Any] | Diagnostic:
+    try:
+        document = parse_json((path / SWEEP).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return _unreadable(path, f"there is no `{SWEEP}` in it", "name a folder that `missionc sweep` wrote")
+    except (OSError, ValueError, NotJsonError) as error:
+        return _unreadable(path, f"its `{SWEEP}` cannot be read: {error}", "sweep anew, into another folder")
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        return _unreadable(path, f"its `{SWEEP}` does not say that it is `{SCHEMA}`", "sweep anew, into another folder")
+    return document
+
+
+def _rows(path: Path) -> dict[Run, Row] | Diagnostic:
+    anew = "sweep anew, into another folder; or take the line out"
+    try:
+        if (path / JOURNAL).exists() and (path / JOURNAL).stat().st_size > LARGEST:
+            return _unreadable(path, f"its `{JOURNAL}` is larger than {LARGEST:,} bytes", anew)
+        text = (path / JOURNAL).read_text(encoding="ascii") if (path / JOURNAL).exists() else ""
+    except (OSError, ValueError) as error:
+        return _unreadable(path, f"its `{JOURNAL}` cannot be read: {error}", anew)
+    rows: dict[Run, Row] = {}
+    lines = text.split("\n")
+    for number, line in enumerate(lines[:-1], 1):  # what comes after the last line end is half a line
+        row = _row(line)
+        if isinstance(row, str):
+            return _unreadable(path, f"line {number} of its `{JOURNAL}` is no run: {row}", anew)
+        rows[row.run] = row
+    return rows
+
+
+def _row(line: str) -> Row | str:
+    try:
+        record = parse_json(line)
+    except NotJsonError as error:
+        return error.reason
+    if not isinstance(record, dict):
+        return "it is no record"
+    values, seed, outcome = record.pop("values", None), record.pop("seed", None), record.pop("outcome", None)
+    host, sizes = record.pop("host", ""), record.pop("sizes", {})
+    if not (isinstance(values, dict) and all(isinstance(each, str) for each in values.values())):
+        return "its `values` are no texts"
+    if not isinstance(seed, int) or isinstance(seed, bool) or outcome not in OUTCOMES:
+        return "it has no `seed`, or no `outcome` that there is"
+    if not (isinstance(sizes, dict) and all(isinstance(each, int) for each in sizes.values())):
+        return "its `sizes` are no whole numbers"
+    if not all(isinstance(each, str | int | float) and not isinstance(each, bool) for each in record.values()):
+        return "a value of it is no text and no number"
+    return Row(Run(tuple(values.items()), seed), RunResult(outcome, record, sizes), str(host))
+
+
+def over(rows: Mapping[Run, Row]) -> dict[Run, Row]:
+    """Those that are not to be done again: an error says nothing of the mission."""
+    return {run: row for run, row in rows.items() if row.result.outcome != ERROR}
+
+
+def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """In what a sweep differs from the one in the folder, in words; nothing where it is the same, or has more runs."""
+    was, has = _flat(before), _flat(now)
+    different = [
+        f"`{name}` was {_brief(was.get(name))}, and is {_brief(has.get(name))}"
+        for name in dict.fromkeys((*was, *has))
+        if was.get(name) != has.get(name)
+    ]
+    old, new = before.get("varied"), now["varied"]
+    if not isinstance(old, dict) or list(old) != list(new):
+        different.append(f"`--vary` had {_brief(list(old or {}))}, and has {_brief(list(new))}")
+    else:
+        different += [
+            f"`--vary {name}` had {_brief(missing[0])}, and has it no longer"
+            for name in old
+            if (missing := [value for value in old[name] if value not in new[name]])
+        ]
+    if isinstance(before.get("seeds"), int) and before["seeds"] > now["seeds"]:
+        different.append(f"there were {before['seeds']} seeds, and are {now['seeds']}")
+    return different
+
+
+def _flat(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The entries of a sweep that may not change, those of records by both names: ``options.margin``."""
+    found: dict[str, Any] = {}
+    for name, value in document.items():
+        if name not in ("varied", "seeds"):
+            found |= (
+                {f"{name}.{key}": each for key, each in value.items()} if isinstance(value, dict) else {name: value}
+            )
+    return found
+
+
+def _brief(value: object) -> str:
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 60 else f"{text[:40]}…"
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _other(path: Path, differences: list[str]) -> Diagnostic:
+    more = len(differences) - SHOWN
+    notes = (*differences[:SHOWN], *([f"and {more} more"] if more > 0 else []))
+    help_ = "name another folder with `-o`; a sweep goes on in its folder, and may have more values and more seeds"
+    return Diagnostic(OTHER_SWEEP, f"`{shown(path)}` holds another sweep", None, notes=notes, help=help_)
+
+
+def _unreadable(path: Path, why: str, way_out: str) -> Diagnostic:
+    return Diagnostic(SWEEP_UNREADABLE, f"the sweep in `{shown(path)}` cannot be read", None, (), (why,), way_out)
