@@ -16,7 +16,7 @@ import re
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -36,6 +36,8 @@ MOST_WORKERS = 1024
 """Processes that are started here."""
 UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "500 ms"}
 """Settings of a cluster that is started here: nobody looks at a profile of workers that wait for a process."""
+AGAIN = 4
+"""Times that a request is given to a cluster once more that gave it up."""
 PATIENCE = 10.0
 """Seconds to reach a scheduler, and then for its first worker."""
 
@@ -47,6 +49,18 @@ class Pool:
     executor: Executor
     answer_to: Callable[[str], str]
     workers: Callable[[], int]
+
+    def submit(self, text: str) -> Future[str]:
+        """The answer to be, to a request."""
+        return self.executor.submit(self.answer_to, text)
+
+
+def abandoned(done: Future[str]) -> bool:
+    """Whether Dask gave a request up, since as many workers as it allows died while they had it.
+
+    Most of them had not begun with it: it is worth another try.
+    """
+    return not done.cancelled() and type(done.exception()).__name__ == "KilledWorker"
 
 
 def processors() -> int:
@@ -160,6 +174,12 @@ def _silence() -> None:
 def _unreachable(cluster: str, why: str) -> Diagnostic:
     help_ = "start a scheduler with `dask scheduler` and workers with `dask worker`, or leave `--cluster` out"
     return Diagnostic(CLUSTER_UNREACHABLE, f"the cluster `{cluster}` cannot be used", None, notes=(why,), help=help_)
+
+
+def not_done(why: str) -> Diagnostic:
+    """What to say where a worker did not bring to an end what it was given."""
+    help_ = "give the same command again, or one with fewer processes where their memory did not suffice"
+    return Diagnostic(CLUSTER_UNREACHABLE, "a worker did not do what it was given", None, notes=(why,), help=help_)
 
 
 def lost(why: str) -> Diagnostic:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import queue
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
@@ -70,6 +71,14 @@ def run_sweep(
     answers: queue.SimpleQueue[tuple[Run, Future[str]]] = queue.SimpleQueue()
     swept = Swept(rows)
     under_way: set[Future[str]] = set()
+    again: Counter[Run] = Counter()
+
+    def give(run: Run) -> None:
+        text = run_request.written(Request(settings, dict(run.values), run.seed, engines.get(run.values, ())))
+        future = pool.submit(text)
+        under_way.add(future)
+        future.add_done_callback(lambda done: answers.put((run, done)))
+
     workers, looked, synced = pool.workers(), time.monotonic(), time.monotonic()
     more = True
     while True:
@@ -78,10 +87,7 @@ def run_sweep(
             if run is None:
                 more = False
                 break
-            text = run_request.written(Request(settings, dict(run.values), run.seed, engines.get(run.values, ())))
-            future = pool.executor.submit(pool.answer_to, text)
-            under_way.add(future)
-            future.add_done_callback(lambda done, run=run: answers.put((run, done)))  # type: ignore[misc]
+            give(run)
         if not under_way or stop() or swept.finding:
             swept.interrupted = bool(under_way) or more
             break
@@ -91,6 +97,10 @@ def run_sweep(
         with suppress(queue.Empty):
             run, done = answers.get(timeout=EVERY)
             under_way.discard(done)
+            if executors.abandoned(done) and again[run] < executors.AGAIN:
+                again[run] += 1
+                give(run)
+                continue
             row = _row(run, done, settings)
             wrong = row if isinstance(row, Diagnostic) else _written(row, journal, folder, settings.keep)
             if isinstance(row, Row) and not wrong:
@@ -128,7 +138,7 @@ def received(done: Future[str], asked: Mapping[str, str]) -> Answer | Diagnostic
     except ImportError as error:
         return _other_versions("a worker", f"it has no such module: {error}")
     except Exception as error:
-        if type(error).__name__ == "KilledWorker":
+        if executors.abandoned(done):
             return Answer(RunResult(ERROR, {"says": "every worker that this run was given to died"}))
         return executors.lost(f"{type(error).__name__}: {error}")
     if not answer.versions:

@@ -9,6 +9,7 @@ that it is the same whoever flies it, and with whichever others.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
@@ -22,7 +23,7 @@ from missionc.replay.simulate_folder import fly_here
 from missionc.simulate.judge_flight import Flight
 from missionc.simulate.trial_bounds import QUADROTOR
 from missionc.simulate.trials import Trial, Trials
-from missionc.sweep import flight_records, run_answer, trial_request
+from missionc.sweep import executors, flight_records, run_answer, trial_request
 from missionc.sweep.carry_out_trials import FLOWN, RECORDS
 from missionc.sweep.executors import Pool
 from missionc.sweep.run_sweep import received
@@ -65,28 +66,36 @@ class SpreadTrials:
             return fly_here(opened, pieces, trial, listen)
         asked = self._asked(opened, replace(trial, flights=trial.flights - here, first=here, kept=1))
         first = fly_here(opened, pieces, replace(trial, flights=here), listen)
-        return replace(first, trial=trial, flights=(*first.flights, *self._heard(asked, first, listen)))
+        return replace(first, trial=trial, flights=(*first.flights, *self._heard(opened, asked, first, listen)))
 
-    def _asked(self, opened: OutputFolder, trial: Trial) -> dict[Future[str], int]:
-        """The requests, as many for every worker, by the number of the first flight of each."""
+    def _asked(self, opened: OutputFolder, trial: Trial) -> dict[Future[str], Trial]:
+        """The requests, as many for every worker, with the flights of each."""
         rounds = -(-trial.flights // (MOST_TOGETHER * max(1, self.pool.workers())))
         size = -(-trial.flights // (rounds * max(1, self.pool.workers())))
         last = trial.first + trial.flights
         parts = [
             replace(trial, first=begin, flights=min(size, last - begin)) for begin in range(trial.first, last, size)
         ]
-        return {
-            self.pool.executor.submit(self.pool.answer_to, self._request(opened, part)): part.first for part in parts
-        }
+        return {self.pool.submit(self._request(opened, part)): part for part in parts}
 
-    def _heard(self, asked: dict[Future[str], int], shown: Trials, listen: Callable[[int], None]) -> list[Flight]:
+    def _heard(
+        self, opened: OutputFolder, asked: dict[Future[str], Trial], shown: Trials, listen: Callable[[int], None]
+    ) -> list[Flight]:
         """The flights of all answers, in the order of their numbers."""
         found: dict[int, list[Flight]] = {}
+        again: Counter[int] = Counter()
         left = set(asked)
         while left:
             over, left = wait(left, return_when=FIRST_COMPLETED)
             for future in over:
-                found[asked[future]] = self._flights(future, shown)
+                part = asked[future]
+                if executors.abandoned(future) and again[part.first] < executors.AGAIN:
+                    again[part.first] += 1
+                    once_more = self.pool.submit(self._request(opened, part))
+                    asked[once_more] = part
+                    left.add(once_more)
+                else:
+                    found[part.first] = self._flights(future, shown)
             listen(len(shown.flights) + sum(map(len, found.values())))
         return [flight for begin in sorted(found) for flight in found[begin]]
 
@@ -95,7 +104,7 @@ class SpreadTrials:
         if isinstance(answer, Diagnostic):
             raise NotFlown(answer)
         if answer.result.outcome != FLOWN:
-            raise RuntimeError(str(answer.result.values.get("says")))
+            raise NotFlown(executors.not_done(str(answer.result.values.get("says"))))
         return flight_records.read(dict(answer.result.files)[RECORDS], shown.flights[0].trace)
 
     def _request(self, opened: OutputFolder, trial: Trial) -> str:

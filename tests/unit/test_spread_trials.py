@@ -88,3 +88,29 @@ def test_the_command_leaves_the_same_bytes_with_processes_and_on_a_cluster(folde
         assert main(["simulate", str(folder), *given]) in (0, 3)
         left.append((folder / "simulation.json").read_bytes())
     assert left[0] == left[1] == left[2]
+
+
+class KilledWorker(Exception):
+    """Called as what Dask says of a request that it gives up."""
+
+
+def test_flights_that_a_cluster_gave_up_are_given_to_it_again_a_few_times(folder: Path) -> None:
+    few = Trial(flights=2, disturbance=TRIAL.disturbance)
+    asked: list[str] = []
+
+    def answer(text: str, deaths: int) -> str:
+        asked.append(text)
+        if len(asked) <= deaths:
+            raise KilledWorker
+        return answer_to(text)
+
+    with ThreadPoolExecutor(1) as executor:
+        spread = simulate(
+            folder, few, fly=SpreadTrials(Pool(executor, lambda text: answer(text, 2), lambda: 1), Limits())
+        )
+        assert record(spread) == record(simulate(folder, few))
+        assert len(asked) == 3
+        asked.clear()
+        with pytest.raises(NotFlown, match="did not do what it was given"):
+            simulate(folder, few, fly=SpreadTrials(Pool(executor, lambda text: answer(text, 99), lambda: 1), Limits()))
+        assert len(asked) == 5
