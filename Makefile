@@ -3,7 +3,7 @@
 VENV ?= .venv
 WORKERS ?= 2
 BIN := $(VENV)/bin
-USERS := export,graph,grammar,lsp,maps,sat,studio,viz
+USERS := cluster,export,graph,grammar,lsp,maps,sat,studio,sweep,viz
 # What may not be given on together with code under Apache-2.0.
 INCOMPATIBLE := GNU General Public License;GNU Affero;AGPL;GPL-2.0-only;GPL-2.0-or-later;GPL-3.0-only;GPL-3.0-or-later
 

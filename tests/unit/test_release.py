@@ -21,7 +21,7 @@ from tests.unit.test_constraints import CONSTRAINTS, needed
 
 ROOT = Path(__file__).resolve().parents[2]
 LOCK = ROOT / "requirements.lock"
-USERS = ("export", "graph", "grammar", "lsp", "maps", "sat", "studio", "viz")
+USERS = ("cluster", "export", "graph", "grammar", "lsp", "maps", "sat", "studio", "sweep", "viz")
 """The extras for users, but for those that need torch or fly."""
 GIVEN_OUT = (
     *("missionc", "grammars", "missions", "examples", "docs", "tests", "bench", "editors", "website"),
