@@ -36,15 +36,19 @@ GALLERY = sorted((ROOT / "missions" / "gallery").glob("*.mission"))
 FIELD = sorted((ROOT / "missions" / "field").glob("*.mission"))
 VEHICLES = sorted((ROOT / "missions" / "vehicles").glob("*.mission"))
 LONG = (
+    "base_station",
     "battery_rotation",
     "crop_survey",
     "evacuation",
+    "greenhouse_rounds",
     "harbour_tugs",
     "lake_sampling",
+    "laser_links",
     "mapped_hall",
     "network_bringup",
     "pylon_inspection",
     "rack_hall",
+    "relay_delay",
     "storm_front",
     "supply_convoy",
     "warehouse_picking",
