@@ -13,9 +13,11 @@ from missionc.cli.exit_status import say_line
 from missionc.cli.flight_page import FlightPage
 from missionc.closed_loop.fly_loop import LoopFlight
 from missionc.closed_loop.ground import Ground
+from missionc.closed_loop.told import uploaded
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.live.session import Session
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.replan.request import Way
 
 
@@ -32,6 +34,7 @@ class ShownLoop:
         self._session = Session(mission, kernel)
         self._heard = self._told = 0
         self._began = 0.0
+        self._world: Checked | None = None
 
     def __enter__(self) -> Self:
         self._page.__enter__()
@@ -57,8 +60,12 @@ class ShownLoop:
             begins = "" if happened.begins is None else f"; begun at {happened.begins:g} s"
             well = happened.begins is not None or happened.came == Way.KEPT.value
             self._page.tell(f"{happened.why}: {happened.came}{begins}", "good" if well else "risk", at)
-        if len(ground.happened) > self._told and ground.happened[-1].begins is not None:
-            self._page.set_plan(None)
+        now = ground.world
+        if self._world is not None and now is not self._world and now.mission is not None and now.kernel is not None:
+            self._page.set_world(now.mission, now.kernel)
+        self._world = now
+        if len(ground.happened) > self._told:
+            self._page.set_plan(uploaded(ground.told, self._plan))
         self._told = len(ground.happened)
         time.sleep(max(0.0, self._began + at / self._pace - time.monotonic()))
 

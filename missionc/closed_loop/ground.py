@@ -24,6 +24,8 @@ from missionc.monitoring.live.session import Session
 from missionc.monitoring.live.verdicts import Verdict
 from missionc.monitoring.read_flown import read_flown
 from missionc.output.folder.file_names import flights_in
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.remaining import earlier
 from missionc.pipeline.replan.divert import diverted
 from missionc.pipeline.replan.patch import patched
 from missionc.pipeline.replan.replan import OFF, replan
@@ -107,7 +109,11 @@ class Ground:
     patience: int = 1
     busy: float = 0.0
 
+    world: Checked = field(init=False)
+    """The whole mission as it reads now."""
+
     def __post_init__(self) -> None:
+        self.world = self.flying.checked
         self._watch()
 
     def _watch(self) -> None:
@@ -148,8 +154,9 @@ class Ground:
 
     def change(self, text: str) -> None:
         """The world is another one from now on."""
-        edited = patched(self.flying.checked, Source("change", text), self.limits)
+        edited = patched(self.world, Source("change", text), self.limits)
         assert isinstance(edited, Mapping), "patches are read before the flight"
+        self.world = earlier(self.world, edited, self.limits, 1.0)
         self.texts.update(edited)
         self.causes.append("the world has changed")
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Trace
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.simulate.firmware_setpoints import ACCELERATION, POSITION, RATES, VELOCITY, setpoints
 
@@ -77,6 +77,26 @@ class Told:
 
     def wanted(self, agent: int, time: float) -> Array:
         """(3,), metres: where the ground believes that the agent is to be."""
+        return np.asarray(self.way(agent, np.array([time]))[0])
+
+    def way(self, agent: int, times: Array) -> Array:
+        """(times,), seconds -> (times, 3), metres: likewise at each of them, by all uploads so far."""
         own = self._agents[agent]
-        begins, pieces = [each for index, each in enumerate(own.uploads) if each[0] <= time or index == 0][-1]
-        return np.asarray(setpoints(pieces, np.array([time - begins]))[POSITION, 0])
+        latest = np.maximum(np.searchsorted([begins for begins, _ in own.uploads], times, side="right") - 1, 0)
+        places = np.empty((times.size, 3))
+        for number in np.unique(latest).tolist():
+            begins, pieces = own.uploads[number]
+            places[latest == number] = setpoints(pieces, times[latest == number] - begins)[POSITION].T
+        return places
+
+
+def uploaded(told: Told, plan: Trace) -> Trace:
+    """Where everybody is told to be at the steps of the whole flight, by all that was uploaded so far.
+
+    Args:
+        plan: the first one, of the whole mission.
+    """
+    agents, steps, dimension = plan.position.shape
+    times = float(plan.step) * np.arange(steps, dtype=np.float64)
+    position = np.stack([told.way(agent, times)[:, :dimension] for agent in range(agents)])
+    return Trace(plan.step, position, np.gradient(position, float(plan.step), axis=1), plan.heading)

@@ -14,10 +14,11 @@ from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.app import main
 from missionc.closed_loop.fly_loop import Listen, LoopFlight, fly_loop, nobody
+from missionc.closed_loop.ground import Ground
 from missionc.closed_loop.loop_record import ToldPositions, loop_flights, without_path
 from missionc.closed_loop.reports import Reports
 from missionc.closed_loop.scenario import Event, Scenario, read_scenario
-from missionc.closed_loop.told import Told
+from missionc.closed_loop.told import Told, uploaded
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.diagnostics.code import SCENARIO_UNUSABLE
 from missionc.flight.behind import progress
@@ -178,6 +179,23 @@ def test_the_ground_learns_how_fast_a_slow_drone_still_is_and_plans_for_it() -> 
     assert planned.begins is not None
     assert slow.outcome.satisfied
     assert slow.outcome.untouched
+
+
+def test_a_world_that_changes_twice_has_both_changes_and_the_page_is_told_where_everybody_goes() -> None:
+    own = flying()
+    pieces = [read(own.flights[name]) for name in DRONES]
+    told = Told([each for each in pieces if isinstance(each, Pieces)], np.zeros(3))
+    ground = Ground(own, told, DRONES, Seconds(3.0), LIMITS, 0)
+    for place in ((6, 4.5), (6, 0.5)):
+        ground.change(f"obstacle debris{place[1]:.0f} = disc at {place} radius 0.2")
+    assert ground.world.mission is not None
+    assert {"debris4", "debris0"} < {each.name for each in ground.world.mission.obstacles}
+    assert all(text.count("debris") == 2 for text in ground.texts.values())
+    still = Pieces(np.array([1.0]), np.zeros((1, 4, 8)))
+    told.upload(0, still, 10.0)
+    way = uploaded(told, own.trace).position
+    assert np.allclose(way[:, :10], own.trace.position[:, :10], atol=0.01)
+    assert np.allclose(way[0, 10:], 0.0)
 
 
 def test_what_is_not_planned_in_time_is_asked_for_again_with_more_time() -> None:
