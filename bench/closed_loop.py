@@ -28,7 +28,7 @@ import numpy as np
 from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.cli.fly_folder import open_folder
+from missionc.cli.fly_folder import Opened, open_folder
 from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
 from missionc.closed_loop.ground import Happened
 from missionc.closed_loop.scenario import Event, Scenario
@@ -138,8 +138,8 @@ def _said(each: Happened) -> str:
 @cache
 def _opened(folder: Path) -> Flying:
     found = open_folder(folder, Limits())
-    assert isinstance(found, Flying), found
-    return found
+    assert isinstance(found, Opened), [each.message for each in found]
+    return found.flying
 
 
 def main() -> None:
