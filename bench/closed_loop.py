@@ -30,7 +30,7 @@ from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.fly_folder import Opened, open_folder
 from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
-from missionc.closed_loop.ground import Happened
+from missionc.closed_loop.loop_record import said
 from missionc.closed_loop.scenario import Event, Scenario
 from missionc.ir import Mission
 from missionc.pipeline.driver import compile
@@ -107,7 +107,7 @@ def flown(folder: Path, number: int, flight: int, within: float, clock: float | 
     event = scenario.events[0]
     what = f"{event.at:.1f} s {event.lose and f'lose {event.lose}'}{event.slow and f'slow {event.slow}'}{event.change}"
     lines = [f"  {flight}: {what}: lost {_when(alone, lost)}, anew {_when(anew, lost_anew)}"]
-    lines += [f"      {_said(each)}" for each in anew.happened]
+    lines += [f"      {each.time:.1f} s: {said(each)}" for each in anew.happened]
     return Row(
         len(lost),
         len(beyond),
@@ -128,11 +128,6 @@ def _lost(flight: LoopFlight) -> set[str]:
 def _when(flight: LoopFlight, names: set[str]) -> str:
     since = flight.outcome.since
     return ", ".join(f"{name} ({since[name]:.1f} s)" if name in since else name for name in sorted(names)) or "nothing"
-
-
-def _said(each: Happened) -> str:
-    begins = "" if each.begins is None else f", begun at {each.begins:.1f} s"
-    return f"{each.time:.1f} s: {each.why}: {each.came[:90]}: {each.seconds:.2f} s{begins}, without {each.given_up}"
 
 
 @cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 from missionc.base.judgement import Judgement, judgement_lines
@@ -41,6 +41,11 @@ class Trace:
     position: Array
     velocity: Array
     heading: Array
+
+    def part(self, agents: Sequence[int], first: int, last: int) -> Trace:
+        """The states of some agents, by their rows, from the step ``first`` to the step ``last``, both included."""
+        rows, steps = list(agents), slice(first, last + 1)
+        return Trace(self.step, self.position[rows, steps], self.velocity[rows, steps], self.heading[rows, steps])
 
     @property
     def metres(self) -> float:

@@ -136,9 +136,8 @@ def _happen(
             lost.append(event.lose)
             cuts.append(Cut(time, (event.lose,)))
     elif event.slow:
-        told.slow(
-            ground.names.index(event.slow), event.to * mission.agents[ground.names.index(event.slow)].dynamics.top_speed
-        )
+        agent = mission.agents[ground.names.index(event.slow)]
+        told.slow(agent.index, event.to * agent.dynamics.top_speed)
     else:
         ground.change(event.change)
         cuts.append(Cut(time, texts=dict(ground.texts)))

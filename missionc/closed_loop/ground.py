@@ -1,6 +1,6 @@
-"""The ground: it hears reports, sees who is lost, slow or off, and has the rest of the mission planned anew.
+"""Ground control: it hears telemetry, sees who is lost, slow or off, and has the rest of the mission replanned.
 
-in   reports, and what it is told of the world
+in   reports of where everybody is, and what it is told of the world
 out  uploads
 """
 
@@ -105,7 +105,7 @@ class Ground:
     session: Session | None = None
     risky: set[str] = field(default_factory=set)
     away: dict[str, Report] = field(default_factory=dict)
-    pieces: dict[str, Pieces] = field(default_factory=dict)
+    pieces: dict[str, Pieces] = field(init=False)
     patience: int = 1
     busy: float = 0.0
 
@@ -114,7 +114,13 @@ class Ground:
 
     def __post_init__(self) -> None:
         self.world = self.flying.checked
+        self._fly(self.flying)
         self._watch()
+
+    def _fly(self, flying: Flying) -> None:
+        """This is what is flown."""
+        self.flying = flying
+        self.pieces = {name: polynomials(text) for name, text in flying.flights.items()}
 
     def _watch(self) -> None:
         """A new session, and a new log, for what is flown now."""
@@ -124,7 +130,6 @@ class Ground:
         self.session = Session(mission, kernel, self.limits)
         self.log, self.lost, self.texts, self.given_up = [], [], {}, []
         self.slow, self.risky, self.away = {}, set(), {}
-        self.pieces = {name: polynomials(text) for name, text in self.flying.flights.items()}
 
     @property
     def team(self) -> list[str]:
@@ -286,8 +291,7 @@ class Ground:
             self.told.upload(self.names.index(name), polynomials(text), time)
         if not found.ok or found.compiled is None or begins is None:
             self.happened.append(Happened(time, why, came, seconds, given_up=tuple(self.given_up)))
-            self.flying = diverted(self.flying, stops, time - self.began)
-            self.pieces.update({name: polynomials(self.flying.flights[name]) for name in stops})
+            self._fly(diverted(self.flying, stops, time - self.began))
             return
         assert isinstance(found.compiled.outcome, Verified)
         files = dict(found.compiled.outcome.files)
@@ -298,7 +302,7 @@ class Ground:
         for name, text in flights.items():
             self.told.upload(self.names.index(name), polynomials(text), begins)
         self.happened.append(Happened(time, why, came, seconds, begins, tuple(self.given_up)))
-        self.flying = Flying(found.rest, found.compiled.outcome.plan.trace, flights)
+        self._fly(Flying(found.rest, found.compiled.outcome.plan.trace, flights))
         self.began = begins
         self._watch()
 

@@ -16,8 +16,7 @@ from dataclasses import dataclass, field
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
-from missionc.monitoring.live.judge import LiveJudge
-from missionc.monitoring.live.verdicts import Verdict
+from missionc.monitoring.live.first_violations import first_violations
 from missionc.monitoring.monitor import monitor
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.remaining import earlier
@@ -95,22 +94,25 @@ def judge(
     rows, begin = list(range(len(mission.agents))), 0
     names = [agent.name for agent in mission.agents]
     epochs = [Epoch(0.0, mission, tuple(names))]
-    since: dict[str, float] = {}
+    flown: list[tuple[Remaining, Trace, int]] = []
     for cut in cuts:
         step = min(math.ceil(cut.time / mission.step - 1e-9), int(mission.steps) - 1)
         if cut.texts:
             now = earlier(now, cut.texts, limits, 1.0)
             assert now.mission is not None
             written = now.mission
-        _mark(since, rest, _part(whole, rows, begin, step), begin)
-        rest = after(rest, Stretch(_part(whole, rows, begin, step), cut.lost), written)
+        part = whole.part(rows, begin, step)
+        flown.append((rest, part, begin))
+        rest = after(rest, Stretch(part, cut.lost), written)
         rows = [names.index(agent.name) for agent in rest.mission.agents]
         begin = step
         epochs.append(Epoch(cut.time, written, tuple(names[row] for row in rows)))
-    last = _part(whole, rows, begin, int(mission.steps))
-    _mark(since, rest, last, begin)
+    last = whole.part(rows, begin, int(mission.steps))
+    flown.append((rest, last, begin))
     kept = {each.name: each.satisfied for each in monitor(rest.mission, rest.kernel, last).requirements}
-    lost = {name: since.get(name, float(mission.horizon)) for name, each in kept.items() if not each}
+    lost = {name: float(mission.horizon) for name, each in kept.items() if not each}
+    for stretch in reversed(flown if lost else []):
+        lost |= {name: when for name, when in _since(*stretch).items() if name in lost}
     ends = [*(each.time for each in epochs[1:]), float(times[-1])]
     rooms = [
         check for each, end in zip(epochs, ends, strict=True) for check in _rooms(each, names, times, position, end)
@@ -119,20 +121,10 @@ def judge(
     return Outcome(kept, nearest, tuple(epochs), lost)
 
 
-def _mark(since: dict[str, float], rest: Remaining, trace: Trace, begin: int) -> None:
-    """Note since when, seconds, a requirement cannot be kept by any continuation of what was flown by then."""
-    for name in rest.nobodys:
-        since.setdefault(name, float(begin * trace.step))
-    live = LiveJudge(rest.mission, rest.kernel)
-    for step in range(trace.position.shape[1]):
-        for standing in live.advance(trace.position[:, step], trace.velocity[:, step], trace.heading[:, step]):
-            if standing.verdict is Verdict.VIOLATED:
-                since.setdefault(standing.name, float((begin + step) * trace.step))
-
-
-def _part(trace: Trace, rows: list[int], begin: int, end: int) -> Trace:
-    part = slice(begin, end + 1)
-    return Trace(trace.step, trace.position[rows, part], trace.velocity[rows, part], trace.heading[rows, part])
+def _since(rest: Remaining, trace: Trace, begin: int) -> dict[str, float]:
+    """Since when, seconds, a requirement cannot be kept by any continuation of what was flown by then."""
+    steps = first_violations(rest.mission, rest.kernel, trace) | dict.fromkeys(rest.nobodys, 0)
+    return {name: float((begin + step) * trace.step) for name, step in steps.items()}
 
 
 def _rooms(epoch: Epoch, names: list[str], times: Array, position: Array, end: float) -> list[Check]:

@@ -220,7 +220,7 @@ def _happens(event: Event) -> str:
     if event.lose:
         return f"{event.lose} is lost: its motors stop"
     if event.slow:
-        return f"{event.slow} goes on at {event.to:g} times the rate"
+        return f"{event.slow} goes no faster than {event.to:g} of its top speed"
     return f"the world changes: {' '.join(event.change.split())}"
 
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import Curves
+from missionc.curves.crazyflie_csv import Pieces, curves_of
 from missionc.flight.stop_and_hover import ORDERS, state_at
 
 LONGEST = 30.0
@@ -51,7 +50,7 @@ def own_moment(flight: Pieces, place: Array, time: float) -> tuple[float, float]
     """
     first = max(0.0, time - LONGEST)
     moments = np.linspace(first, time, math.ceil((time - first) / PERIOD) + 1)
-    away = np.linalg.norm(_curves(flight).at(moments)[0, :, : place.size] - place, axis=-1)
+    away = np.linalg.norm(curves_of([flight], slice(None)).at(moments)[0, :, : place.size] - place, axis=-1)
     best = int(np.flatnonzero(away <= away.min() + NEAR)[-1])
     return float(moments[best]), float(away[best])
 
@@ -91,7 +90,7 @@ def flown_late(flight: Pieces, place: Array, time: float, speed: float, lasting:
     moment, _ = own_moment(flight, place, time)
     end = float(flight.duration.sum())
     own = np.linspace(moment, end, max(1, math.ceil((end - moment) / PERIOD)) + 1)
-    curves = _curves(flight)
+    curves = curves_of([flight], slice(None))
     fast = np.linalg.norm(curves.derivative().at(own)[0, :-1, :3], axis=-1)
     reached = np.concatenate([[0.0], np.cumsum(np.diff(own) * np.maximum(1.0, fast / speed))])
     times = np.linspace(0.0, lasting, max(1, math.ceil(lasting / STRIDE)) + 1)
@@ -102,14 +101,10 @@ def flown_late(flight: Pieces, place: Array, time: float, speed: float, lasting:
     return Pieces(np.diff(times), coefficients)
 
 
-def _curves(flight: Pieces) -> Curves:
-    return Curves(flight.times, flight.coefficients[None])
-
-
 def _length(flight: Pieces, first: float, last: float, dimension: int) -> float:
     """Metres of the way between two moments."""
     if last <= first:
         return 0.0
     moments = np.linspace(first, last, math.ceil((last - first) / PERIOD) + 1)
-    way = _curves(flight).at(moments)[0, :, :dimension]
+    way = curves_of([flight], slice(None)).at(moments)[0, :, :dimension]
     return float(np.linalg.norm(np.diff(way, axis=0), axis=-1).sum())

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.crazyflie_csv import polynomials
 from missionc.output.folder.file_names import flights_in
 from missionc.replay.folder_files import FolderFiles, check_mission
 from missionc.simulate.trials import run
@@ -32,6 +32,5 @@ def carry_out(request: TrialRequest) -> RunResult:
     if mission is None or kernel is None:
         raise ValueError(f"the mission cannot be read: {checked}")
     texts = flights_in(mission.agents, request.files)
-    pieces = [read(texts[agent.name]) for agent in mission.agents]
-    trials = run(mission, kernel, [each for each in pieces if isinstance(each, Pieces)], request.trial)
+    trials = run(mission, kernel, [polynomials(texts[agent.name]) for agent in mission.agents], request.trial)
     return RunResult(FLOWN, {}, {}, ((RECORDS, flight_records.written(trials.flights, request.curves)),))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import json
 import platform
 import zlib
 from collections.abc import Mapping
@@ -12,6 +10,7 @@ from functools import cache
 from typing import Any
 
 from missionc.output.folder.manifest import versions
+from missionc.sweep import wire_text
 from missionc.sweep.run_result import ERROR, RunResult, Value
 
 SCHEMA = "missionc.answer/1"
@@ -39,7 +38,7 @@ def versions_here() -> dict[str, str]:
 
 def written(result: RunResult) -> str:
     """The text of a result, on one line."""
-    files = {name: base64.b64encode(zlib.compress(content)).decode("ascii") for name, content in result.files}
+    files = wire_text.sent({name: zlib.compress(content) for name, content in result.files})
     return _text(
         {"outcome": result.outcome, "values": dict(result.values), "sizes": dict(result.sizes), "files": files}
     )
@@ -57,9 +56,9 @@ def other_versions(here: Mapping[str, str]) -> str:
 
 def with_usage(text: str, seconds: float, size: int) -> str:
     """An answer with the processor time that its process took, and the most memory it had, bytes."""
-    document = json.loads(text)
+    document = wire_text.read_line(text, SCHEMA)
     document["values"] |= {"cpu_seconds": round(seconds, 4), "peak_bytes": size}
-    return json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return wire_text.one_line(document)
 
 
 def read(text: str) -> Answer:
@@ -68,15 +67,12 @@ def read(text: str) -> Answer:
     Raises:
         ValueError, KeyError, TypeError: the text is none.
     """
-    document = json.loads(text)
-    if document["schema"] != SCHEMA:
-        raise ValueError(f"an answer of the form {document['schema']}, and not {SCHEMA}")
-    files = tuple((name, zlib.decompress(base64.b64decode(each))) for name, each in document["files"].items())
+    document = wire_text.read_line(text, SCHEMA)
+    files = tuple((name, zlib.decompress(each)) for name, each in wire_text.received(document["files"]).items())
     values: dict[str, Value] = dict(document["values"])
     result = RunResult(document["outcome"], values, document["sizes"], files)
     return Answer(result, document["host"], document.get("versions", {}))
 
 
 def _text(document: dict[str, Any]) -> str:
-    document = {"schema": SCHEMA, "host": platform.node(), **document}
-    return json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return wire_text.one_line({"schema": SCHEMA, "host": platform.node(), **document})

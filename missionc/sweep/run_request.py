@@ -6,8 +6,6 @@ mission's files, texts, numbers and names.
 
 from __future__ import annotations
 
-import base64
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -16,6 +14,7 @@ from missionc.backends.options import DESCRIBED, Options
 from missionc.base.limits import Limits
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
+from missionc.sweep import wire_text
 
 SCHEMA = "missionc.run/1"
 TIME_LIMIT = Seconds(600.0)
@@ -99,14 +98,14 @@ def written(request: Request) -> str:
     document = {
         "schema": SCHEMA,
         "seconds": settings.time_limit * (2 if settings.flights else 1),
-        "files": {name: base64.b64encode(content).decode("ascii") for name, content in settings.files.items()},
+        "files": wire_text.sent(settings.files),
         "values": dict(request.values),
         "seed": request.seed,
         "engines": list(request.engines),
         "keep": settings.keep,
         **settings.shared,
     }
-    return json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return wire_text.one_line(document)
 
 
 def read(text: str) -> Request:
@@ -115,11 +114,9 @@ def read(text: str) -> Request:
     Raises:
         ValueError, KeyError, TypeError: the text is none.
     """
-    document = json.loads(text)
-    if document["schema"] != SCHEMA:
-        raise ValueError(f"a run of the form {document['schema']}, and not {SCHEMA}")
+    document = wire_text.read_line(text, SCHEMA)
     settings = Settings(
-        {name: base64.b64decode(content, validate=True) for name, content in document["files"].items()},
+        wire_text.received(document["files"]),
         document["fixed"],
         Limits(**document["limits"]),
         document["backend"],

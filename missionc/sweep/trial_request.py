@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -11,6 +9,7 @@ from typing import Any
 from missionc.base.limits import Limits
 from missionc.simulate.disturbance import Disturbance
 from missionc.simulate.trials import Trial
+from missionc.sweep import wire_text
 
 SCHEMA = "missionc.trials/1"
 SECONDS = 3600.0
@@ -44,12 +43,12 @@ def written(request: TrialRequest) -> str:
         "engines": [],
         "versions": dict(request.versions),
         "manifest": dict(request.manifest),
-        "files": {name: base64.b64encode(content).decode("ascii") for name, content in request.files.items()},
+        "files": wire_text.sent(request.files),
         "trial": asdict(request.trial),
         "limits": asdict(request.limits),
         "curves": request.curves,
     }
-    return json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return wire_text.one_line(document)
 
 
 def read(text: str) -> TrialRequest:
@@ -58,10 +57,10 @@ def read(text: str) -> TrialRequest:
     Raises:
         ValueError, KeyError, TypeError: the text is none.
     """
-    document = json.loads(text)
+    document = wire_text.read_line(text, SCHEMA)
     drawn = document["trial"].pop("disturbance")
     lost = tuple((str(name), float(when)) for name, when in drawn.pop("lose"))
     trial = Trial(**document["trial"], disturbance=Disturbance(**drawn, lose=lost))
-    files = {name: base64.b64decode(content, validate=True) for name, content in document["files"].items()}
+    files = wire_text.received(document["files"])
     limits = Limits(**document["limits"])
     return TrialRequest(document["manifest"], files, trial, limits, document["curves"], document["versions"])

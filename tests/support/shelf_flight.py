@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -55,7 +56,12 @@ def inspector() -> str:
 
 def folder(place: Path) -> Path:
     """Its folder, written there."""
-    for name, content in outcome().files:
+    return written_to(place, outcome().files)
+
+
+def written_to(place: Path, files: Iterable[tuple[str, bytes]]) -> Path:
+    """A folder of files, written there."""
+    for name, content in files:
         (place / name).parent.mkdir(parents=True, exist_ok=True)
         (place / name).write_bytes(content)
     return place

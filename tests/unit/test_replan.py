@@ -35,7 +35,7 @@ from missionc.pipeline.results import Verified
 from missionc.progression.past_document import Past, past_json, read_past
 from missionc.replay.render_report import render_report
 from missionc.replay.reverify import reverify
-from tests.support.shelf_flight import compiled, flown, flying, folder, inspector
+from tests.support.shelf_flight import compiled, flown, flying, folder, inspector, written_to
 
 LIMITS = Limits()
 SOON, PATIENT = Seconds(3.0), Seconds(60.0)
@@ -106,10 +106,7 @@ def test_who_is_left_finishes_the_mission(tmp_path: Path) -> None:
         *(np.insert(each, lone, each[0], axis=0) for each in (trace.position, trace.velocity, trace.heading)),
     )
     assert all(each.satisfied for each in monitor(mission, kernel, three).requirements)
-    for name, content in found.files:
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_bytes(content)
-    verified = reverify(tmp_path)
+    verified = reverify(written_to(tmp_path, found.files))
     assert verified.passed, verified.findings
     assert verified.certificate is not None
     assert found.begins is not None
@@ -196,10 +193,7 @@ def test_who_is_off_the_way_begins_anew_where_it_is_and_the_whole_is_judged_too(
     start = found.rest.mission.agents[other].start
     assert isinstance(start, Exactly)
     assert start.point == pytest.approx(tuple(last[other]), abs=1e-3)
-    for name, content in found.files:
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_bytes(content)
-    verified = reverify(tmp_path)
+    verified = reverify(written_to(tmp_path, found.files))
     assert verified.passed, verified.findings
     assert verified.certificate is not None
     whole = [check.subject for check in verified.certificate.checks if check.name == "whole requirement"]

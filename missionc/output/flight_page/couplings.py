@@ -1,4 +1,4 @@
-"""Links and formations of a flight that goes on: which there were at each column, and which are broken or at risk now.
+"""Communication links and formations of a live flight: which there were at each column, are broken, or at risk now.
 
 in   Mission, the team's states, the plan that is followed
 out  values that JSON can hold

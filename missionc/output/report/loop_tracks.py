@@ -17,7 +17,7 @@ import numpy as np
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.output.report.sample_tracks import Placed
-from missionc.output.report.simulated_tracks import Simulated, fewer
+from missionc.output.report.simulated_tracks import Simulated, fewer, straight
 from missionc.verify.certificate import Check
 
 
@@ -55,18 +55,13 @@ def loop_tracks(mission: Mission, loop: LoopFlights, rate: int) -> tuple[Simulat
     there = grid < gone[:, None]
     level = slice(mission.dimension)
     flown, told = (
-        Placed(rate, grid, _at(grid, times, places)[..., level], there=there)
+        Placed(rate, grid, straight(grid, times, places)[..., level], there=there)
         for times, places in ((loop.times, loop.position), (loop.heard, loop.told))
     )
-    error = np.linalg.norm(_at(loop.heard, loop.times, loop.position) - loop.told, axis=-1)
+    error = np.linalg.norm(straight(loop.heard, loop.times, loop.position) - loop.told, axis=-1)
     error[loop.heard >= gone[:, None]] = 0.0
     checks = () if loop.nearest is None else (_shown(loop.nearest),)
     return Simulated("fly", flown, fewer(error), loop.allowed, checks), told
-
-
-def _at(grid: Array, times: Array, places: Array) -> Array:
-    """(agents, samples, dim) -> (agents, grid, dim), straight between samples."""
-    return np.stack([np.stack([np.interp(grid, times, axis) for axis in own.T], axis=-1) for own in places])
 
 
 def _shown(check: Check) -> Check:

@@ -71,12 +71,14 @@ def _read(mission: Mission, document: Any, flown: Curves, rate: int) -> Simulate
     if times[-1] < mission.horizon - 1 / often:
         return None
     error = np.linalg.norm(position - flown.at(np.minimum(times, flown.times[-1])), axis=-1)
-    grid = np.arange(rate * mission.steps + 1) * (mission.step / rate)
-    level = [
-        np.stack([np.interp(grid, times, axis) for axis in own.T[: mission.dimension]], axis=-1) for own in position
-    ]
-    placed = Placed(rate, np.asarray(grid, dtype=np.float64), np.stack(level))
+    grid = np.asarray(np.arange(rate * mission.steps + 1) * (mission.step / rate), dtype=np.float64)
+    placed = Placed(rate, grid, straight(grid, times, position[..., : mission.dimension]))
     return Simulated(document["engine"], placed, fewer(error), allowed, _checks(document))
+
+
+def straight(grid: Array, times: Array, places: Array) -> Array:
+    """(agents, samples, dim) -> (agents, grid, dim), straight between samples."""
+    return np.stack([np.stack([np.interp(grid, times, axis) for axis in own.T], axis=-1) for own in places])
 
 
 def text_of(value: object) -> str:

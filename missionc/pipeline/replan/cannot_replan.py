@@ -9,8 +9,7 @@ from missionc.backends.api import Impossible
 from missionc.diagnostics.code import NO_LONGER_KEPT, NO_SAFE_STOP, NOT_BY_THEN
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Mission
-from missionc.monitoring.live.judge import LiveJudge
-from missionc.monitoring.live.verdicts import Verdict
+from missionc.monitoring.live.first_violations import first_violations
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.replan.request import Request
 from missionc.pipeline.results import Compiled
@@ -52,12 +51,7 @@ def _since(before: Checked, request: Request) -> dict[str, float]:
     mission, kernel, trace = before.mission, before.kernel, request.so_far.trace
     assert mission is not None
     assert kernel is not None
-    judge, found = LiveJudge(mission, kernel), dict[str, float]()
-    for step in range(trace.position.shape[1]):
-        for standing in judge.advance(trace.position[:, step], trace.velocity[:, step], trace.heading[:, step]):
-            if standing.verdict is Verdict.VIOLATED:
-                found.setdefault(standing.name, float(step * mission.step))
-    return found
+    return {name: float(step * mission.step) for name, step in first_violations(mission, kernel, trace).items()}
 
 
 def no_safe_stop(mission: Mission, failed: tuple[Check, ...]) -> Diagnostic:

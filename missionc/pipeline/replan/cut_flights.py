@@ -6,62 +6,42 @@ out  polynomials, in numbers of float32 where they are sent
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import Curves, refined, shifted
+from missionc.curves.crazyflie_csv import Pieces, curves_of
+from missionc.curves.piecewise_polynomials import refined, shifted
 
 SLIVER = 1e-4
 """Seconds: joints nearer than this are one."""
 
 
-def from_moment(flight: Pieces, moment: float) -> Pieces:
-    """The flight from a moment on, seconds."""
-    whole = refined(Curves(flight.times, flight.coefficients[None]), np.array([moment]))
-    chosen = whole.times[:-1] > moment - 1e-6
+def between(flight: Pieces, first: float, last: float = math.inf) -> Pieces:
+    """The flight from one moment to another, seconds, or to its end."""
+    whole = refined(curves_of([flight], slice(None)), np.array([first, last]))
+    middle = (whole.times[:-1] + whole.times[1:]) / 2
+    chosen = (middle > first) & (middle < last)
     return Pieces(whole.durations[chosen], whole.coefficients[0, chosen])
 
 
-def until_then(flights: Sequence[Pieces], seconds: float) -> list[Pieces]:
-    """Flights that last as long as each other, each no longer than so many seconds."""
-    if seconds >= flights[0].duration.sum() - 1e-6:
-        return list(flights)
-    found = []
-    for own in flights:
-        whole = refined(Curves(own.times, own.coefficients[None]), np.array([seconds]))
-        chosen = whole.times[1:] < seconds + 1e-6
-        found.append(Pieces(whole.durations[chosen], whole.coefficients[0, chosen]))
-    return found
-
-
-def with_end(flight: Pieces, moment: float, end: Pieces) -> Pieces:
-    """The flight up to a moment, seconds, and another from then on."""
-    before = until_then([flight], moment)[0] if moment > SLIVER else None
-    if before is None:
-        return end
+def joined(flights: Sequence[Pieces]) -> Pieces:
+    """One flight after the other."""
     return Pieces(
-        np.concatenate([before.duration, end.duration]), np.concatenate([before.coefficients, end.coefficients])
+        np.concatenate([own.duration for own in flights]), np.concatenate([own.coefficients for own in flights])
     )
 
 
 def with_stop(own: Pieces, stop: Pieces, moment: float, wait: float, lasting: float) -> Pieces:
     """What is flown until the stop begins, the stop, and the hover, of so many seconds in all."""
     hover = lasting - wait - float(stop.duration[0])
-    durations, coefficients = [], []
-    if wait > 0:
-        part = refined(Curves(own.times, own.coefficients[None]), np.array([moment, moment + wait]))
-        chosen = (part.times[:-1] > moment - 1e-9) & (part.times[1:] < moment + wait + 1e-9)
-        durations.append(part.durations[chosen])
-        coefficients.append(part.coefficients[0, chosen])
-    durations.append(stop.duration[:1])
-    coefficients.append(stop.coefficients[:1])
+    parts = [between(own, moment, moment + wait), Pieces(stop.duration[:1], stop.coefficients[:1])]
     if hover > 1e-6:
-        durations.append(np.array([hover]))
-        coefficients.append(stop.coefficients[1:])
-    return Pieces(_float32(np.concatenate(durations)), _float32(np.concatenate(coefficients)))
+        parts.append(Pieces(np.array([hover]), stop.coefficients[1:]))
+    whole = joined(parts)
+    return Pieces(_float32(whole.duration), _float32(whole.coefficients))
 
 
 def aligned(flights: list[Pieces]) -> list[Pieces]:

@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from missionc.base.trace import Trace
-from missionc.curves.crazyflie_csv import Pieces, polynomials, written
-from missionc.curves.piecewise_polynomials import Curves, values
-from missionc.pipeline.replan.cut_flights import with_end
+from missionc.curves.crazyflie_csv import Pieces, curves_of, polynomials, written
+from missionc.curves.piecewise_polynomials import values
+from missionc.pipeline.replan.cut_flights import between, joined
 from missionc.pipeline.replan.fly_on import arrays
 from missionc.pipeline.replan.request import Flying
 
@@ -35,9 +35,10 @@ def diverted(flying: Flying, stops: Mapping[str, str], moment: float) -> Flying:
         if agent.name not in stops:
             continue
         before = polynomials(flights[agent.name])
-        whole = _lasting(with_end(before, moment, polynomials(stops[agent.name])), float(before.duration.sum()))
+        stopped = joined([between(before, 0.0, moment), polynomials(stops[agent.name])])
+        whole = _lasting(stopped, float(before.duration.sum()))
         flights[agent.name] = written(whole)
-        states = Curves(whole.times, whole.coefficients[None]).at(times[later])[0]
+        states = curves_of([whole], slice(None)).at(times[later])[0]
         position[agent.index, later] = states[:, : mission.dimension]
         heading[agent.index, later] = states[:, 3]
         velocity[agent.index, :-1] = np.diff(position[agent.index], axis=0) / mission.step

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import Curves
+from missionc.curves.crazyflie_csv import Pieces, curves_of
 from missionc.flight.behind import flown_late
 from missionc.ir import Mission
 from missionc.monitoring.read_flown import FlownSoFar
-from missionc.pipeline.replan.cut_flights import from_moment
+from missionc.pipeline.replan.cut_flights import between
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,14 +58,13 @@ def fly_on(
     pieces = []
     for agent in left:
         if agent not in late:
-            pieces.append(from_moment(flights[agent], until))
+            pieces.append(between(flights[agent], until))
             continue
         own = flown_late(flights[agent], so_far.last[agent], until, late[agent], end - until)
         pieces.append(own)
         times = mission.step * np.arange(steps + 1, steps + position.shape[1]) - until
-        curves = Curves(own.times, own.coefficients[None])
         position[agent, 0] = so_far.trace.position[agent, -1]
-        position[agent, 1:] = curves.at(times)[0, :, : mission.dimension]
+        position[agent, 1:] = curves_of([own], slice(mission.dimension)).at(times)[0]
         velocity[agent, :-1] = np.diff(position[agent], axis=0) / mission.step
         velocity[agent, -1] = 0.0
         ways = velocity[agent, :-1]
@@ -77,12 +75,12 @@ def fly_on(
         np.concatenate([old[:, :-1], new[:, :1]], axis=1)
         for old, new in zip(arrays(so_far.trace), (position, velocity, heading), strict=True)
     ]
-    rows = list(left)
+    ahead = Trace(plan.step, position, velocity, heading).part(left, 0, position.shape[1] - 1)
     return FlyOn(
         pieces,
         tuple(number for number, agent in enumerate(left) if agent in late),
         Trace(plan.step, *told),
-        Trace(plan.step, position[rows], velocity[rows], heading[rows]),
+        ahead,
     )
 
 

@@ -36,7 +36,7 @@ from missionc.pipeline.no_plan import impossible
 from missionc.pipeline.provenance import texts
 from missionc.pipeline.remaining import earlier, remaining
 from missionc.pipeline.replan.cannot_replan import no_longer_kept, no_plan_in_time, no_safe_stop, nobody_left
-from missionc.pipeline.replan.cut_flights import from_moment, until_then
+from missionc.pipeline.replan.cut_flights import between
 from missionc.pipeline.replan.fly_on import FlyOn, arrays, fly_on
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
 from missionc.pipeline.replan.stop_all import Stopped, bodies, ends, resting_state, stop_all, stop_some
@@ -129,7 +129,7 @@ class _Replanning:
 
     def _rest(self, told: Trace, steps: int) -> Checked | Diagnostic:
         """The mission after those steps of the plan that was flown."""
-        states = Trace(told.step, *(each[:, : steps + 1] for each in (told.position, told.velocity, told.heading)))
+        states = told.part(range(len(self.names)), 0, steps)
         before = self._texts_before()
         earlier_ones = self.flying.checked.past.flown if self.flying.checked.past else ()
         earlier_ones = tuple(replace(each, texts={**before, **each.texts}) for each in earlier_ones)
@@ -144,12 +144,12 @@ class _Replanning:
         lost = [agent for agent in rows if agent not in self.left]
         if lost:
             begin = min(math.floor(float(request.so_far.seen[lost].min()) / step + ON_TIME) + 1, steps)
-            part = Trace(states.step, *(each[:, : begin + 1] for each in arrays(states)))
-            yield Flown(Stretch(part, request.lost), tuple(self.names), min(until, begin * step), before)
+            yield Flown(
+                Stretch(states.part(rows, 0, begin), request.lost), tuple(self.names), min(until, begin * step), before
+            )
             rows = self.left
-        part = Trace(states.step, *(each[rows, begin:] for each in arrays(states)))
         names = tuple(self.names[agent] for agent in rows)
-        stretch = Stretch(part, (), request.given_up, request.slow)
+        stretch = Stretch(states.part(rows, begin, steps), (), request.given_up, request.slow)
         yield Flown(stretch, names, max(until - begin * step, 0.0), before)
 
     def _texts_before(self) -> dict[str, str]:
@@ -180,7 +180,7 @@ class _Replanning:
         bodies_on = self._bodies_on(on.pieces)
         safe = all(check.passed for check in bodies_on)
         self.must_stop = not safe and not all(
-            check.passed for check in self._bodies_on(until_then(on.pieces, self._ahead()))
+            check.passed for check in self._bodies_on([between(own, 0.0, self._ahead()) for own in on.pieces])
         )
         if isinstance(rest, Diagnostic) or rest.mission is None or rest.kernel is None or rest.rest is None:
             return None
@@ -225,20 +225,27 @@ class _Replanning:
         if on.late:
             return Certificate(rest.mission.name, ())
         cut = steps * self.mission.step
-        files = {self.names[agent]: written(from_moment(self.flights[agent], cut)) for agent in self.left}
+        files = {self.names[agent]: written(between(self.flights[agent], cut)) for agent in self.left}
         proven = verify_polynomials(rest.mission, rest.kernel, on.ahead, files)
         return replace(proven, checks=tuple(check for check in proven.checks if check.name != "rest"))
 
     # ------------------------------------------------------------------ stopping
 
     def _stopped(self) -> Stopped | tuple[Check, ...]:
-        moment = self.request.moment
-        off = {place: self._state(agent, moment) for place, agent in enumerate(self.left) if agent in self.off}
-        own = [self.flights[agent] for agent in self.left]
-        return stop_all(self._team(moment), own, moment, off, float(self.request.in_time), int(self.mission.steps))
+        moment, least = self.request.moment, float(self.request.in_time)
+        return stop_all(self._team(moment), self._own(), moment, self._off_states(), least, int(self.mission.steps))
 
-    def _state(self, agent: int, moment: float) -> Array:
+    def _own(self) -> list[Pieces]:
+        """What those fly who are left."""
+        return [self.flights[agent] for agent in self.left]
+
+    def _off_states(self) -> dict[int, Array]:
+        """The states at the moment of those who are off their ways, by their places among those who are left."""
+        return {place: self._state(agent) for place, agent in enumerate(self.left) if agent in self.off}
+
+    def _state(self, agent: int) -> Array:
         """(5, 4): the state of one that is off its way: behind on it, or as if at rest where it was seen."""
+        moment = self.request.moment
         slow = self.request.slow.get(self.names[agent])
         if slow is not None:
             return state_behind(self.flights[agent], self.off[agent], moment, slow)
@@ -248,11 +255,8 @@ class _Replanning:
     def _stops_of_some(self) -> dict[str, str]:
         """The text of the stops of as few as can be, where there is no other plan and somebody touches something."""
         moment = self.request.moment
-        off = {place: self._state(agent, moment) for place, agent in enumerate(self.left) if agent in self.off}
-        own = [self.flights[agent] for agent in self.left]
-        since = moment - self.request.so_far.until
-        late = {place: from_moment(on, since) for place, on in self.late.items()}
-        stops = stop_some(self._team(moment), own, moment, off, late, self.request.ahead)
+        late = {place: between(on, moment - self.request.so_far.until) for place, on in self.late.items()}
+        stops = stop_some(self._team(moment), self._own(), moment, self._off_states(), late, self.request.ahead)
         return {self.names[self.left[place]]: written(stop) for place, stop in stops.items()}
 
     def _stops(self, stopped: Stopped) -> dict[str, str]:
@@ -322,7 +326,7 @@ class _Replanning:
         """A motion near the old plan from where everybody stopped, polished until it keeps what is left."""
         assert rest.mission is not None
         assert rest.kernel is not None
-        ahead = Trace(self.mission.step, *(each[:, stopped.step :] for each in arrays(self.flying.trace)))
+        ahead = self.flying.trace.part(range(len(self.names)), stopped.step, int(self.mission.steps))
         lost = [agent for agent in range(len(self.names)) if agent not in self.left]
         starts = ends(stopped.pieces, self.mission.dimension)
         now = time.monotonic()

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import Curves, values
+from missionc.curves.crazyflie_csv import Pieces, curves_of
+from missionc.curves.piecewise_polynomials import values
 from missionc.flight.stop_and_hover import state_at, stop_and_hover, stop_together
 from missionc.ir import Mission, Vehicle
-from missionc.pipeline.replan.cut_flights import aligned, from_moment, until_then, with_stop
+from missionc.pipeline.replan.cut_flights import aligned, between, with_stop
 from missionc.progression.rest_of_mission import counted_from
 from missionc.verify.certificate import Check
 from missionc.verify.flight.verify_stops import checks
@@ -49,7 +49,7 @@ class Stopped:
             moment: seconds, when the stops begin.
             steps: seconds, after ``moment``.
         """
-        curves = Curves(self.pieces[0].times, np.stack([own.coefficients for own in self.pieces]))
+        curves = curves_of(self.pieces, slice(None))
         place, slope = curves.at(steps - moment), curves.derivative().at(steps - moment)
         return place[..., :dimension], slope[..., :dimension], place[..., 3]
 
@@ -115,7 +115,8 @@ def stop_some(
     lasting = min(ahead, end - moment)
     if lasting <= 0:
         return {}
-    on = until_then([late.get(index) or from_moment(own, moment) for index, own in enumerate(flights)], lasting)
+    rest = [late.get(index) or between(own, moment) for index, own in enumerate(flights)]
+    on = [between(own, 0.0, lasting) for own in rest]
     must = [each for each in off if each not in late]
     failing = [check for check in bodies(mission_at, on) if not check.passed]
     index = {agent.name: agent.index for agent in mission_at.agents}

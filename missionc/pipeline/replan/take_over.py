@@ -8,12 +8,11 @@ A motion is back on the plan as soon as its agent can be, straight ahead; nothin
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
@@ -32,35 +31,40 @@ def near_motions(
         left, lost: their indices.
         starts: (agents that are left, dim), metres.
     """
-    found = [_back_on(mission, plan, rows, starts) for rows in _roles(plan, left, lost, starts)]
+    own = [_way(mission, index, plan.position[row], starts) for index, row in enumerate(left)]
+    found = [_motion(plan, left, own)]
+    for index, gone in _substitutes(plan, left, lost, starts):
+        rows, ways = list(left), list(own)
+        rows[index], ways[index] = gone, _way(mission, index, plan.position[gone], starts)
+        found.append(_motion(plan, rows, ways))
     return sorted(found, key=lambda trace: _failing(mission, kernel, trace)) if len(found) > 1 else found
 
 
-def _roles(plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array) -> Iterator[list[int]]:
-    """Whose way each agent goes that is left: its own, and by turns that of a lost one, the nearest first."""
-    yield list(left)
-    pairs = [(number, gone) for gone in lost for number in range(len(left))]
+def _substitutes(plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array) -> list[tuple[int, int]]:
+    """Who, of those that are left, may go the way of which lost one, the nearest first."""
+    pairs = [(index, gone) for gone in lost for index in range(len(left))]
     pairs.sort(key=lambda pair: float(np.linalg.norm(starts[pair[0]] - plan.position[pair[1], 0])))
-    for number, gone in pairs[: MOST - 1]:
-        rows = list(left)
-        rows[number] = gone
-        yield rows
+    return pairs[: MOST - 1]
 
 
-def _back_on(mission: Mission, plan: Trace, rows: Sequence[int], starts: Array) -> Trace:
-    """From where everybody is onto the ways of ``rows``, as fast as agents go, and on along them."""
-    wanted = plan.position[list(rows)]
+def _way(mission: Mission, index: int, wanted: Array, starts: Array) -> Array:
+    """(steps, dim): from where an agent is onto a way, (steps, dim), as fast as it goes, and on along it."""
+    reach = mission.agents[index].dynamics.top_speed * float(mission.step)
     position = wanted.copy()
-    position[:, 0] = starts
-    for index, agent in enumerate(mission.agents):
-        reach = agent.dynamics.top_speed * float(mission.step)
-        for step in range(1, position.shape[1]):
-            way = wanted[index, step] - position[index, step - 1]
-            far = float(np.linalg.norm(way))
-            position[index, step] = position[index, step - 1] + way * min(1.0, reach / far if far else 1.0)
+    position[0] = starts[index]
+    for step in range(1, len(position)):
+        way = wanted[step] - position[step - 1]
+        far = float(np.linalg.norm(way))
+        position[step] = position[step - 1] + way * min(1.0, reach / far if far else 1.0)
+    return position
+
+
+def _motion(plan: Trace, rows: Sequence[int], ways: Sequence[Array]) -> Trace:
+    """Everybody on these ways, with the headings of the agents of the plan whose ways they are."""
+    position = np.stack(ways)
     velocity = np.zeros_like(position)
-    velocity[:, :-1] = np.diff(position, axis=1) / mission.step
-    return Trace(Seconds(mission.step), position, velocity, plan.heading[list(rows)])
+    velocity[:, :-1] = np.diff(position, axis=1) / plan.step
+    return Trace(plan.step, position, velocity, plan.heading[list(rows)])
 
 
 def _failing(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[int, float]:
