@@ -18,6 +18,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.cover.bodies import SLACK, standing_room
 from missionc.backends.cover.borders import Border
@@ -61,6 +64,15 @@ class Cells:
     def touching(self) -> Flags:
         """Which of them have a point in common, (cells, cells)."""
         return self.distance.low <= 0.0
+
+    @cached_property
+    def before(self) -> NDArray[np.int32]:
+        """On the shortest chain from a cell to each other, by their middles, the one before that: (cells, cells).
+
+        Negative where there is no chain, or where it begins.
+        """
+        ways = np.linalg.norm(self.middle[:, None] - self.middle[None], axis=-1) + SLACK
+        return np.asarray(dijkstra(csr_array(np.where(self.touching, ways, 0.0)), return_predecessors=True)[1])
 
 
 def distance_range(one: Cells, other: Cells) -> Range:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -52,7 +53,7 @@ def may_move(cells: Cells, least: float, most: float) -> Flags:
     near = (distance.low <= most) & (distance.high >= least)
     if len(cells) == 0 or bool(_connected(cells.touching)):
         return near
-    return near & _joined(distance.low, cells.touching, most)
+    return near & _joined(distance.low, cells.touching, cells.before, most)
 
 
 def _connected(touching: Flags) -> bool:
@@ -60,30 +61,54 @@ def _connected(touching: Flags) -> bool:
     return bool(touching.all())
 
 
-def _joined(distance: Array, touching: Flags, most: float) -> Flags:
+def _joined(distance: Array, touching: Flags, before: NDArray[np.int32], most: float) -> Flags:
     """To which cells of those within reach a chain of cells leads along which a motion may be short enough."""
-    joined: Flags = np.zeros(distance.shape, dtype=np.bool_)
+    within = distance <= most
+    few = within.sum(axis=1) <= NEAR
+    joined = _led_to(distance, before, most, few)
     links = csr_matrix(touching, dtype=np.int8)
-    _, whole = connected_components(links)
-    for cell in range(len(distance)):
-        near = np.flatnonzero(distance[cell] <= most)
+    for cell in np.flatnonzero((within & ~joined).any(axis=1)).tolist():
+        near = np.flatnonzero(within[cell])
         here = int(np.searchsorted(near, cell))
-        if len(near) > NEAR:
-            part = whole if len(near) == len(whole) else connected_components(links[near][:, near])[1]
+        if not few[cell]:
+            part = connected_components(links[near][:, near])[1]
             joined[cell, near] = part == part[here]
             continue
-        allowed = distance[cell, near][None, :] + distance[np.ix_(near, near)] <= most
-        joined[cell, near] = _met(touching[np.ix_(near, near)], allowed, here)
+        row = np.flatnonzero(~joined[cell, near])
+        allowed = distance[cell, near][None, :] + distance[np.ix_(near[row], near)] <= most
+        joined[cell, near[row]] = _met(touching[np.ix_(near, near)], allowed, here)[np.arange(row.size), row]
     return joined
 
 
+def _led_to(distance: Array, before: NDArray[np.int32], most: float, few: Flags) -> Flags:
+    """From which cells to which the shortest chain leads, over cells within reach: (cells, cells).
+
+    Most cells that may be reached are so along it, which is seen sooner than along any other.
+
+    Args:
+        few: (cells,): no cell of the chain may be too far from both its ends.
+    """
+    led: Flags = np.zeros(distance.shape, dtype=np.bool_)
+    begin, end = np.nonzero(distance <= most)
+    at = end
+    while begin.size:
+        there = at == begin
+        led[begin[there], end[there]] = True
+        begin, end, at = begin[~there], end[~there], before[begin[~there], at[~there]]
+        chained = at >= 0
+        begin, end, at = begin[chained], end[chained], at[chained]
+        on = distance[begin, at] + np.where(few[begin], distance[end, at], 0.0) <= most
+        begin, end, at = begin[on], end[on], at[on]
+    return led
+
+
 def _met(links: Flags, allowed: Flags, here: int) -> Flags:
-    """Who is reached in its own row, over links and what is allowed in that row, from ``here`` on."""
+    """Who is reached in each row, over links and what is allowed in that row, from ``here`` on: (rows, near)."""
     reached: Flags = np.zeros(allowed.shape, dtype=np.bool_)
     reached[:, here] = True
     weight = links.astype(np.float32)
     while True:
         after = reached | ((reached.astype(np.float32) @ weight > 0) & allowed)
         if np.array_equal(after, reached):
-            return reached.diagonal()
+            return reached
         reached = after

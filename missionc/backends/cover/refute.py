@@ -12,7 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import TypeAlias
 
 from missionc.backends.api import Budget
@@ -86,12 +86,15 @@ def _refuted(mission: Mission, kernel: Kernel, budget: Budget, account: Account,
     everybody = frozenset(range(len(mission.agents)))
     caps = motion_caps(mission, kernel)
     answer: Answer = Open()
-    for count in CELLS:
-        if over(budget, account):
-            break
+    took = 0.0
+    for before, count in pairwise((CELLS[0], *CELLS)):
+        if over(budget, account) or time.monotonic() + took * (count / before) ** 2 > budget.deadline:
+            break  # it is done, or the next cover would come too late
+        began = time.monotonic()
         with account.stage("cover"):
             cover = build_cover(caps.mission, weaker, count)
             account.work += squared_work(cover)
+        took = time.monotonic() - began
         for together, goals in questions(mission, weaker, everybody):
             if over(budget, account) or not solvers.alive:
                 return answer
