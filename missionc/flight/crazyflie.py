@@ -30,9 +30,9 @@ import numpy as np
 from missionc.base.trace import Array, Trace
 from missionc.curves.crazyflie_csv import Pieces, written
 from missionc.curves.piecewise_polynomials import Curves, Indices, motion, refined, values
-from missionc.curves.smooth_splines import DEGREE, rounded
+from missionc.curves.smooth_splines import DEGREE, JOIN, rounded
 from missionc.diagnostics.model import Diagnostic
-from missionc.flight.fit_polynomials import Course, Cut, Fitted, Plane, Splines, fit, splines
+from missionc.flight.fit_polynomials import Course, Cut, Fitted, Plane, Splines, begins_with, fit, splines
 from missionc.flight.quadratic_program import NoFit
 from missionc.flight.refusals import not_flyable, too_fast
 from missionc.flight.separating_planes import Held, Near, conflicts, groups, held_apart, narrowed
@@ -117,7 +117,7 @@ def crazyflie(mission: Mission, kernel: Kernel, trace: Trace, stretch: float = 1
             attempts.append(merged)
         else:
             few.append(merged)
-    pieces = np.maximum(chords, 2 if chords.size == 1 else 1)
+    pieces = np.maximum(chords, 2 if chords.size == 1 else 1)  # two to come to rest, even from a motion
     generous = _generous(mission, pieces)
     if not np.array_equal(generous, pieces):
         attempt = _attempt(mission, apart, kernel, trace, generous)
@@ -234,7 +234,8 @@ def _attempt(
         held, course = more, replace(course, radius=radius)
     steps = {*step_of[excess.max(axis=0) > EXCESS].tolist(), *(int(step_of[near.leg]) for near in near_misses)}
     yaw = [
-        pointing(each.yaw, each.vehicle.yaw_rate, Curves(knots, coefficients[[each.index]])) for each in mission.agents
+        pointing(each.yaw, each.vehicle.yaw_rate, Curves(knots, coefficients[[each.index]]), _turning(each))
+        for each in mission.agents
     ]
     files = _texts(mission, coefficients, np.stack(yaw), np.diff(knots))
     certificate = verify_polynomials(mission, kernel, trace, files)
@@ -279,7 +280,25 @@ def _course(mission: Mission, trace: Trace, legs: Indices, count: int) -> Course
     )
     times[knot] = knots
     slack = SLACK if count else 0.0
-    return Course(times, joint, fixed, start, end, radius, knot, slack)
+    course = Course(times, joint, fixed, start, end, radius, knot, slack)
+    return replace(course, begin=_beginning(mission, course)) if _in_motion(mission) else course
+
+
+def _in_motion(mission: Mission) -> bool:
+    """Whether some agents are in motion as the mission begins."""
+    return any(agent.begins for agent in mission.agents)
+
+
+def _beginning(mission: Mission, course: Course) -> Array:
+    """(agents, dim, 5), metres: the first control points; the course's first joint is put where they begin."""
+    states = np.zeros((len(mission.agents), JOIN + 1, mission.dimension))
+    states[:, 0] = course.joint[:, 0]
+    for agent in mission.agents:
+        if agent.begins:
+            states[agent.index] = np.array(agent.begins)[:, : mission.dimension]
+    course.joint[:, 0] = states[:, 0]
+    first = float(course.times[course.knot][1])
+    return np.stack([begins_with(state, first) for state in states])
 
 
 def _shared(legs: Indices, count: int) -> Indices:
@@ -348,12 +367,18 @@ def _fit(
 ) -> Fitted | NoFit:
     place = {index: position for position, index in enumerate(group)}
     start, end, radius = course.start[group], course.end[group], course.radius[group]
-    own = replace(course, joint=course.joint[group], start=start, end=end, radius=radius)
+    begin = None if course.begin is None else course.begin[group]
+    own = replace(course, joint=course.joint[group], start=start, end=end, radius=radius, begin=begin)
     held = [
         replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
     ]
     cut = [replace(each, agent=place[each.agent]) for each in known_cuts if each.agent in place]
     return fit(own, held, *room(mission, own, group), cut, shared, most)
+
+
+def _turning(agent: Agent) -> Array | None:
+    """(5,): the yaw and its derivatives as the mission begins, where it is in motion then."""
+    return np.array(agent.begins)[:, 3] if agent.begins else None
 
 
 def _texts(mission: Mission, coefficients: Array, yaw: Array, durations: Array) -> dict[str, str]:

@@ -1,7 +1,7 @@
 """Minimum-acceleration polynomials through a plan, by one convex quadratic program.
 
-They pass every step's position at its time, or near it, rest at both ends, and
-have the least integral of squared acceleration, with a little of the jerk's
+They pass every step's position at its time, or near it, rest at both ends, or
+begin in the motion that there is then, and have the least integral of squared acceleration, with a little of the jerk's
 that rounds them. A leg is a polynomial piece, or a part of one, near one
 segment of the plan: its control points stay in a box inscribed in the tube
 around the segment. Control points of two agents, or of one beside an obstacle,
@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import comb, factorial, sqrt
 
 import numpy as np
 from scipy.sparse import block_diag, coo_array, csr_array, eye_array, kron
@@ -30,7 +30,7 @@ SAFE = 1e-5
 ROUNDED = 2.0**-21
 """The share of the largest coordinate, likewise: eight numbers of float32 are added, each off by 2**-24 of itself."""
 REST = 4
-"""Coefficients at each end of the spline that are the place where it rests."""
+"""Coefficients at an end of the spline that are the place where it rests."""
 ROUNDING_OFF = 0.02
 """Weight of the squared jerk beside the squared acceleration, in steps: least jerk alone takes longer to come to speed
 and is faster then."""
@@ -48,6 +48,7 @@ class Course:
         radius: (agents, legs), metres: how near.
         knot: (legs + 1,): a piece ends here and another begins; the other joints lie within one.
         slack: metres: how far from a step's position the flight may be at its time; 0 where it passes through.
+        begin: (agents, dim, 5), metres: the first control points of the first piece, where some begin in motion.
     """
 
     times: Array
@@ -58,6 +59,7 @@ class Course:
     radius: Array
     knot: Flags
     slack: float = 0.0
+    begin: Array | None = None
 
     @property
     def pinned(self) -> Flags:
@@ -172,11 +174,11 @@ def fit(
     origin = course.joint[:, 0]
     shared = shared or splines(course)
     many, last = csr_array(eye_array(agents * dim)), (course.joint[:, -1] - origin).ravel()
-    whole, along, cost = _Spread(shared.whole, many, last), _Spread(shared.along, many, last), shared.cost
-    free, rest = whole.free, whole.rest
-    free_cost = cost[free, free]
-    quadratic = csr_array(kron(many, free_cost))
-    linear: Array = np.outer(last, cost[free, rest].sum(axis=1)).ravel()
+    first = _first_coefficients(course, shared, origin)
+    whole, along = (_Spread(curve, many, first, last) for curve in (shared.whole, shared.along))
+    free, cost = whole.free, shared.cost
+    quadratic = csr_array(kron(many, cost[free, free]))
+    linear: Array = (whole.fixed @ cost[:, free]).ravel()
     near, held, cut_rows = Rows(index.size), Rows(index.size), Rows(whole.matrix.shape[0])
     _world(near, index, course, origin, low, high)
     _tubes(near, index, course, origin)
@@ -210,14 +212,42 @@ class _Spread:
     Args:
         curve: (points, coefficients), of one coordinate of one agent.
         many: the identity of all of them.
-        last: (agents * dim,), metres: where they rest in the end; in the beginning they rest at 0.
+        first: (agents * dim, coefficients), metres: those that the beginning fixes.
+        last: (agents * dim,), metres: where they rest in the end.
     """
 
-    def __init__(self, curve: csr_array, many: csr_array, last: Array) -> None:
-        self.free, self.rest = slice(REST, curve.shape[1] - REST), slice(curve.shape[1] - REST, None)
-        free_curve = curve[:, self.free]
-        self.matrix = csr_array(kron(many, free_curve))
-        self.resting: Array = np.outer(last, curve[:, self.rest].sum(axis=1)).ravel()
+    def __init__(self, curve: csr_array, many: csr_array, first: Array, last: Array) -> None:
+        count = curve.shape[1]
+        self.free = slice(first.shape[1], count - REST)
+        self.fixed: Array = np.zeros((last.size, count))
+        self.fixed[:, : first.shape[1]] = first
+        self.fixed[:, count - REST :] = last[:, None]
+        self.matrix = csr_array(kron(many, curve[:, self.free]))
+        self.resting: Array = (curve @ self.fixed.T).T.ravel()
+
+
+def _first_coefficients(course: Course, shared: Splines, origin: Array) -> Array:
+    """(agents * dim, coefficients), metres from each origin: where all rest in the beginning, or their motion then."""
+    if course.begin is None:
+        return np.zeros((origin.size, REST))
+    points = (course.begin - origin[..., None]).reshape(origin.size, -1)
+    size = points.shape[1]
+    return np.asarray(np.linalg.solve(shared.whole[:size, :size].toarray(), points.T).T)
+
+
+def begins_with(state: Array, duration: float) -> Array:
+    """(dim, 5): the first control points of a piece that begins in a state.
+
+    Args:
+        state: (5, dim): the position and its derivatives by seconds up to the fourth.
+        duration: of the piece, seconds.
+    """
+    powers = [each / factorial(order) * duration**order for order, each in enumerate(state)]
+    points = [
+        sum(comb(index, order) / comb(DEGREE, order) * powers[order] for order in range(index + 1))
+        for index in range(len(state))
+    ]
+    return np.stack(points, axis=-1)
 
 
 def _legs(course: Course) -> csr_array:

@@ -33,7 +33,13 @@ Place: TypeAlias = Anywhere | Exactly
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Agent:
-    """One robot. ``name`` is ``drone[0]``, or ``truck7`` for an agent of its own."""
+    """One robot. ``name`` is ``drone[0]``, or ``truck7`` for an agent of its own.
+
+    Args:
+        begins: its state as the mission begins, where it is in motion then, as the rest of one that is being flown:
+            (x, y, z, yaw), metres and rad, and their derivatives by seconds up to the fourth. Empty: it begins at rest.
+        course: where it is at the steps, metres, where its motion is given and nobody plans it. Empty: it is free.
+    """
 
     index: int
     name: str
@@ -47,6 +53,8 @@ class Agent:
     vehicle: Vehicle = PLAIN
     yaw: Yaw = AHEAD
     pad: Pad | None = None
+    begins: tuple[Vector, ...] = ()
+    course: tuple[Vector, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

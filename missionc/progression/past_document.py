@@ -3,8 +3,9 @@
 in   Past; or a text, of which nothing is believed
 out  its text; or Past
 
-It lists the stretches that were flown, each with everybody's states at its steps, who was lost at its end or slower,
-which requirements were given up, and the texts of the mission's files as they were then, where they read otherwise now.
+It lists the stretches that were flown, each with everybody's states at its steps, who was lost at its end, slower, or
+in motion, which requirements were given up, and the texts of the mission's files as they were then, where they read
+otherwise now.
 """
 
 from __future__ import annotations
@@ -23,7 +24,9 @@ from missionc.progression.stretches import Stretch
 
 SCHEMA = "missionc.past/1"
 MOST_STRETCHES = 1_000
-ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "texts", "agents"})
+STATE = 5, 4
+"""Position, velocity, acceleration, jerk and snap of x, y, z and yaw."""
+ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "moving", "texts", "agents"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +76,7 @@ def past_json(past: Past) -> str:
             "lost": list(each.stretch.lost),
             "given_up": list(each.stretch.given_up),
             "slow": dict(each.stretch.slow),
+            "moving": {name: state.tolist() for name, state in each.stretch.moving.items()},
             "texts": dict(each.texts),
         }
         entries = [f"     {_text(key)}: {_text(value)}" for key, value in head.items()]
@@ -110,13 +114,15 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     if not isinstance(entry, dict) or set(entry) != ENTRIES:
         return "a stretch of it has other entries than it should"
     step, until, lost, given_up = (entry[key] for key in ("step", "until", "lost", "given_up"))
-    slow, texts, agents = (entry[key] for key in ("slow", "texts", "agents"))
+    slow, moving, texts, agents = (entry[key] for key in ("slow", "moving", "texts", "agents"))
     if not (_is_number(step, magnitude) and _is_number(until, magnitude)) or step <= 0 or until < 0:
         return "the `step` or `until` of a stretch is no such number"
     if not (_names(lost) and _names(given_up) and isinstance(texts, dict) and _names(list(texts.values()))):
         return "the names or texts of a stretch are none"
     if not isinstance(slow, dict) or not all(_is_number(each, magnitude) and each > 0 for each in slow.values()):
         return "the speeds of a stretch are none"
+    states = {name: _array(each, 2, magnitude) for name, each in moving.items()} if isinstance(moving, dict) else {}
+    beginning = {name: state for name, state in states.items() if state is not None and state.shape == STATE}
     if not isinstance(agents, list) or not agents or not all(isinstance(each, dict) for each in agents):
         return "a stretch of it has no agents"
     names = [each.get("name") for each in agents]
@@ -127,6 +133,8 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     flat = [array for column in arrays for array in column]
     if not _names(names) or any(array is None for array in flat):
         return "the states of an agent are no lists of finite numbers"
+    if not isinstance(moving, dict) or len(beginning) < len(moving) or not set(beginning) <= set(names):
+        return "the states of those in motion are none"
     shapes = [{array.shape for array in column if array is not None} for column in arrays]
     if any(len(each) != 1 for each in shapes) or shapes[0] != shapes[1]:
         return "its agents have different numbers of states"
@@ -134,7 +142,8 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     if heading.shape != position.shape[:2]:
         return "its agents have different numbers of states"
     trace = Trace(Seconds(float(step)), position, velocity, heading)
-    return Flown(Stretch(trace, tuple(lost), tuple(given_up), dict(slow)), tuple(names), float(until), dict(texts))
+    stretch = Stretch(trace, tuple(lost), tuple(given_up), dict(slow), beginning)
+    return Flown(stretch, tuple(names), float(until), dict(texts))
 
 
 def _names(value: object) -> bool:

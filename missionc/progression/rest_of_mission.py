@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from missionc import ir
 from missionc.base.trace import Array
@@ -18,7 +19,12 @@ from missionc.base.units import Seconds, Steps
 
 
 def rest_of(
-    mission: ir.Mission, elapsed: int, position: Array, left: tuple[str, ...], levels: Mapping[tuple[str, str], float]
+    mission: ir.Mission,
+    elapsed: int,
+    position: Array,
+    left: tuple[str, ...],
+    levels: Mapping[tuple[str, str], float],
+    moving: Mapping[str, Array] = MappingProxyType({}),
 ) -> ir.Mission:
     """What of a mission is still to come.
 
@@ -27,6 +33,7 @@ def rest_of(
         position: (agents that are left, dim), metres: where they are then.
         left: their names, in the order of the mission.
         levels: what is left of a resource, by its name and its agent's.
+        moving: by their names, the states of those who are in motion then, (5, 4), as of ``ir.Agent.begins``.
     """
     places = dict(zip(left, position.tolist(), strict=True))
     index = {agent.index: number for number, agent in enumerate(each for each in mission.agents if each.name in places)}
@@ -36,6 +43,7 @@ def rest_of(
             index=index[agent.index],
             start=ir.Exactly(tuple(places[agent.name]), agent.start.span),
             pad=None,
+            begins=tuple(map(tuple, moving[agent.name].tolist())) if agent.name in moving else (),
         )
         for agent in mission.agents
         if agent.index in index

@@ -31,12 +31,14 @@ class Stretch:
         lost: the names of those who are there no longer after it.
         given_up: the names of requirements that nothing is asked of any more.
         slow: by their names, those who can go no faster than this after it, m/s.
+        moving: by their names, the states of those who are in motion at its end, (5, 4), as of ``ir.Agent.begins``.
     """
 
     trace: Trace
     lost: tuple[str, ...] = ()
     given_up: tuple[str, ...] = ()
     slow: Mapping[str, float] = field(default_factory=dict)
+    moving: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def steps(self) -> int:
@@ -85,7 +87,8 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
     rows = [agent.index for agent in mission.agents if agent.name in left]
     elapsed = before.elapsed + stretch.steps
     slow = {**before.slow, **stretch.slow}
-    rest = slowed(rest_of(now, elapsed, trace.position[rows, -1], left, _levels(mission, trace)), slow)
+    begun = rest_of(now, elapsed, trace.position[rows, -1], left, _levels(mission, trace), stretch.moving)
+    rest = slowed(begun, slow)
     flags = _flags(before, trace)
     since = NamesSince(mission, rest, {name: _indices(mission, names) for name, names in flags})
     formulas = progressed(mission, before.kernel, trace, since)

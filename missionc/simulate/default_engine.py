@@ -60,7 +60,7 @@ def sample_times(seconds: float) -> Array:
 class Airborne:
     """Bodies in the air, each with its controller, moved together from setpoint to setpoint.
 
-    They begin hovering. What they are told may change with every setpoint, so that whoever plans anew in flight tells
+    They begin hovering, or in motion. What they are told may change with every setpoint, so that whoever plans anew in flight tells
     them something else from then on. A body is a column everywhere.
 
     Args:
@@ -72,6 +72,7 @@ class Airborne:
         sag: the most that a motor gives falls by this share with every second.
         downwash: those below are pushed down by so many times ``downwash.push``.
         together: so many neighbouring bodies fly in the same air; all of them where none is given.
+        velocity: in which they begin, (3, bodies), m/s; none where none is given.
     """
 
     def __init__(
@@ -87,10 +88,13 @@ class Airborne:
         sag: float = 0.0,
         downwash: float = 0.0,
         together: int | None = None,
+        velocity: Array | None = None,
     ) -> None:
         bodies = position.shape[1]
         self.vehicle = vehicle or Vehicle()
         self._state = quadrotor.at_rest(self.vehicle, position, yaw)
+        if velocity is not None:
+            self._state[quadrotor.VELOCITY] = velocity
         self._mass = np.full(bodies, self.vehicle.mass) if mass is None else mass
         self._motors, self._sag, self._downwash = motors, sag, downwash
         self._together = together or bodies
@@ -183,7 +187,7 @@ def fly(
     disturbance: Disturbance = UNDISTURBED,
     lost: Mapping[int, float] | None = None,
 ) -> Flown:
-    """Flights from rest at the start until ``seconds`` are over.
+    """Flights from the start, at rest or in the motion in which they begin, until ``seconds`` are over.
 
     Args:
         disturbance: of which all that is not drawn is taken, and not whom it loses.
@@ -205,6 +209,7 @@ def fly(
         sag=disturbance.battery / seconds,
         downwash=disturbance.downwash,
         together=agents,
+        velocity=np.tile(np.stack([own.coefficients[0, :3, 1] for own in pieces], axis=1), flights),
     )
     falls = sorted((when, agent) for agent, when in (lost or {}).items())
     track = np.empty((times.size, 7, bodies))

@@ -27,6 +27,14 @@ def between(flight: Pieces, first: float, last: float = math.inf) -> Pieces:
     return Pieces(whole.durations[chosen], whole.coefficients[0, chosen])
 
 
+def in_two(flight: Pieces) -> Pieces:
+    """The flight in at least two pieces, as files have them."""
+    if flight.duration.size > 1:
+        return flight
+    half = float(flight.duration[0]) / 2
+    return joined([between(flight, 0.0, half), between(flight, half)])
+
+
 def joined(flights: Sequence[Pieces]) -> Pieces:
     """One flight after the other."""
     return Pieces(
@@ -47,7 +55,7 @@ def with_stop(own: Pieces, stop: Pieces, moment: float, wait: float, lasting: fl
 def aligned(flights: list[Pieces]) -> list[Pieces]:
     """The same motions with the joints of all, so that their pieces last as long."""
     if len({own.duration.tobytes() for own in flights}) == 1:
-        return flights
+        return [Pieces(_float32(own.duration), _float32(own.coefficients)) for own in flights]
     joints = np.unique(np.concatenate([own.times for own in flights]))
     joints = joints[np.concatenate([[True], np.diff(joints) > SLIVER])]
     joints[-1] = min(own.times[-1] for own in flights)

@@ -1,4 +1,4 @@
-"""Continuity and fidelity of one agent's polynomials: joints, rest at both ends, and distance from the verified plan.
+"""Continuity and fidelity of one agent's polynomials: joints, rest at its ends, and distance from the verified plan.
 
 A jump at a joint, or motion where there should be rest, is measured by how far
 a control point would have to move to explain it: one scale, metres, for every
@@ -25,7 +25,7 @@ DEGREE = 7
 
 
 def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> list[Check]:
-    """Clock, joints, rest and waypoints of an agent's file; altitude in a plane, yaw where that is one angle."""
+    """Clock, joints, ends and waypoints of an agent's file; altitude in a plane, yaw where that is one angle."""
     times, exact = own.times, exactness(own)
     late = abs(float(times[-1]) - mission.step * mission.steps)
     findings = [
@@ -54,9 +54,10 @@ def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -
 
 
 def check_smooth(agent: Agent, own: Pieces) -> list[Check]:
-    """Joints, and rest at both ends, of an agent's file."""
+    """Joints, and rest at both ends, of an agent's file; it begins in its motion where it is in any then."""
     exact = exactness(own)
-    return [_joints(agent, own, own.times, exact), _rest(agent, own, own.times, exact)]
+    beginning = [_begins(agent, own, exact)] if agent.begins else []
+    return [_joints(agent, own, own.times, exact), *beginning, _rest(agent, own, own.times, exact)]
 
 
 def exactness(own: Pieces) -> float:
@@ -111,6 +112,7 @@ def _joints(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
 
 def _rest(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
     moving = np.zeros(2)
+    which = [1] if agent.begins else [0, 1]
     ends = own.duration[[0, -1]]
     for order in (1, 2, 3):
         change = _change(own.coefficients[[0, -1]], order)
@@ -118,8 +120,17 @@ def _rest(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
         value = np.stack([change[0, :, 0], last.points[1, :, -1]])
         radius = np.stack([np.zeros(len(value[0])), last.radius[1]])
         moving = np.maximum(moving, _length(value, radius, ends**order / math.perm(DEGREE, order)))
-    detail = "velocity, acceleration and jerk are zero at both ends"
-    return _worst(agent, "rest", -moving, times[[0, -1]], exact, detail)
+    detail = f"velocity, acceleration and jerk are zero at {'the end' if agent.begins else 'both ends'}"
+    return _worst(agent, "rest", -moving[which], times[[0, -1]][which], exact, detail)
+
+
+def _begins(agent: Agent, own: Pieces, exact: float) -> Check:
+    """Beside the state in which it was told to be, as at a joint."""
+    jump = np.zeros(1)
+    for order, state in enumerate(agent.begins):
+        off = _change(own.coefficients[:1], order)[:, :, 0] - np.array(state)
+        jump = np.maximum(jump, _length(off, 0.0, own.duration[:1] ** order / math.perm(DEGREE, order)))
+    return _worst(agent, "begins", -jump, own.times, exact, "from position to snap, nothing jumps as it begins")
 
 
 def _waypoints(agent: Agent, level: Array, times: Array, planned: Curves) -> Check:

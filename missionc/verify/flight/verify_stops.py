@@ -1,7 +1,7 @@
 """Verification of stops: what everybody flies until a plan that was made in flight begins.
 
     in   the mission that begins with that plan, each agent's polynomials up to its beginning
-    out  Checks: nobody touches anything on the way, and all are at rest where the plan begins
+    out  Checks: nobody touches anything on the way, and all are where the plan begins, at rest or in its motion
 
 Bodies alone count, not the distances that are kept beside them: those are for flights that were planned.
 """
@@ -13,10 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from missionc.base.trace import Array
 from missionc.base.units import Metres
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.curves.piecewise_polynomials import Curves, values
-from missionc.ir import Exactly, Mission
+from missionc.ir import Agent, Exactly, Mission
 from missionc.verify.certificate import Check
 from missionc.verify.plan.agent_separation import check_separation
 from missionc.verify.plan.obstacle_clearance import check_obstacles
@@ -51,13 +52,26 @@ def checks(mission: Mission, pieces: list[Pieces]) -> Iterator[Check]:
     for check in (*check_separation(bare, curves), *check_obstacles(bare, curves)):
         yield replace(check, name=f"stop {check.name}", detail=f"until the plan begins, nobody touches: {check.detail}")
     for agent, own in zip(mission.agents, pieces, strict=True):
-        last, lasting = own.coefficients[-1, :3], np.asarray(own.duration[-1])
-        ends = values(last, lasting)[: mission.dimension]
-        speed = float(np.linalg.norm(values(last[:, 1:] * np.arange(1, last.shape[1]), lasting)))
+        last, lasting = own.coefficients[-1], np.asarray(own.duration[-1])
+        ends = values(last[: mission.dimension], lasting)
         off = float(np.linalg.norm(ends - agent.start.point)) if isinstance(agent.start, Exactly) else np.inf
-        margin = min(WAYPOINT - off, ENDS - speed)
-        detail = "it ends at rest where the plan begins"
-        yield Check("stop", agent.name, margin, "m", 0.0, margin >= 0, 0.0, (agent.name,), detail)
+        jump = _jump(agent, last, lasting)
+        margin = min(WAYPOINT - off, ENDS - jump)
+        motion = "in the motion in which" if agent.begins else "at rest where"
+        yield Check(
+            "stop", agent.name, margin, "m", 0.0, margin >= 0, 0.0, (agent.name,), f"it ends {motion} the plan begins"
+        )
+
+
+def _jump(agent: Agent, last: Array, lasting: Array) -> float:
+    """How fast the last piece, (4, 8), ends; where the agent is in motion then, the largest jump of a derivative."""
+    if not agent.begins:
+        return float(np.linalg.norm(values(last[:3, 1:] * np.arange(1, last.shape[1]), lasting)))
+    jump = 0.0
+    for state in agent.begins:
+        jump = max(jump, float(np.linalg.norm(values(last, lasting) - np.array(state))))
+        last = last[:, 1:] * np.arange(1, last.shape[1])
+    return jump
 
 
 def stop_curves(mission: Mission, pieces: list[Pieces]) -> Curves:

@@ -124,7 +124,7 @@ def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> 
     checks.append(Check("clock", "polynomials", 0.0, "s", 0.0, same, detail="all files have the same durations"))
     if same:
         for agent, each in zip(mission.agents, own, strict=True):
-            checks += [*check_smooth(agent, each), *_ends(agent, each, way), _yaw(agent, each, way)]
+            checks += [*check_smooth(replace(agent, begins=()), each), *_ends(agent, each, way), _yaw(agent, each, way)]
         flown = way_mission(mission, stage, way, float(own[0].times[-1]), 1, math.inf)
         flight = Flight(own[0].duration, np.stack([each.coefficients for each in own]))
         with np.errstate(over="ignore", invalid="ignore"):

@@ -127,6 +127,7 @@ def way_mission(mission: Mission, stage: Stage, way: Way, seconds: float, steps:
             altitude=Metres(begin[2]) if size == 2 else agent.altitude,
             dynamics=velocity_chosen_anew(min(speed, agent.dynamics.top_speed)),
             yaw=Fixed(yaw),
+            begins=(),
         )
         for agent, begin, end, yaw in zip(
             mission.agents, way.begin.tolist(), way.end.tolist(), way.yaw.tolist(), strict=True

@@ -178,6 +178,8 @@ def splines(mission: Mission, steps: int | None = None) -> Splines:
             fixed[agent.index, : 1 + second] = True
         if count and isinstance(agent.finish, Exactly):
             fixed[agent.index, count : count + 1 + second] = True
+        if count and agent.course:
+            fixed[agent.index] = True
     return Splines(count, float(mission.step), smooth, fixed)
 
 

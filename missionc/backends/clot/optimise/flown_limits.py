@@ -32,14 +32,34 @@ def flown_limits(mission: Mission, made: Splines, weights: Weights, spare: Spare
     table = {name: np.array([getattr(limits[agent], name.split()[1]) for agent in agents.tolist()]) for name in FLOWN}
     ends = np.array([0, made.steps - 1])
     everywhere = np.arange(made.steps)
+    yield from _setting_out(mission, made, agents, table, weights, spare)
     for name, moments, reads, value in (
         ("flown speed", everywhere, 1, lambda one: norm(one)),
-        ("flown rest", ends, 1, lambda one: norm(one)),
+        ("flown rest", ends[1:], 1, lambda one: norm(one)),
         ("flown climb", everywhere if mission.dimension == 3 else ends[:0], 1, lambda one: one[:, 2].abs()),
         ("flown change", everywhere[:-1], 2, lambda one, two: norm(two - one)),
         ("flown turn", everywhere[:-2], 3, lambda one, two, three: norm(three - 2 * two + one)),
     ):
         yield from _group(name, made, agents, moments, reads, value, table[name], weights, spare)
+
+
+def _setting_out(
+    mission: Mission, made: Splines, agents: Indices, table: dict[str, Array], weights: Weights, spare: Spare
+) -> Iterator[Group]:
+    """The first step: of those who set out from rest, and of those who are in motion then."""
+    moves = np.array([bool(mission.agents[agent].begins) for agent in agents.tolist()])
+    first = np.zeros(1, dtype=np.int64)
+    resting, moving = agents[~moves], agents[moves]
+    yield from _group(
+        "flown rest", made, resting, first, 1, lambda one: norm(one), table["flown rest"][~moves], weights, spare
+    )
+    if moving.size:
+        begins = [mission.agents[agent].begins[1][: mission.dimension] for agent in moving.tolist()]
+        velocity = torch.tensor(begins, dtype=torch.float64)
+        most = table["flown change"][moves]
+        yield from _group(
+            "flown change", made, moving, first, 1, lambda one: norm(one - velocity), most, weights, spare
+        )
 
 
 def _group(

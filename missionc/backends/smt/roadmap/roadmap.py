@@ -125,9 +125,13 @@ def _of_each_kind(
 ) -> tuple[Roadmap, ...] | NoRoadmap:
     kinds: dict[object, list[Agent]] = {}
     for agent in mission.agents:
-        kinds.setdefault((agent.dynamics, agent.radius, agent.altitude, agent.vehicle), []).append(agent)
+        kind = (agent.dynamics, agent.radius, agent.altitude, agent.vehicle, agent.course)
+        kinds.setdefault(kind, []).append(agent)
     roadmaps: list[Roadmap] = []
     for agents in kinds.values():
+        if agents[0].course:
+            roadmaps += [_along_course(mission, agent) for agent in agents]
+            continue
         ground = free_ground(mission, tuple(agents))
         made = nodes_and_edges(ground)
         roadmap = made if isinstance(made, NoRoadmap) else _build(ground, kernel, *made)
@@ -135,6 +139,25 @@ def _of_each_kind(
             return roadmap
         roadmaps.append(roadmap)
     return tuple(roadmaps)
+
+
+def _along_course(mission: Mission, agent: Agent) -> Roadmap:
+    """The one way of an agent whose motion is given: a state for each step."""
+    count = mission.steps + 1
+    position = np.array(agent.course, dtype=np.float64)
+    moves = np.stack([np.arange(count - 1), np.arange(1, count)], axis=1)
+    return Roadmap(
+        agents=(agent.index,),
+        position=position,
+        velocity=np.zeros_like(position),
+        heading=np.full(count, np.nan),
+        moves=moves,
+        standing=np.eye(count, dtype=np.bool_),
+        allowed=np.eye(count - 1, dtype=np.bool_),
+        starts=(np.array([0]),),
+        finishes=(np.array([count - 1]),),
+        nodes=States(position, np.zeros_like(position)),
+    )
 
 
 def _sampled(
