@@ -114,6 +114,7 @@ class Budget:
             metres of ``minimize distance``: a search for a better one ends there. It may take seconds at first.
         resume: what another run of the same mission, seed and options has kept.
         work: units of ``work`` after which a search that is tried before another ends.
+        urgent: whether somebody is in flight who waits for it: what is found soonest comes first.
     """
 
     deadline: float
@@ -126,6 +127,7 @@ class Budget:
     enough: Callable[[float], float] = open_ended
     resume: Snapshot | None = None
     work: float = math.inf
+    urgent: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -90,6 +90,11 @@ def load_straighten(engine: str) -> Straighten | None:
     return straighten
 
 
+def load_roadmaps() -> Backend:
+    """The roadmap planner as an engine of a portfolio, which straightens its plans."""
+    return PortfolioBackend((Engine(SMT.name, partial(_loaded, SMT)),))
+
+
 def load_repair(motion: Trace) -> Backend | None:
     """What looks for a plan near to a motion, where what it needs is installed."""
     if find_spec(CLOT.package) is None:

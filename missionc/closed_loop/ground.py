@@ -240,6 +240,7 @@ class Ground:
                 clock=Seconds(max(allowed - seconds, 0.0)),
                 ahead=within + min(2 * within, self._left(time)) + STOP,
                 seed=self.seed,
+                hurried=True,
             )
             found = replan(self.flying, request, self.limits)
             seconds += found.seconds
@@ -248,8 +249,8 @@ class Ground:
             if found.way is not Way.NONE or not found.cannot or len(given_up) >= most:
                 break
             given_up += [name for name in found.cannot if name not in given_up]
-        if len(given_up) >= most and found.way is not Way.KEPT:
-            # No plan keeps more than the one that is flown.
+        if len(given_up) >= most and found.way is not Way.KEPT and (most or not found.ok):
+            # No plan keeps more than the one that is flown: where that loses nothing, it still comes too near somebody.
             self.patience = 1
             self.happened.append(Happened(time, why, FLOWN_ON, seconds))
             return

@@ -32,7 +32,6 @@ from missionc.backends.api import (
     ignore,
 )
 from missionc.backends.load import load_engines as load_backend
-from missionc.backends.load import load_repair
 from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.limits import Limits
@@ -59,7 +58,6 @@ from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refus
 from missionc.pipeline.run_limited import Ended, within
 
 if TYPE_CHECKING:
-    from missionc.base.trace import Trace
     from missionc.monitoring.live.session import Session
     from missionc.verify.certificate import Between
 
@@ -193,19 +191,12 @@ def plan(
         return with_alternatives(first, alternatives, options, budget, exports, throughout)
 
 
-def plan_near(
-    checked: Checked, motion: Trace, options: Options, budget: Budget, exports: tuple[str, ...] = ()
-) -> Compiled | None:
-    """A verified plan of a checked mission near to a motion, or why there is none; None where nothing can look for it.
-
-    Args:
-        motion: (agents, steps + 1): of the mission, from its starts on; it need not keep anything.
-    """
-    repair = load_repair(motion)
-    if repair is None:
-        return None
+def plan_by(
+    checked: Checked, backend: Backend, options: Options, budget: Budget, exports: tuple[str, ...] = ()
+) -> Compiled:
+    """A verified plan of a checked mission by one backend, whichever the mission has chosen; or why there is none."""
     with limited(budget.memory_bytes):
-        return _plan(checked, options, budget, Checkpoints(), exports, NO_EXPLANATION, repair=repair)
+        return _plan(checked, options, budget, Checkpoints(), exports, NO_EXPLANATION, only=backend)
 
 
 def _plan(
@@ -216,11 +207,11 @@ def _plan(
     exports: tuple[str, ...],
     explain_limit: Seconds,
     asked_for: Kernel | None = None,
-    repair: Backend | None = None,
+    only: Backend | None = None,
     calm: float = 1.0,
 ) -> Compiled:
     """``plan``, once. A plan that does not pass verification ends the engine that found it; the others go on."""
-    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for, repair, calm)
+    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for, only, calm)
     choice, refused = checked.choice, first.outcome
     if choice is None or not isinstance(refused, Unverified):
         return first
@@ -248,10 +239,10 @@ def _plan_by_all(
     exports: tuple[str, ...],
     explain_limit: Seconds,
     asked_for: Kernel | None,
-    repair: Backend | None,
+    only: Backend | None,
     calm: float,
 ) -> Compiled:
-    """``plan``, once, by all engines that were chosen, or by the repair of a motion.
+    """``plan``, once, by all engines that were chosen, or by another one.
 
     They are asked for the other kernel, where there is one, and for a plan that is slower, where it is to be ``calm``:
     that nothing keeps to that is of no interest.
@@ -264,7 +255,7 @@ def _plan_by_all(
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     if mission is None or kernel is None or choice is None or not checked.ok:
         return ended(Refused())
-    backend = repair or load_backend(choice.engines, options, checkpoints.asked)
+    backend = only or load_backend(choice.engines, options, checkpoints.asked)
     if isinstance(backend, Diagnostic):
         return ended(Refused(), backend)
     run_budget = with_checkpoints(checked, options, budget, checkpoints)

@@ -39,7 +39,7 @@ class PlanAgain(Protocol):
     """Plans once more, for another kernel where one is given, and by the repair of a motion where there is one."""
 
     def __call__(
-        self, checked: Checked, options: Options, budget: Budget, *, asked_for: Kernel | None, repair: Backend | None
+        self, checked: Checked, options: Options, budget: Budget, *, asked_for: Kernel | None, only: Backend | None
     ) -> Compiled: ...
 
 
@@ -155,7 +155,7 @@ def plan_throughout(
         by = replace(checked, choice=same if attempt.repaired else others if attempt.others else choice)
         more = replace(limited, seed=budget.seed + attempt.seed, deadline=_until(limited.deadline))
         near = repair if attempt.repaired else None
-        retry = plan_again(by, options, more, asked_for=asked_for, repair=near)
+        retry = plan_again(by, options, more, asked_for=asked_for, only=near)
         tried += 1
         if isinstance(retry.outcome, Verified) and _falls_short(retry, throughout) is None:
             note = f"the first plan does not {short.no}; {'repaired it' if attempt.repaired else 'this one'} does"

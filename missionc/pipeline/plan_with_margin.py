@@ -23,6 +23,7 @@ from missionc.backends.api import (
     forget,
     unheard,
 )
+from missionc.backends.clot.offer import CLOT
 from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
 from missionc.base.units import Metres
@@ -45,6 +46,9 @@ SHARE, WORK = 0.25, 16.0
 
 URGENT, MOST_OF_IT = 10.0, 0.75
 """Seconds; where less are left, the share of them that such a try has: there is time for one."""
+
+AT_ONCE = 0.4
+"""The share where somebody is in flight who waits."""
 
 FASTER = (0.4, 0.55, 0.7, 0.85, 1.0)
 """Shares of what vehicles fly under way: where nobody is in time at the speeds that can be flown from rest to rest."""
@@ -122,7 +126,7 @@ def _plan_with_margin(
     if isinstance(ahead, TooLarge):
         return NotFound(Reason.SIZE, _too_large(ahead, budget.limits.formula_nodes), Report())
     kernel, meant = ahead, kernel
-    cover = CoverSide(mission, kernel, meant, options, budget) if covers else None
+    cover = CoverSide(mission, kernel, meant, options, budget) if covers and not budget.urgent else None
     wanted = room = with_vehicle_room(mission)
     paces = _paces(wanted, kernel, calm, FASTER if options.stretch == 1 else ())
     if calm < 1:
@@ -131,7 +135,15 @@ def _plan_with_margin(
         wanted = paces[0]
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
     late = False
-    for pace, part, work in _tries(paces or [wanted], margin, calm):
+    tries = _tries(paces or [wanted], margin, calm)
+    soonest: Planned | None = None
+    if budget.urgent:
+        first = _planned(backend, wanted, kernel, options, replace(budget, found=unheard))
+        if not isinstance(first, Planned):
+            return first  # with a margin there is no plan then either
+        soonest, tries = first, _soonest(paces or [wanted], backend)
+        budget.found(_noted(first, margin, 0.0) if margin > 0 else first)
+    for pace, part, work in tries:
         if pace is wanted and (margin <= 0 or part == 0.0):
             break
         tight = tightened(pace, kernel, Metres(part * margin))
@@ -143,7 +155,7 @@ def _plan_with_margin(
         refused = cover.refusal(LITTLE, outcome.report) if cover is not None else None
         if refused is not None:
             return refused
-    outcome = _planned(backend, wanted, kernel, options, budget, cover)
+    outcome = soonest or _planned(backend, wanted, kernel, options, budget, cover)
     if not isinstance(outcome, Planned):
         return outcome
     return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
@@ -152,7 +164,7 @@ def _plan_with_margin(
 def _short(budget: Budget, work: float) -> Budget:
     """A ``SHARE`` of the time that is left, and so many units of work at most, for a try that is not kept."""
     left = budget.deadline - time.monotonic()
-    share = MOST_OF_IT if left < URGENT else SHARE
+    share = AT_ONCE if budget.urgent else MOST_OF_IT if left < URGENT else SHARE
     deadline = budget.deadline - (1 - share) * left
     return replace(budget, deadline=deadline, work=work, keep=forget, resume=None)
 
@@ -189,6 +201,15 @@ def _tries(paces: Sequence[Mission], margin: Metres, calm: float) -> list[tuple[
     if not faster:
         return [(slow, part, WORK) for part in PARTS]
     return [(slow, 1.0, WORK), *((pace, 1.0, WORK / 2) for pace in faster), (faster[-1], 0.0, WORK / 2)]
+
+
+def _soonest(paces: Sequence[Mission], backend: Backend) -> list[tuple[Mission, float, float]]:
+    """Likewise where somebody is in flight who waits: at the slowest pace and the fastest.
+
+    On roadmaps agents are at full speed at once: slow plans are flown as they are. Transport keeps to what is flown.
+    """
+    ends = [paces[0], *paces[1:][-1:]]
+    return [(pace, 1.0, WORK) for pace in (ends[::-1] if backend.name == CLOT.name else ends)]
 
 
 def _too_large(ahead: TooLarge, room: int) -> str:

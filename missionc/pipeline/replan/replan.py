@@ -17,7 +17,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.backends.api import Budget, Impossible
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
 from missionc.curves.crazyflie_csv import Pieces, polynomials, written
@@ -25,25 +24,19 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.flight.behind import state_behind
 from missionc.flight.stop_and_hover import state_at
 from missionc.ir import Mission
-from missionc.language.operator import TooLarge
 from missionc.lower.choose_backend import choose_backend
-from missionc.lower.unroll_past import looking_ahead
 from missionc.monitoring.read_trace import ON_TIME
-from missionc.pipeline import driver
-from missionc.pipeline.ask_cover import CoverSide
 from missionc.pipeline.checked import Checked
-from missionc.pipeline.no_plan import impossible
 from missionc.pipeline.provenance import texts
 from missionc.pipeline.remaining import earlier, remaining
-from missionc.pipeline.replan.cannot_replan import no_longer_kept, no_plan_in_time, no_safe_stop, nobody_left
+from missionc.pipeline.replan.cannot_replan import no_longer_kept, no_safe_stop, nobody_left
 from missionc.pipeline.replan.cut_flights import between
 from missionc.pipeline.replan.fly_on import FlyOn, arrays, fly_on
+from missionc.pipeline.replan.plan_rest import RestPlanner
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
 from missionc.pipeline.replan.stop_all import Stopped, bodies, ends, resting_state, stop_all, stop_some
-from missionc.pipeline.replan.take_over import near_motions
-from missionc.pipeline.results import Compiled, Verified
 from missionc.progression.past_document import Flown, Past
-from missionc.progression.rest_of_mission import slowed, team_at
+from missionc.progression.rest_of_mission import team_at
 from missionc.progression.stretches import Stretch
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.verify_plan import verify, verify_polynomials
@@ -52,12 +45,8 @@ OFF = 0.25
 """Metres: who is further from where its flight has it is told to stay where it is."""
 BEHIND = 0.1
 """Metres: so much of one that is known to be slow; it is taken to be on its way."""
-QUICK = 0.1
-"""Units of work in which covers may show that no motion is a plan, before one is looked for."""
-REPAIRED = 2
-"""Motions near the plan that are repaired, one after the other."""
-SHARE = 0.4
-"""The share of the time that a repair may take, before everything is planned anew."""
+BY_FEW = 0.4
+"""The share of the time in which a plan is looked for that few change for, before everybody stops."""
 
 
 def replan(flying: Flying, request: Request, limits: Limits) -> Replanned:
@@ -79,6 +68,11 @@ class _Replanning:
         self.left = [agent.index for agent in self.mission.agents if agent.name not in request.lost]
         self.flights = [polynomials(flying.flights[name]) for name in self.names]
         self.off = self._off()
+        allowed = request.in_time if request.clock is None else request.clock
+        self.planner = RestPlanner(
+            flying.trace, tuple(self.names), tuple(self.left), request, limits, began + float(allowed)
+        )
+        self.asked_few = False
 
     def run(self) -> Replanned:
         found = self._run()
@@ -95,6 +89,9 @@ class _Replanning:
         kept = self._kept()
         if kept is not None:
             return kept
+        by_few = self._by_few()
+        if by_few is not None:
+            return by_few
         stopped = self._stopped()
         if not isinstance(stopped, Stopped):
             return self._none(no_safe_stop(self.mission, stopped))
@@ -106,9 +103,31 @@ class _Replanning:
             assert rest.rest is not None
             cannot = (*rest.rest.violated, *rest.rest.nobodys)
             return replace(
-                self._none(*lost), rest=rest, begins=stopped.until, stops=self._stops(stopped), cannot=cannot
+                self._none(*lost), rest=rest, begins=stopped.until, stops=self.planner.stops(stopped), cannot=cannot
             )
-        return self._planned(rest, stopped)
+        return self.planner.by_all(rest, stopped, refute=not self.asked_few)
+
+    def _by_few(self) -> Replanned | None:
+        """A plan in which few change what they do; all who need not stop are in motion until it begins, and then.
+
+        Who changes velocity as it likes is in no state of motion: those with momentum stop.
+        """
+        if any(agent.dynamics.has_momentum for agent in self.mission.agents):
+            return None
+        stopped = self._stopped(frozenset(self._off_states()))
+        if not isinstance(stopped, Stopped):
+            named = {name for check in stopped for name in check.agents}
+            stopped = self._stopped(
+                frozenset(self._off_states())
+                | {row for row, agent in enumerate(self.left) if self.names[agent] in named}
+            )
+        if not isinstance(stopped, Stopped) or not stopped.moving:
+            return None
+        rest = self._rest(self._told(stopped), stopped.step, stopped)
+        if isinstance(rest, Diagnostic) or no_longer_kept(self.flying.checked, rest, self.request):
+            return None
+        self.asked_few = True
+        return self.planner.by_few(rest, stopped, BY_FEW)
 
     def _none(self, *findings: Diagnostic) -> Replanned:
         return Replanned(Way.NONE, findings)
@@ -127,17 +146,18 @@ class _Replanning:
         choice, findings = choose_backend(whole.mission, None)
         return Replanned(Way.NONE, tuple(findings)) if choice is None else replace(whole, choice=choice)
 
-    def _rest(self, told: Trace, steps: int) -> Checked | Diagnostic:
-        """The mission after those steps of the plan that was flown."""
+    def _rest(self, told: Trace, steps: int, stopped: Stopped | None = None) -> Checked | Diagnostic:
+        """The mission after those steps of the plan that was flown; with those in motion who are, as stops end."""
+        moving = {self.names[self.left[row]]: stopped.end(row) for row in stopped.moving} if stopped else {}
         states = told.part(range(len(self.names)), 0, steps)
         before = self._texts_before()
         earlier_ones = self.flying.checked.past.flown if self.flying.checked.past else ()
         earlier_ones = tuple(replace(each, texts={**before, **each.texts}) for each in earlier_ones)
-        past = Past((*earlier_ones, *self._flown(states, before)))
+        past = Past((*earlier_ones, *self._flown(states, before, moving)))
         rest = remaining(self.now, past, self.limits)
         return rest if isinstance(rest, Diagnostic) else replace(rest, choice=self.now.choice)
 
-    def _flown(self, states: Trace, before: Mapping[str, str]) -> Iterator[Flown]:
+    def _flown(self, states: Trace, before: Mapping[str, str], moving: Mapping[str, Array]) -> Iterator[Flown]:
         """What was flown and told: where somebody is lost, with them up to the step after they were seen last."""
         request, step, steps = self.request, self.mission.step, states.position.shape[1] - 1
         begin, until, rows = 0, min(request.so_far.until, steps * step), list(range(len(self.names)))
@@ -149,7 +169,7 @@ class _Replanning:
             )
             rows = self.left
         names = tuple(self.names[agent] for agent in rows)
-        stretch = Stretch(states.part(rows, begin, steps), (), request.given_up, request.slow)
+        stretch = Stretch(states.part(rows, begin, steps), (), request.given_up, request.slow, moving)
         yield Flown(stretch, names, max(until - begin * step, 0.0), before)
 
     def _texts_before(self) -> dict[str, str]:
@@ -231,9 +251,9 @@ class _Replanning:
 
     # ------------------------------------------------------------------ stopping
 
-    def _stopped(self) -> Stopped | tuple[Check, ...]:
-        moment, least = self.request.moment, float(self.request.in_time)
-        return stop_all(self._team(moment), self._own(), moment, self._off_states(), least, int(self.mission.steps))
+    def _stopped(self, stopping: frozenset[int] | None = None) -> Stopped | tuple[Check, ...]:
+        moment, least, steps = self.request.moment, float(self.request.in_time), int(self.mission.steps)
+        return stop_all(self._team(moment), self._own(), moment, self._off_states(), least, steps, stopping)
 
     def _own(self) -> list[Pieces]:
         """What those fly who are left."""
@@ -259,10 +279,6 @@ class _Replanning:
         stops = stop_some(self._team(moment), self._own(), moment, self._off_states(), late, self.request.ahead)
         return {self.names[self.left[place]]: written(stop) for place, stop in stops.items()}
 
-    def _stops(self, stopped: Stopped) -> dict[str, str]:
-        """The text of each agent's stop."""
-        return {self.names[agent]: written(own) for agent, own in zip(self.left, stopped.pieces, strict=True)}
-
     def _told(self, stopped: Stopped) -> Trace:
         """What was flown, and what everybody is told until the new plan begins; the lost stay where they were seen."""
         seen, dimension = self.request.so_far.trace, self.mission.dimension
@@ -283,68 +299,14 @@ class _Replanning:
         for column, own in zip(whole, (position, velocity, heading), strict=True):
             column[self.left] = own
         whole[0][self.left, -1] = ends(stopped.pieces, dimension)
+        for row in stopped.moving:  # they are where their plan has them
+            whole[0][self.left[row], -1] = self.flying.trace.position[self.left[row], stopped.step]
         whole[1][:, -1] = 0.0
         joined = [np.concatenate([old, new], axis=1) for old, new in zip(arrays(seen), whole, strict=True)]
         momentum = np.array([agent.dynamics.has_momentum for agent in self.mission.agents])
         straight = np.concatenate([np.diff(joined[0], axis=1) / self.mission.step, np.zeros_like(joined[0][:, :1])], 1)
         joined[1] = np.where(momentum[:, None, None], joined[1], straight)
         return Trace(self.mission.step, *joined)
-
-    # ------------------------------------------------------------------ planning
-
-    def _planned(self, rest: Checked, stopped: Stopped) -> Replanned:
-        allowed = self.request.in_time if self.request.clock is None else self.request.clock
-        deadline = self.began + float(allowed)
-        budget = Budget(deadline, seed=self.request.seed, limits=self.limits)
-        stops = self._stops(stopped)
-        rest = replace(_flyable(rest), stops=tuple(stops.items()))
-        way, compiled = Way.REPAIRED, self._refuted(rest, budget) or self._repaired(rest, stopped, budget)
-        if compiled is None:
-            way = Way.ANEW
-            compiled = driver.plan(rest, self.request.options, budget, exports=self.request.exports)
-        if not isinstance(compiled.outcome, Verified):
-            findings, outcome = no_plan_in_time(rest, compiled), compiled.outcome
-            cannot = outcome.conflict[:1] if isinstance(outcome, Impossible) else ()
-            ended = Replanned(Way.NONE, findings, rest, compiled=compiled, begins=stopped.until)
-            return replace(ended, stops=stops, cannot=cannot)
-        changed = tuple(self.names[agent] for agent in self.left)
-        return Replanned(way, compiled.findings, rest, None, compiled, stopped.until, changed, stops)
-
-    def _refuted(self, rest: Checked, budget: Budget) -> Compiled | None:
-        """That no motion is a plan, where little work shows it: there is no time to search for one then."""
-        assert rest.mission is not None
-        assert rest.kernel is not None
-        ahead = looking_ahead(rest.kernel, rest.mission.steps, self.limits.formula_nodes)
-        if isinstance(ahead, TooLarge):
-            return None
-        refused = CoverSide(rest.mission, ahead, rest.kernel, self.request.options, budget).refusal(QUICK)
-        if refused is None:
-            return None
-        return Compiled(rest, refused, (*rest.findings, impossible(rest.mission, refused, None)), ())
-
-    def _repaired(self, rest: Checked, stopped: Stopped, budget: Budget) -> Compiled | None:
-        """A motion near the old plan from where everybody stopped, polished until it keeps what is left."""
-        assert rest.mission is not None
-        assert rest.kernel is not None
-        ahead = self.flying.trace.part(range(len(self.names)), stopped.step, int(self.mission.steps))
-        lost = [agent for agent in range(len(self.names)) if agent not in self.left]
-        starts = ends(stopped.pieces, self.mission.dimension)
-        now = time.monotonic()
-        until = now + SHARE * (budget.deadline - now)
-        for motion in near_motions(rest.mission, rest.kernel, ahead, self.left, lost, starts)[:REPAIRED]:
-            now = time.monotonic()
-            more = replace(budget, deadline=now + (until - now) / 2 if lost else until)
-            compiled = driver.plan_near(rest, motion, self.request.options, more, self.request.exports)
-            if compiled is not None and isinstance(compiled.outcome, Verified):
-                return compiled
-        return None
-
-
-def _flyable(rest: Checked) -> Checked:
-    """The mission of agents no faster than their vehicles: there is no time to find that a plan is too fast."""
-    assert rest.mission is not None
-    speeds = {agent.name: agent.vehicle.speed for agent in rest.mission.agents}
-    return replace(rest, mission=slowed(rest.mission, speeds))
 
 
 def _at(flights: list[Pieces], moment: float, dimension: int) -> Array:

@@ -51,6 +51,7 @@ class Request:
         clock: seconds that planning may take by the clock; as many where it is left out.
         ahead: seconds after the moment in which nobody may touch anything where everybody flies on: who asks again has
             time to stop then.
+        hurried: whether what roadmaps do not hold is taken for what cannot be kept: there is no time to ask others.
         exports: names of forms that the new flight is written in as well.
     """
 
@@ -65,6 +66,7 @@ class Request:
     ahead: float = math.inf
     options: Options = field(default_factory=Options)
     seed: int = 0
+    hurried: bool = False
     exports: tuple[str, ...] = ()
 
     @property

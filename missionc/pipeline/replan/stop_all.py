@@ -7,7 +7,7 @@ out  Stopped: everybody's polynomials up to the step at which the next plan may 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from missionc.curves.crazyflie_csv import Pieces, curves_of
 from missionc.curves.piecewise_polynomials import values
 from missionc.flight.stop_and_hover import state_at, stop_and_hover, stop_together
 from missionc.ir import Mission, Vehicle
-from missionc.pipeline.replan.cut_flights import aligned, between, with_stop
+from missionc.pipeline.replan.cut_flights import aligned, between, in_two, with_stop
 from missionc.progression.rest_of_mission import counted_from
 from missionc.verify.certificate import Check
 from missionc.verify.flight.verify_stops import checks
@@ -36,11 +36,17 @@ class Stopped:
         pieces: of each agent that is left, from the moment to ``until``; all last as long.
         until: seconds after the beginning of the plan that was flown: a whole number of steps.
         step: that number.
+        moving: the places among them of those who fly on, and are in motion then.
     """
 
     pieces: list[Pieces]
     until: float
     step: int
+    moving: frozenset[int] = frozenset()
+
+    def end(self, row: int) -> Array:
+        """(5, 4): the state in which what somebody flies ends."""
+        return state_at(self.pieces[row], math.inf)
 
     def states(self, moment: float, steps: Array, dimension: int) -> tuple[Array, Array, Array]:
         """Positions and velocities, (agents, steps, dim), and headings, (agents, steps), at steps after the moment.
@@ -55,7 +61,13 @@ class Stopped:
 
 
 def stop_all(
-    mission_at: Mission, flights: list[Pieces], moment: float, off: Mapping[int, Array], least: float, steps: int
+    mission_at: Mission,
+    flights: list[Pieces],
+    moment: float,
+    off: Mapping[int, Array],
+    least: float,
+    steps: int,
+    stopping: Collection[int] | None = None,
 ) -> Stopped | tuple[Check, ...]:
     """The first stop of all with which nobody touches anything; the checks that fail of the last, where there is none.
 
@@ -66,29 +78,31 @@ def stop_all(
         off: by agent, the state (5, 4) of who is not where its flight has it: it stops at once.
         least: seconds that the next plan needs to be ready.
         steps: that the flights last.
+        stopping: who is to stop, if not all are: the others fly on.
     """
     failed: tuple[Check, ...] = ()
-    vehicles = [agent.vehicle for agent in mission_at.agents]
-    now = stop_together([off.get(index, state_at(own, moment)) for index, own in enumerate(flights)], vehicles)
+    who = list(range(len(flights))) if stopping is None else sorted(stopping)
+    vehicles = [mission_at.agents[index].vehicle for index in who]
+
+    def together(wait: float) -> list[Pieces] | None:
+        return stop_together([off.get(index, state_at(flights[index], moment + wait)) for index in who], vehicles)
+
+    now = together(0.0) if who else None
     longest = max(0.0, least - SPARE * float(now[0].duration[0])) if now else least
-    for wait in (share * longest for share in SHARES):
-        states = [off.get(index, state_at(own, moment + wait)) for index, own in enumerate(flights)]
-        stops = stop_together(states, vehicles)
+    for wait in (share * longest for share in (SHARES if who else SHARES[:1])):
+        stops = together(wait) if who else []
         if stops is None:
             continue
-        over = moment + wait + float(stops[0].duration[0])
+        over = moment + wait + (float(stops[0].duration[0]) if stops else 0.0)
         step = math.ceil(max(over, moment + least) / mission_at.step - 1e-9)
         until = step * mission_at.step
         if step >= steps:
             return failed
-        pieces = aligned(
-            [
-                with_stop(own, stop, moment, 0.0 if index in off else wait, until - moment)
-                for index, (own, stop) in enumerate(zip(flights, stops, strict=True))
-            ]
-        )
-        found = Stopped(pieces, until, step)
-        failed = tuple(check for check in bodies(mission_at, pieces) if not check.passed)
+        pieces = [in_two(between(own, moment, until)) for own in flights]
+        for index, stop in zip(who, stops, strict=True):
+            pieces[index] = with_stop(flights[index], stop, moment, 0.0 if index in off else wait, until - moment)
+        found = Stopped(aligned(pieces), until, step, frozenset(range(len(flights))) - frozenset(who))
+        failed = tuple(check for check in bodies(mission_at, found.pieces) if not check.passed)
         if not failed:
             return found
     return failed
