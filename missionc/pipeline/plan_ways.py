@@ -35,12 +35,13 @@ from missionc.pipeline.plan_with_margin import plan_with_margin
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.flight.flight_phases import rest_to_rest
 from missionc.verify.flight.vehicle_claims import PIECE_BYTES
-from missionc.verify.flight.verify_safe_end import verify_safe_end
+from missionc.verify.flight.verify_safe_end import has_safe_end, verify_safe_end
 from missionc.verify.flight.verify_whole_flight import as_one, pieces_of, verify_whole_flight
 from missionc.verify.flight.way_missions import (
     NOTHING_REQUIRED,
     Stage,
     Way,
+    Ways,
     distance_of,
     is_whole,
     way_mission,
@@ -67,12 +68,16 @@ LEAST_STEP = 0.5
 """Seconds of a step on roadmaps, at least."""
 UNLIMITED = 2.0
 """m/s, of vehicles that say nothing of their own."""
+NO_WAYS: Ways = {}
 
 
 def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> WholeFlight | Diagnostic | None:
-    """The ways of a mission that comes from the floor, with what was verified of them; None of one that does not."""
+    """The ways of a mission that comes from the floor, its safe ends, and what was verified of them.
+
+    A mission that begins in the air has no ways; one that names no vehicle either has nothing of all that.
+    """
     if not is_whole(mission):
-        return None
+        return _safe_end(mission, files, budget) if has_safe_end(mission) else None
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
     found: dict[Stage, Mapping[str, str]] = {}
@@ -89,11 +94,22 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
     judged = verify_whole_flight(mission, files, found)
     if not judged.passed:
         return _refused(mission, judged)
+    ends = _safe_end(mission, files, budget, found)
+    joined = judged.joined(ends.certificate)
+    return replace(ends, certificate=joined) if joined.passed else _refused(mission, ends.certificate)
+
+
+def _safe_end(mission: Mission, files: Mapping[str, str], budget: Budget, ways: Ways = NO_WAYS) -> WholeFlight:
+    """The safe ends of a flight with its ways, which were verified."""
     budget.listen(Progress("emit", detail="safe ends"))
-    whole, before, risen = as_one(mission, files, found)
-    stops = safe_ends(mission, whole, before)
-    ends = verify_safe_end(mission, whole, before, risen, stops)
-    return WholeFlight(found, stops, judged.joined(ends)) if ends.passed else _refused(mission, ends)
+    whole, before, risen = as_one(mission, files, ways)
+    stops = safe_ends(mission, whole, before, risen)
+    judged = verify_safe_end(mission, whole, before, risen, stops)
+    if not judged.passed and not is_whole(mission):
+        # What is found and not proved is none: of a mission that begins in the air that is an answer, too.
+        stops = ()
+        judged = verify_safe_end(mission, whole, before, risen, stops)
+    return WholeFlight(ways, stops, judged)
 
 
 def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -> Mapping[str, str] | Diagnostic:

@@ -29,7 +29,7 @@ from missionc.verify.flight.joint_claims import downwash, world
 from missionc.verify.flight.landing_in_turns import above_pads, landing_margins, pad_turns
 from missionc.verify.flight.vehicle_claims import limits
 from missionc.verify.flight.verify_polynomials import check_apart, check_file, prove_all
-from missionc.verify.flight.way_missions import Stage, Way, Ways, way_mission, ways_of
+from missionc.verify.flight.way_missions import Stage, Way, Ways, is_whole, way_mission, ways_of
 from missionc.verify.proof.proof_boxes import Boxes
 from missionc.verify.tolerances import MOTION, WAYPOINT
 from missionc.world.columns import column_clearance
@@ -69,7 +69,8 @@ def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict
     """The way out, the mission and the way home of each agent as one, texts that were verified.
 
     Returns:
-        Them by the agents' names; the seconds before the mission begins; those from the take-off to the first of them.
+        Them by the agents' names; the seconds before the mission begins; those from the take-off to the first of them,
+        0 of a mission that begins in the air.
     """
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
@@ -83,6 +84,8 @@ def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict
             own.insert(0 if stage is Stage.OUT else len(own), part[agent.name])
         durations = np.concatenate([each.duration for each in own])
         whole[agent.name] = Pieces(durations, np.concatenate([each.coefficients for each in own]))
+    if not is_whole(mission):
+        return whole, before, 0.0
     lasting = whole_phases(mission, ways_of(mission, flown), float(durations.sum()))
     return whole, before, lasting.rounds * lasting.rise + lasting.settle + lasting.go + lasting.settle
 
