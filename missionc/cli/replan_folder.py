@@ -58,7 +58,7 @@ def replan_folder(
             return _refused(*edited)
         texts = edited
     request = Request(so_far, lost, slow, texts, given_up, in_time=within, seed=seed, exports=exports)
-    flying = Flying(opened.checked, opened.trace, opened.flights)
+    flying = Flying(opened.checked, opened.trace, opened.flights, opened.ways)
     get_ready(flying)
     return replan(flying, request, limits)
 

@@ -55,7 +55,7 @@ class Curves:
 
 
 def derivatives_at(curves: Curves, times: Array, orders: int) -> Array:
-    """Where everybody is and the derivatives by time, (agents, samples, orders, dim); as ``at``, at joints of what begins.
+    """Where everybody is and the derivatives by time, (agents, samples, orders, dim); at joints of what begins there.
 
     Args:
         times: (samples,), seconds.

@@ -38,7 +38,7 @@ from missionc.output.report.report_html import Plotted, report
 from missionc.verify.certificate import Certificate
 from missionc.verify.flight.landing_in_turns import Stop
 from missionc.verify.flight.verify_stops import verify_stops
-from missionc.verify.flight.way_missions import Ways, is_whole
+from missionc.verify.flight.way_missions import Ways, has_risen, is_whole
 from missionc.verify.verify_plan import verify_between, with_delays
 
 __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
@@ -129,7 +129,7 @@ def emit(
         notes.append(_phases_noted(mission, flyable.files, ways))
     findings: list[Diagnostic] = []
     for name in dict.fromkeys(exports):
-        made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files, ways))
+        made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files, ways, bool(provenance.past)))
         if isinstance(made, Diagnostic):
             findings.append(made)
             continue
@@ -152,4 +152,5 @@ def _phases_noted(mission: Mission, files: Mapping[str, str], ways: Ways) -> str
     """How long the whole flight takes, and each of its phases."""
     rows = phases_on_the_clock(mission, files, ways)
     each = ", ".join(f"{name} {end - begin:.4g} s" for name, begin, end in rows)
-    return f"whole flight: {rows[-1][2] - rows[0][1]:.4g} s from the floor to the floor ({each})"
+    where = "to the floor" if has_risen(mission) else "from the floor to the floor"
+    return f"whole flight: {rows[-1][2] - rows[0][1]:.4g} s {where} ({each})"

@@ -43,6 +43,7 @@ from missionc.verify.flight.way_missions import (
     Way,
     Ways,
     distance_of,
+    has_risen,
     is_whole,
     way_mission,
     ways_of,
@@ -64,11 +65,15 @@ FEWEST = 3
 """Pieces of a way, where it can be flown in so few."""
 SEARCH, LONGEST = 8.0, 90.0
 """Seconds for one search on roadmaps, and for a whole way."""
+IN_FLIGHT = 0.6
+"""The share of the time that is left which a way home may take in flight."""
 LEAST_STEP = 0.5
 """Seconds of a step on roadmaps, at least."""
 UNLIMITED = 2.0
 """m/s, of vehicles that say nothing of their own."""
 NO_WAYS: Ways = {}
+COLUMNS = ("column world", "column separation", "rise obstacle", "sink obstacle")
+"""What no way to the pads mends: whatever stands there stands in the way."""
 
 
 def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> WholeFlight | Diagnostic | None:
@@ -80,6 +85,10 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
         return _safe_end(mission, files, budget) if has_safe_end(mission) else None
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
+    standing = replace(mission, obstacles=tuple(each for each in mission.obstacles if each.constant))
+    columns = [each for each in verify_whole_flight(standing, files, NO_WAYS).failures if each.name in COLUMNS]
+    if columns:
+        return _refused(mission, Certificate(mission.name, tuple(columns)))
     found: dict[Stage, Mapping[str, str]] = {}
     memory = min(agent.vehicle.memory for agent in mission.agents)
     left = memory // PIECE_BYTES - next(iter(flown.values())).duration.size
@@ -117,7 +126,10 @@ def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -
     Args:
         left: pieces for which memories have room beside the mission's.
     """
-    until = min(budget.deadline, time.monotonic() + LONGEST)
+    now = time.monotonic()
+    # In flight there has to be time left for a plan without a way home.
+    share = IN_FLIGHT if has_risen(mission) else 1.0
+    until = min(now + share * (budget.deadline - now), now + LONGEST)
     nearest: Diagnostic | None = None
     for position, seconds in _candidates(mission, stage, way, replace(budget, deadline=until)):
         fitted = _flown(mission, stage, way, position, seconds, left)

@@ -67,6 +67,17 @@ def remaining(checked: Checked, past: Past, limits: Limits, stretch: float = 1.0
     return replace(checked, mission=rest.mission, kernel=rest.kernel, rest=rest, past=past)
 
 
+def without_home(checked: Checked) -> Checked:
+    """The rest of a mission from which nobody goes back to its pad: it ends in the air."""
+    mission, past = checked.mission, checked.past
+    assert mission is not None
+    assert past is not None
+    last = past.flown[-1]
+    last = replace(last, stretch=replace(last.stretch, stays=True))
+    agents = tuple(replace(agent, pad=None) for agent in mission.agents)
+    return replace(checked, mission=replace(mission, agents=agents), past=replace(past, flown=(*past.flown[:-1], last)))
+
+
 def whole_checks(rest: Remaining | None, plan: Trace) -> Certificate | None:
     """The requirements over what was flown and the plan together; nothing where there is no mission of both."""
     if rest is None or rest.whole is None:

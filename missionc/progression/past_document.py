@@ -24,6 +24,8 @@ from missionc.progression.stretches import Stretch
 SCHEMA = "missionc.past/1"
 MOST_STRETCHES = 1_000
 ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "texts", "agents"})
+STAYS = "stays"
+"""The entry of a stretch after which nobody goes back to its pad; it is there where that is so."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +76,7 @@ def past_json(past: Past) -> str:
             "given_up": list(each.stretch.given_up),
             "slow": dict(each.stretch.slow),
             "texts": dict(each.texts),
+            **({STAYS: True} if each.stretch.stays else {}),
         }
         entries = [f"     {_text(key)}: {_text(value)}" for key, value in head.items()]
         states = ",\n".join(f"       {_text(row)}" for row in rows)
@@ -107,7 +110,7 @@ def read_past(text: str, magnitude: float) -> Past | str:
 
 
 def _flown(entry: Any, magnitude: float) -> Flown | str:
-    if not isinstance(entry, dict) or set(entry) != ENTRIES:
+    if not isinstance(entry, dict) or set(entry) - {STAYS} != ENTRIES or entry.get(STAYS, True) is not True:
         return "a stretch of it has other entries than it should"
     step, until, lost, given_up = (entry[key] for key in ("step", "until", "lost", "given_up"))
     slow, texts, agents = (entry[key] for key in ("slow", "texts", "agents"))
@@ -134,7 +137,12 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     if heading.shape != position.shape[:2]:
         return "its agents have different numbers of states"
     trace = Trace(Seconds(float(step)), position, velocity, heading)
-    return Flown(Stretch(trace, tuple(lost), tuple(given_up), dict(slow)), tuple(names), float(until), dict(texts))
+    return Flown(
+        Stretch(trace, tuple(lost), tuple(given_up), dict(slow), STAYS in entry),
+        tuple(names),
+        float(until),
+        dict(texts),
+    )
 
 
 def _names(value: object) -> bool:

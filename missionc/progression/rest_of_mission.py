@@ -3,8 +3,8 @@
     in   the mission with its world as it is now, how many steps are over, the states then; levels and who is left
     out  Mission, whose step 0 is the one after those that are over
 
-Obstacles go on from where they are then, and as large as they have grown. Whoever has risen from a pad is in the air,
-and no way back to the floor is part of the rest.
+Obstacles go on from where they are then, and as large as they have grown. Whoever has risen from a pad is in the air;
+the way back to it, and down, is part of the rest.
 """
 
 from __future__ import annotations
@@ -16,9 +16,16 @@ from missionc import ir
 from missionc.base.trace import Array
 from missionc.base.units import Seconds, Steps
 
+NO_PADS: Mapping[str, ir.Pad] = {}
+
 
 def rest_of(
-    mission: ir.Mission, elapsed: int, position: Array, left: tuple[str, ...], levels: Mapping[tuple[str, str], float]
+    mission: ir.Mission,
+    elapsed: int,
+    position: Array,
+    left: tuple[str, ...],
+    levels: Mapping[tuple[str, str], float],
+    pads: Mapping[str, ir.Pad] = NO_PADS,
 ) -> ir.Mission:
     """What of a mission is still to come.
 
@@ -27,6 +34,7 @@ def rest_of(
         position: (agents that are left, dim), metres: where they are then.
         left: their names, in the order of the mission.
         levels: what is left of a resource, by its name and its agent's.
+        pads: by its name, the pad from which an agent has risen and to which it comes back.
     """
     places = dict(zip(left, position.tolist(), strict=True))
     index = {agent.index: number for number, agent in enumerate(each for each in mission.agents if each.name in places)}
@@ -35,7 +43,7 @@ def rest_of(
             agent,
             index=index[agent.index],
             start=ir.Exactly(tuple(places[agent.name]), agent.start.span),
-            pad=None,
+            pad=pads.get(agent.name),
         )
         for agent in mission.agents
         if agent.index in index

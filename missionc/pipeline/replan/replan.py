@@ -41,6 +41,7 @@ from missionc.pipeline.replan.fly_on import FlyOn, arrays, fly_on
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
 from missionc.pipeline.replan.stop_all import Stopped, bodies, ends, resting_state, stop_all, stop_some
 from missionc.pipeline.replan.take_over import near_motions
+from missionc.pipeline.replan.way_home import way_home
 from missionc.pipeline.results import Compiled, Verified
 from missionc.progression.past_document import Flown, Past
 from missionc.progression.rest_of_mission import slowed, team_at
@@ -193,6 +194,9 @@ class _Replanning:
         if certificate.passed:
             proven = self._polynomials_on(rest, on, steps)
             certificate = certificate.joined(replace(proven, checks=(*proven.checks, *bodies_on)))
+        if certificate.passed:
+            flown = {self.names[agent]: written(own) for agent, own in zip(self.left, on.pieces, strict=True)}
+            certificate = certificate.joined(way_home(rest.mission, flown, self.flying.ways))
         if not certificate.passed:
             return None
         return Replanned(Way.KEPT, (), rest, certificate, begins=steps * self.mission.step)
