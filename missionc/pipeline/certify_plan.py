@@ -82,6 +82,7 @@ def certify_plan(
     from missionc.verify.flight.way_missions import has_risen
     from missionc.verify.verify_plan import verify
 
+    checked = _as_meant(checked)
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     assert mission is not None
     assert kernel is not None
@@ -143,6 +144,18 @@ def certify_plan(
         return Certified(checked, Refused(trace), (output,))
     report = replace(report, notes=(*report.notes, *output.notes))
     return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
+
+
+def _as_meant(checked: Checked) -> Checked:
+    """The mission whose agents may be as fast as it says: what is left of one in flight is planned with slower ones."""
+    if checked.rest is None or checked.mission is None:
+        return checked
+    meant = {agent.name: agent for agent in checked.rest.mission.agents}
+    agents = tuple(
+        replace(agent, dynamics=meant[agent.name].dynamics, vehicle=meant[agent.name].vehicle)
+        for agent in checked.mission.agents
+    )
+    return replace(checked, mission=replace(checked.mission, agents=agents))
 
 
 def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:

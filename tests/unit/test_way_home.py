@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from missionc.backends.api import Budget
+from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
@@ -141,6 +142,41 @@ def test_scripts_take_nobody_off_who_is_in_the_air() -> None:
     assert refused.code is NOT_EXPORTED
 
 
+SHELF = """\
+mission shelf
+time  step 1 s, horizon 8 s
+world (0, 0) to (8, 5)
+region goal = box (4, 0.5) to (6, 4.5)
+team drone[2] {
+  vehicle  crazyflie21
+  dynamics single_integrator(speed <= 2 m/s)
+  start    at (1, 1), (1, 2.5)
+}
+require reach: every drone: eventually[0, end] goal
+solve with smt { nodes = 60 }
+"""
+"""Its agents are faster than their vehicles, and its flight is slower than planned."""
+
+
+def test_what_is_left_of_a_flight_that_was_stretched_is_planned_anew_and_verified(tmp_path: Path) -> None:
+    made = driver.compile(Source("shelf.mission", SHELF), options=Options(stretch=3.0))
+    assert made.files, made.findings
+    folder = written(tmp_path / "shelf", dict(made.files))
+    plan = json.loads((folder / "plan.json").read_text())
+    assert plan["horizon"] == 24
+    changed = tmp_path / "patch.mission"
+    changed.write_text("region goal = box (4, 3) to (6, 4.5)")
+    flown = flown_until(folder, 3.0)
+    found = replan_folder(folder, flown, changed, ("drone[0]",), {}, (), Seconds(5.0), 0, (), Limits())
+    assert found.way in (Way.REPAIRED, Way.ANEW), found.findings
+    rest = written(tmp_path / "rest", dict(found.files))
+    assert json.loads((rest / "manifest.json").read_text())["options"]["stretch"] == "3.0"
+    again = reverify(rest)
+    assert again.passed, again.findings
+    assert again.opened is not None
+    assert again.opened.mission.horizon == 24 - found.begins if found.begins else False
+
+
 def flown_until(folder: Path, seconds: float) -> Path:
     plan = json.loads((folder / "plan.json").read_text())
     rows = [
@@ -150,7 +186,8 @@ def flown_until(folder: Path, seconds: float) -> Path:
         if time <= seconds
     ]
     path = folder.parent / "flown.csv"
-    path.write_text("agent,t,x,y,z\n" + "\n".join(rows) + "\n")
+    axes = ",".join("xyz"[: len(plan["agents"][0]["position"][0])])
+    path.write_text(f"agent,t,{axes}\n" + "\n".join(rows) + "\n")
     return path
 
 

@@ -120,7 +120,7 @@ class _Replanning:
         """The whole mission as it reads now, with engines that plan it."""
         whole = self.flying.checked
         if self.request.texts or whole.past is not None:
-            checked = earlier(whole, self.request.texts, self.limits, 1.0)
+            checked = earlier(whole, self.request.texts, self.limits)
             if checked.mission is None or checked.kernel is None or not checked.ok:
                 return Replanned(Way.NONE, tuple(each for each in checked.findings if not each.code.warning))
             whole = replace(checked, file=whole.file)
