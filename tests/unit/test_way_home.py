@@ -146,7 +146,7 @@ SHELF = """\
 mission shelf
 time  step 1 s, horizon 8 s
 world (0, 0) to (8, 5)
-region goal = box (4, 0.5) to (6, 4.5)
+region goal = box (4, 0.5) to (6, 2.9)
 team drone[2] {
   vehicle  crazyflie21
   dynamics single_integrator(speed <= 2 m/s)
@@ -165,7 +165,7 @@ def test_what_is_left_of_a_flight_that_was_stretched_is_planned_anew_and_verifie
     plan = json.loads((folder / "plan.json").read_text())
     assert plan["horizon"] == 24
     changed = tmp_path / "patch.mission"
-    changed.write_text("region goal = box (4, 3) to (6, 4.5)")
+    changed.write_text("region goal = box (4, 3.2) to (6, 4.8)")
     flown = flown_until(folder, 3.0)
     found = replan_folder(folder, flown, changed, ("drone[0]",), {}, (), Seconds(5.0), 0, (), Limits())
     assert found.way in (Way.REPAIRED, Way.ANEW), found.findings
