@@ -39,7 +39,7 @@ def open_folder(folder: Path, limits: Limits) -> Opened | list[Diagnostic]:
     verified = reverify_opened(opened, None)
     if not verified.passed or verified.flown is None:
         return list(verified.findings)
-    return Opened(Flying(opened.checked, opened.trace, opened.flights), opened, verified.flown)
+    return Opened(Flying(opened.checked, opened.trace, opened.flights, opened.ways), opened, verified.flown)
 
 
 def flights_page(opened: Opened, loop: LoopFlights) -> bytes:

@@ -12,12 +12,10 @@ from missionc.diagnostics.code import NOT_TO_BE_CHANGED, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.suggest import nearest
 from missionc.monitoring.read_flown import FlownSoFar, read_flown
-from missionc.pipeline.remaining import unfit
 from missionc.pipeline.replan.get_ready import get_ready
 from missionc.pipeline.replan.patch import patched
 from missionc.pipeline.replan.replan import replan
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
-from missionc.replay.folder_files import STRETCH, option
 from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.reverify import reverify_opened
 from missionc.syntax.read_file import read_source, read_text
@@ -42,8 +40,6 @@ def replan_folder(
     verified = reverify_opened(opened, None)
     if not verified.passed:
         return _refused(*verified.findings)
-    if option(opened.manifest, STRETCH):
-        return _refused(unfit("it is flown slower than it was planned; write the longer horizon into the mission"))
     strange = _unknown(opened, lost, slow, given_up)
     if strange:
         return _refused(strange)
@@ -58,7 +54,7 @@ def replan_folder(
             return _refused(*edited)
         texts = edited
     request = Request(so_far, lost, slow, texts, given_up, in_time=within, seed=seed, exports=exports)
-    flying = Flying(opened.checked, opened.trace, opened.flights)
+    flying = Flying(opened.checked, opened.trace, opened.flights, opened.ways)
     get_ready(flying)
     return replan(flying, request, limits)
 

@@ -30,6 +30,7 @@ def replanned_lines(replanned: Replanned, output: str) -> list[str]:
         *lines,
         *worst_margins(outcome.plan.judgements, outcome.certificate),
         f"  {stops}",
+        *(["  no way back to the pads was found in time: it ends in a hover"] if _stays(replanned) else []),
         f"  {who_flies(mission)}",
         *([f"  {Path(output) / REPORT} plays it"] if output else []),
     ]
@@ -47,6 +48,12 @@ def _rest(replanned: Replanned) -> str:
     return f"{counted(len(mission.agents), 'agent')} for the last {mission.horizon:g} s{without}{dropped}"
 
 
+def _stays(replanned: Replanned) -> bool:
+    """Whether nobody goes home, as the mission wants it."""
+    checked = replanned.compiled.checked if replanned.compiled is not None else None
+    return checked is not None and checked.past is not None and checked.past.flown[-1].stretch.stays
+
+
 def replanned_document(replanned: Replanned, output: str | None) -> dict[str, object]:
     """The same for programs."""
     compiled = replanned.compiled
@@ -61,5 +68,6 @@ def replanned_document(replanned: Replanned, output: str | None) -> dict[str, ob
         "requirements": [each.as_verdict() for each in judgements],
         "flying_on": None if replanned.flown_on is None else list(replanned.flown_on),
         "stops": dict(replanned.stops),
+        "way_home_found": not _stays(replanned),
         "output": output,
     }

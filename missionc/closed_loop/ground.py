@@ -161,7 +161,7 @@ class Ground:
         """The world is another one from now on."""
         edited = patched(self.world, Source("change", text), self.limits)
         assert isinstance(edited, Mapping), "patches are read before the flight"
-        self.world = earlier(self.world, edited, self.limits, 1.0)
+        self.world = earlier(self.world, edited, self.limits)
         self.texts.update(edited)
         self.causes.append("the world has changed")
 

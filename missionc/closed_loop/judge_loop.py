@@ -98,7 +98,7 @@ def judge(
     for cut in cuts:
         step = min(math.ceil(cut.time / mission.step - 1e-9), int(mission.steps) - 1)
         if cut.texts:
-            now = earlier(now, cut.texts, limits, 1.0)
+            now = earlier(now, cut.texts, limits)
             assert now.mission is not None
             written = now.mission
         part = whole.part(rows, begin, step)

@@ -54,6 +54,22 @@ class Curves:
         return Curves(self.times, self.coefficients[first] - self.coefficients[second])
 
 
+def derivatives_at(curves: Curves, times: Array, orders: int) -> Array:
+    """Where everybody is and the derivatives by time, (agents, samples, orders, dim); at joints of what begins there.
+
+    Args:
+        times: (samples,), seconds.
+        orders: how many: 1 for the position alone.
+    """
+    piece = np.clip(np.searchsorted(curves.times, times, side="right") - 1, 0, curves.durations.size - 1)
+    local = np.clip(times - curves.times[piece], 0.0, curves.durations[piece])
+    own, found = curves.coefficients[:, piece], []
+    for _ in range(orders):
+        found.append(values(own, np.broadcast_to(local, own.shape[:2])))
+        own = own[..., 1:] * np.arange(1, own.shape[-1])
+    return np.stack(found, axis=2)
+
+
 def values(coefficients: Array, local: Array) -> Array:
     """Polynomials at local times: (..., dim, degree + 1), (...) -> (..., dim); 0 where they have no power at all."""
     if not coefficients.shape[-1]:

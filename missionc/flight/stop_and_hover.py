@@ -20,9 +20,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
+from missionc.base.trace import Array, Flags
+from missionc.curves.crazyflie_csv import Pieces, curves_of
+from missionc.curves.piecewise_polynomials import Curves, Indices, derivatives_at, speed_bounds, values
 from missionc.flight.vehicle_limits import EXACT, limits_of, peaks
 from missionc.ir import Vehicle
 from missionc.verify.plan.conservative_advancement import least
@@ -31,10 +31,21 @@ ORDERS = 5
 """Position, velocity, acceleration, jerk and snap."""
 SHORTEST, LONGEST, LONGER = 0.25, 12.0, 1.12
 """Seconds of a stop: the first that is tried, the last one at most, and how many times longer each is."""
-GLANCES = 17
+GLANCES = 33
 """Moments of a stop that are looked at before its limits are found."""
+SURE = 0.995
+"""The share of a limit that these moments may show, where no more is looked at: in between there may be more."""
 HOVER = 1.0
 """Seconds of hovering after it."""
+
+
+def _ending() -> Array:
+    """(3, 5): from the first five coefficients of a stop of 1 s the others, so that it ends at rest."""
+    ends = np.array([[math.perm(power, order) for power in range(8)] for order in (1, 2, 3)], dtype=np.float64)
+    return np.asarray(np.linalg.solve(ends[:, ORDERS:], -ends[:, :ORDERS]))
+
+
+ENDING = _ending()
 
 
 def state_at(flight: Pieces, time: float) -> Array:
@@ -43,14 +54,7 @@ def state_at(flight: Pieces, time: float) -> Array:
     Args:
         time: seconds; before the beginning and after the end, the states there.
     """
-    times = flight.times
-    piece = int(np.clip(np.searchsorted(times, time, side="right") - 1, 0, flight.duration.size - 1))
-    local = np.asarray(np.clip(time - times[piece], 0.0, flight.duration[piece]))
-    coefficients, state = flight.coefficients[piece], []
-    for _ in range(ORDERS):
-        state.append(values(coefficients, local))
-        coefficients = coefficients[:, 1:] * np.arange(1, coefficients.shape[1])
-    return np.stack(state)
+    return np.asarray(derivatives_at(curves_of([flight], slice(None)), np.array([time]), ORDERS)[0, 0])
 
 
 def stop_and_hover(state: Array, vehicle: Vehicle, hover: float = HOVER) -> Pieces | None:
@@ -70,52 +74,96 @@ def stop_and_hover(state: Array, vehicle: Vehicle, hover: float = HOVER) -> Piec
 
 def stop_together(states: Sequence[Array], vehicles: Sequence[Vehicle], hover: float = HOVER) -> list[Pieces] | None:
     """Likewise of several vehicles at once, whose stops last equally long: the shortest that suits them all."""
+    begin = np.stack(states)
     duration = SHORTEST
     while duration <= LONGEST:
-        stops = [_stop(state, duration, hover) for state in states]
-        if all(_kept(stop, vehicle) for stop, vehicle in zip(stops, vehicles, strict=True)):
-            return stops
+        lasting = float(np.float32(duration))
+        moving = stopping(begin, lasting)
+        if not _seen_beyond(moving, lasting, vehicles, 1 + EXACT).any():
+            stops = [with_hover(own, lasting, hover) for own in moving]
+            if all(_kept(stop, vehicle) for stop, vehicle in zip(stops, vehicles, strict=True)):
+                return stops
         duration *= LONGER
     return None
 
 
-def _stop(state: Array, duration: float, hover: float) -> Pieces:
-    """The stop of a duration, whatever it takes."""
-    lasting = float(np.float32(duration))
+def quickest(states: Array, vehicles: Sequence[Vehicle]) -> Array:
+    """(moments,), seconds: how long the stops of all last, at each of many moments, where no limit seems exceeded.
+
+    Args:
+        states: (moments, agents, 5, 4).
+
+    Returns:
+        float32 values; not a number where there is no such stop.
+    """
+    found, waiting = np.full(len(states), np.nan), np.arange(len(states))
+    duration = SHORTEST
+    while duration <= LONGEST and waiting.size:
+        lasting = float(np.float32(duration))
+        beyond = _seen_beyond(stopping(states[waiting], lasting), lasting, vehicles, SURE).any(axis=-1)
+        found[waiting[~beyond]] = lasting
+        waiting = waiting[beyond]
+        duration *= LONGER
+    return found
+
+
+def stopping(states: Array, seconds: float) -> Array:
+    """(..., 4, 8): the stops of a duration from states (..., 5, 4), whatever they take; float32 values."""
     factorial = np.array([math.factorial(order) for order in range(ORDERS)])
     # In shares of the duration: so that the numbers are of one size.
-    known = state / factorial[:, None] * lasting ** np.arange(ORDERS)[:, None]
-    free = np.arange(ORDERS, 8)
-    ends = [[math.perm(power, order) for power in range(8)] for order in (1, 2, 3)]
-    matrix = np.array(ends, dtype=np.float64)
-    rest = np.linalg.solve(matrix[:, free], -matrix[:, :ORDERS] @ known)
-    shares = np.concatenate([known, rest]).T
-    moving = (shares / lasting ** np.arange(8)).astype(np.float32).astype(np.float64)
+    known = states / factorial[:, None] * seconds ** np.arange(ORDERS)[:, None]
+    shares = np.concatenate([known, ENDING @ known], axis=-2)
+    whole = np.swapaxes(shares, -1, -2) / seconds ** np.arange(8)
+    return np.asarray(whole.astype(np.float32).astype(np.float64))
+
+
+def with_hover(moving: Array, seconds: float, hover: float = HOVER) -> Pieces:
+    """A stop, (4, 8), of so many seconds, and the hover after it."""
     still = np.zeros_like(moving)
-    still[:, 0] = values(moving, np.asarray(lasting)).astype(np.float32)
-    return Pieces(np.array([lasting, float(np.float32(hover))]), np.stack([moving, still]))
+    still[:, 0] = values(moving, np.asarray(seconds)).astype(np.float32)
+    return Pieces(np.array([seconds, float(np.float32(hover))]), np.stack([moving, still]))
 
 
 def _kept(stop: Pieces, vehicle: Vehicle) -> bool:
     """Whether all limits of the vehicle are."""
     place = Curves(stop.times, stop.coefficients[None, :, :3])
-    if _plainly_beyond(stop, vehicle) or peaks(limits_of(vehicle), place):
+    if peaks(limits_of(vehicle), place):
         return False
     turn = Curves(stop.times, stop.coefficients[None, :, 3:])
     return _slow(turn.derivative(), vehicle.yaw_rate) and _in_band(place, vehicle)
 
 
-def _plainly_beyond(stop: Pieces, vehicle: Vehicle) -> bool:
-    """Whether some moments show already that a limit is not kept: most durations need no more than that."""
-    share = np.linspace(0.0, 1.0, GLANCES)[:, None] ** np.arange(8)
-    numbers = stop.coefficients[0, :3] * stop.duration[0] ** np.arange(8)
-    for order, most in ((1, vehicle.speed), (2, vehicle.acceleration), (3, vehicle.jerk)):
-        factor = np.array([math.perm(power, order) for power in range(order, 8)])
-        seen = share[:, : 8 - order] @ (numbers[:, order:] * factor).T / stop.duration[0] ** order
-        size = np.linalg.norm(seen[:, :2] if order == 1 else seen, axis=-1).max()
-        if size > most * (1 + EXACT):
-            return True
-    return False
+def _seen_beyond(moving: Array, seconds: float, vehicles: Sequence[Vehicle], most: float) -> Flags:
+    """(..., agents): whether some moments show that a limit is not kept: most durations need no more than that.
+
+    Args:
+        moving: (..., agents, 4, 8).
+        most: the share of a limit that there may be after the beginning; all of it there.
+    """
+    shares = np.linspace(0.0, 1.0, GLANCES)
+    allowed = np.where(shares > 0, most, max(most, 1.0))
+    beyond = np.zeros(moving.shape[:-2], dtype=np.bool_)
+    for vehicle in dict.fromkeys(vehicles):
+        some = np.array([each == vehicle for each in vehicles])
+        own = moving[..., some, :, :]
+        limits = limits_of(vehicle)
+        motion = [
+            _derived(own, seconds, order, shares) for order in range(1 + max([1, *(each.order for each in limits)]))
+        ]
+        found = [limit.gauge(motion[limit.order][..., :3]) > allowed for limit in limits]
+        found.append(np.abs(motion[1][..., 3]) > vehicle.yaw_rate * allowed)
+        height = motion[0][..., 2]
+        found.append(height < np.minimum(vehicle.height.low, height[..., :1]) - EXACT * (most > 1))
+        found.append(height > np.maximum(vehicle.height.high, height[..., :1]) + EXACT * (most > 1))
+        beyond[..., some] = np.any(found, axis=(0, -1))
+    return beyond
+
+
+def _derived(own: Array, seconds: float, order: int, shares: Array) -> Array:
+    """(..., shares, 4): a derivative of stops, (..., 4, 8), at shares of their duration."""
+    factor = np.array([math.perm(power, order) for power in range(order, 8)])
+    coefficients = own[..., order:] * (factor * seconds ** np.arange(8 - order))
+    return np.asarray(np.swapaxes(coefficients @ (shares[:, None] ** np.arange(8 - order)).T, -1, -2))
 
 
 def _slow(rate: Curves, most: float) -> bool:

@@ -24,6 +24,8 @@ class Pad:
         hover: metres, up to which it rises; None at the height of its start.
         rise: m/s at most on the way up, beside what its vehicle may; infinite where that alone counts.
         land: likewise on the way down.
+        risen: seconds that have passed of the mission since its agent rose from it: it is in the air, and comes back to
+            it; None where it stands on it.
     """
 
     point: Vector | None
@@ -31,6 +33,7 @@ class Pad:
     hover: float | None = None
     rise: float = math.inf
     land: float = math.inf
+    risen: float | None = None
 
 
 PAD_FIGURES: dict[str, Figure] = {

@@ -17,7 +17,7 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json
-from missionc.output.documents.safe_end_json import safe_end_json
+from missionc.output.documents.safe_end_json import safe_end_json, safe_end_noted
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.documents.whole_flight_json import phases_on_the_clock, whole_flight_json
 from missionc.output.export.formats import FORMATS, flight
@@ -38,7 +38,7 @@ from missionc.output.report.report_html import Plotted, report
 from missionc.verify.certificate import Certificate
 from missionc.verify.flight.landing_in_turns import Stop
 from missionc.verify.flight.verify_stops import verify_stops
-from missionc.verify.flight.way_missions import Ways
+from missionc.verify.flight.way_missions import Ways, has_risen, is_whole
 from missionc.verify.verify_plan import verify_between, with_delays
 
 __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
@@ -46,7 +46,7 @@ __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WholeFlight:
-    """The ways of a mission that comes from the floor, its safe ends, and what was verified of them."""
+    """The ways of a mission that comes from the floor, none of another; safe ends, and what was verified of both."""
 
     ways: Ways
     stops: tuple[Stop, ...]
@@ -54,11 +54,11 @@ class WholeFlight:
 
 
 PlanWays = Callable[[Mission, Mapping[str, str]], WholeFlight | Diagnostic | None]
-"""From a mission and its polynomials to its ways; None where it does not come from the floor."""
+"""From a mission and its polynomials to its ways and its safe ends; None where it is to have neither."""
 
 
 def no_ways(mission: Mission, files: Mapping[str, str]) -> WholeFlight | Diagnostic | None:
-    """No ways: those of a mission whose whole flight is not asked for."""
+    """No ways and no safe ends: those of a mission that begins in the air, of which nobody asks for them."""
     return None
 
 
@@ -101,12 +101,12 @@ def emit(
     if isinstance(planned, Diagnostic):
         return planned
     whole = with_delays(mission, kernel, plan.trace, certificate).joined(flyable.certificate)
-    whole = whole if planned is None else whole.joined(planned.certificate)
-    whole = whole.joined(verify_between(mission, kernel, plan.trace, flyable.files))
     if provenance.stops:
         whole = whole.joined(Certificate(mission.name, tuple(verify_stops(mission, dict(provenance.stops)))))
         if not whole.passed:
             return not_flyable(mission, list(whole.failures))
+    whole = whole if planned is None else whole.joined(planned.certificate)
+    whole = whole.joined(verify_between(mission, kernel, plan.trace, flyable.files))
     files = {
         "plan.json": plan_json(mission, plan).encode(),
         "trajectories.csv": trajectories(mission, plan.trace).encode(),
@@ -123,11 +123,13 @@ def emit(
     notes = list(required_performance(mission, flyable.certificate))
     if planned is not None:
         files[SAFE_END] = safe_end_json(mission, planned.stops).encode()
+        notes += safe_end_noted(planned.certificate)
+    if is_whole(mission):
         files[WHOLE_FLIGHT] = whole_flight_json(mission, flyable.files, ways).encode()
         notes.append(_phases_noted(mission, flyable.files, ways))
     findings: list[Diagnostic] = []
     for name in dict.fromkeys(exports):
-        made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files, ways))
+        made = FORMATS[name].export(flight(mission, kernel, plan.trace, flyable.files, ways, bool(provenance.past)))
         if isinstance(made, Diagnostic):
             findings.append(made)
             continue
@@ -150,4 +152,5 @@ def _phases_noted(mission: Mission, files: Mapping[str, str], ways: Ways) -> str
     """How long the whole flight takes, and each of its phases."""
     rows = phases_on_the_clock(mission, files, ways)
     each = ", ".join(f"{name} {end - begin:.4g} s" for name, begin, end in rows)
-    return f"whole flight: {rows[-1][2] - rows[0][1]:.4g} s from the floor to the floor ({each})"
+    where = "to the floor" if has_risen(mission) else "from the floor to the floor"
+    return f"whole flight: {rows[-1][2] - rows[0][1]:.4g} s {where} ({each})"

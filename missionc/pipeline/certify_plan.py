@@ -14,6 +14,7 @@ from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason
 from missionc.backends.options import Options
 from missionc.base.trace import Plan
 from missionc.base.units import Seconds
+from missionc.diagnostics.code import NO_WAY
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline import no_plan
 from missionc.pipeline.ask_bound import BoundSide
@@ -27,6 +28,9 @@ STEP_OF_AGENT = 6e-3
 
 LEAST, MOST = Seconds(0.3), 0.25
 """Seconds that are kept back for it in any case; and the share of the time that is left which is never exceeded."""
+
+WAY_HOME, MOST_HOME = Seconds(3.0), 0.4
+"""Likewise more seconds, where a way home has to be planned in flight; and that share then."""
 
 
 DRAWING = 3.0
@@ -42,9 +46,10 @@ class Certified:
     findings: tuple[Diagnostic, ...] = ()
 
 
-def reserved_time(agents: int, steps: int, left: float) -> Seconds:
+def reserved_time(agents: int, steps: int, left: float, way_home: bool = False) -> Seconds:
     """How much of the time that is ``left`` is kept back from a search, for what comes after it; seconds."""
-    return Seconds(min(LEAST + STEP_OF_AGENT * agents * steps, MOST * max(0.0, left)))
+    more, most = (WAY_HOME, MOST_HOME) if way_home else (0.0, MOST)
+    return Seconds(min(LEAST + more + STEP_OF_AGENT * agents * steps, most * max(0.0, left)))
 
 
 def to_draw(explain_limit: Seconds) -> Seconds:
@@ -72,10 +77,12 @@ def certify_plan(
     from missionc.output.notebook_ground import notebook_ground
     from missionc.output.output_files import Provenance, emit
     from missionc.pipeline.plan_ways import plan_ways
-    from missionc.pipeline.remaining import whole_checks
+    from missionc.pipeline.remaining import whole_checks, without_home
     from missionc.progression.past_document import past_json
+    from missionc.verify.flight.way_missions import has_risen
     from missionc.verify.verify_plan import verify
 
+    checked = _as_meant(checked)
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     assert mission is not None
     assert kernel is not None
@@ -123,10 +130,32 @@ def certify_plan(
             checked.stops,
         )
         output = emit(mission, kernel, verified, certificate, provenance, exports, partial(plan_ways, budget=budget))
+    if isinstance(output, Diagnostic) and output.code is NO_WAY and has_risen(mission):
+        # Who is in the air is better off with a plan that ends there than with none: safe ends lead down from it.
+        checked = without_home(checked)
+        assert checked.mission is not None
+        assert checked.past is not None
+        mission, provenance = checked.mission, replace(provenance, past=past_json(checked.past))
+        with watch.stage("emit"):
+            output = emit(
+                mission, kernel, verified, certificate, provenance, exports, partial(plan_ways, budget=budget)
+            )
     if isinstance(output, Diagnostic):
         return Certified(checked, Refused(trace), (output,))
     report = replace(report, notes=(*report.notes, *output.notes))
     return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
+
+
+def _as_meant(checked: Checked) -> Checked:
+    """The mission whose agents may be as fast as it says: what is left of one in flight is planned with slower ones."""
+    if checked.rest is None or checked.mission is None:
+        return checked
+    meant = {agent.name: agent for agent in checked.rest.mission.agents}
+    agents = tuple(
+        replace(agent, dynamics=meant[agent.name].dynamics, vehicle=meant[agent.name].vehicle, course=())
+        for agent in checked.mission.agents
+    )
+    return replace(checked, mission=replace(checked.mission, agents=agents))
 
 
 def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:

@@ -38,6 +38,8 @@ class Checked:
     overrides: Mapping[str, str] = field(default_factory=dict)
     vehicle: str = ""
     """The profile that flies the teams which name none; empty for none."""
+    stretch: float = 1.0
+    """How many times as long as written it lasts."""
     poses: Source | None = None
     """Where its agents were measured to stand."""
     program: ast.Program | None = None

@@ -263,7 +263,9 @@ def _plan_by_all(
         return ended(Refused(), run_budget)
     moment = last_call(run_budget.deadline)
     left = run_budget.deadline - time.monotonic()
-    whole = replace(run_budget, deadline=run_budget.deadline - reserved_time(len(mission.agents), mission.steps, left))
+    in_air = any(agent.pad is not None and agent.pad.risen is not None for agent in mission.agents)
+    reserved = reserved_time(len(mission.agents), mission.steps, left, in_air)
+    whole = replace(run_budget, deadline=run_budget.deadline - reserved)
     bound = BoundSide(mission, kernel, options, whole)
     whole = replace(whole, enough=bound.enough)
     try:

@@ -123,6 +123,7 @@ def check(
             tuple(unread),
             dict(overrides or {}),
             vehicle,
+            stretch,
             measured[0] if measured else None,
             seconds=tuple(watch.seconds),
         )

@@ -35,13 +35,15 @@ from missionc.pipeline.plan_with_margin import plan_with_margin
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.flight.flight_phases import rest_to_rest
 from missionc.verify.flight.vehicle_claims import PIECE_BYTES
-from missionc.verify.flight.verify_safe_end import verify_safe_end
+from missionc.verify.flight.verify_safe_end import has_safe_end, verify_safe_end
 from missionc.verify.flight.verify_whole_flight import as_one, pieces_of, verify_whole_flight
 from missionc.verify.flight.way_missions import (
     NOTHING_REQUIRED,
     Stage,
     Way,
+    Ways,
     distance_of,
+    has_risen,
     is_whole,
     way_mission,
     ways_of,
@@ -63,18 +65,30 @@ FEWEST = 3
 """Pieces of a way, where it can be flown in so few."""
 SEARCH, LONGEST = 8.0, 90.0
 """Seconds for one search on roadmaps, and for a whole way."""
+IN_FLIGHT = 0.6
+"""The share of the time that is left which a way home may take in flight."""
 LEAST_STEP = 0.5
 """Seconds of a step on roadmaps, at least."""
 UNLIMITED = 2.0
 """m/s, of vehicles that say nothing of their own."""
+NO_WAYS: Ways = {}
+COLUMNS = ("column world", "column separation", "rise obstacle", "sink obstacle")
+"""What no way to the pads mends: whatever stands there stands in the way."""
 
 
 def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> WholeFlight | Diagnostic | None:
-    """The ways of a mission that comes from the floor, with what was verified of them; None of one that does not."""
+    """The ways of a mission that comes from the floor, its safe ends, and what was verified of them.
+
+    A mission that begins in the air has no ways; one that names no vehicle either has nothing of all that.
+    """
     if not is_whole(mission):
-        return None
+        return _safe_end(mission, files, budget) if has_safe_end(mission) else None
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
+    standing = replace(mission, obstacles=tuple(each for each in mission.obstacles if each.constant))
+    columns = [each for each in verify_whole_flight(standing, files, NO_WAYS).failures if each.name in COLUMNS]
+    if columns:
+        return _refused(mission, Certificate(mission.name, tuple(columns)))
     found: dict[Stage, Mapping[str, str]] = {}
     memory = min(agent.vehicle.memory for agent in mission.agents)
     left = memory // PIECE_BYTES - next(iter(flown.values())).duration.size
@@ -89,11 +103,22 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
     judged = verify_whole_flight(mission, files, found)
     if not judged.passed:
         return _refused(mission, judged)
+    ends = _safe_end(mission, files, budget, found)
+    joined = judged.joined(ends.certificate)
+    return replace(ends, certificate=joined) if joined.passed else _refused(mission, ends.certificate)
+
+
+def _safe_end(mission: Mission, files: Mapping[str, str], budget: Budget, ways: Ways = NO_WAYS) -> WholeFlight:
+    """The safe ends of a flight with its ways, which were verified."""
     budget.listen(Progress("emit", detail="safe ends"))
-    whole, before, risen = as_one(mission, files, found)
-    stops = safe_ends(mission, whole, before)
-    ends = verify_safe_end(mission, whole, before, risen, stops)
-    return WholeFlight(found, stops, judged.joined(ends)) if ends.passed else _refused(mission, ends)
+    whole, before, risen = as_one(mission, files, ways)
+    stops = safe_ends(mission, whole, before, risen)
+    judged = verify_safe_end(mission, whole, before, risen, stops)
+    if not judged.passed and not is_whole(mission):
+        # What is found and not proved is none: of a mission that begins in the air that is an answer, too.
+        stops = ()
+        judged = verify_safe_end(mission, whole, before, risen, stops)
+    return WholeFlight(ways, stops, judged)
 
 
 def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -> Mapping[str, str] | Diagnostic:
@@ -101,7 +126,10 @@ def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -
     Args:
         left: pieces for which memories have room beside the mission's.
     """
-    until = min(budget.deadline, time.monotonic() + LONGEST)
+    now = time.monotonic()
+    # In flight there has to be time left for a plan without a way home.
+    share = IN_FLIGHT if has_risen(mission) else 1.0
+    until = min(now + share * (budget.deadline - now), now + LONGEST)
     nearest: Diagnostic | None = None
     for position, seconds in _candidates(mission, stage, way, replace(budget, deadline=until)):
         fitted = _flown(mission, stage, way, position, seconds, left)

@@ -58,7 +58,8 @@ def texts(checked: Checked) -> tuple[tuple[str, str], ...]:
 
 
 def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
-    """What of the command line changes the plan."""
+    """What of the command line changes the plan; of a mission in flight that it lasts longer than it is written."""
+    options = replace(options, stretch=max(options.stretch, checked.stretch))
     engines = checked.choice.engines if checked.choice is not None else ()
     hears = frozenset().union(*(OFFERS[name].options for name in engines))
     named = [(each.name, each.text(options)) for each in DESCRIBED.values() if _is_recorded(each, options, hears)]

@@ -26,20 +26,19 @@ from missionc.syntax.read_file import held
 from missionc.verify.certificate import Certificate
 
 
-def remaining(checked: Checked, past: Past, limits: Limits, stretch: float = 1.0) -> Checked | Diagnostic:
+def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnostic:
     """The checked mission with the past taken off.
 
     What is said of it is in ``rest``; ``mission`` and ``kernel`` are what is left to be planned.
 
     Args:
         checked: the mission as it is written now, whole.
-        stretch: how many times as long as written it lasts.
     """
     assert checked.mission is not None
     written: list[Mission] = []
     rest: Remaining | None = None
     for flown in past.flown:
-        then = earlier(checked, flown.texts, limits, stretch) if flown.texts else checked
+        then = earlier(checked, flown.texts, limits) if flown.texts else checked
         if then.mission is None or then.kernel is None:
             return unfit("its mission, as it was then, has errors")
         written.append(then.mission)
@@ -67,6 +66,17 @@ def remaining(checked: Checked, past: Past, limits: Limits, stretch: float = 1.0
     return replace(checked, mission=rest.mission, kernel=rest.kernel, rest=rest, past=past)
 
 
+def without_home(checked: Checked) -> Checked:
+    """The rest of a mission from which nobody goes back to its pad: it ends in the air."""
+    mission, past = checked.mission, checked.past
+    assert mission is not None
+    assert past is not None
+    last = past.flown[-1]
+    last = replace(last, stretch=replace(last.stretch, stays=True))
+    agents = tuple(replace(agent, pad=None) for agent in mission.agents)
+    return replace(checked, mission=replace(mission, agents=agents), past=replace(past, flown=(*past.flown[:-1], last)))
+
+
 def whole_checks(rest: Remaining | None, plan: Trace) -> Certificate | None:
     """The requirements over what was flown and the plan together; nothing where there is no mission of both."""
     if rest is None or rest.whole is None:
@@ -77,7 +87,7 @@ def whole_checks(rest: Remaining | None, plan: Trace) -> Certificate | None:
     return Certificate(mission.name, tuple(check_whole(mission, kernel, rest.seen, plan)))
 
 
-def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits, stretch: float) -> Checked:
+def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits) -> Checked:
     """The mission as it was read when some of its files had other texts."""
     own = dict(inputs(checked))
     main = next(iter(own))
@@ -90,8 +100,9 @@ def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits, stretch:
         overrides=checked.overrides,
         backend=ANY_BACKEND,
         limits=limits,
-        stretch=stretch,
+        stretch=checked.stretch,
         vehicle=checked.vehicle,
+        poses=checked.poses,
         load=load,
         begun=True,
     )

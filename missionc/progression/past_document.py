@@ -27,6 +27,8 @@ MOST_STRETCHES = 1_000
 STATE = 5, 4
 """Position, velocity, acceleration, jerk and snap of x, y, z and yaw."""
 ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "moving", "texts", "agents"})
+STAYS = "stays"
+"""The entry of a stretch after which nobody goes back to its pad; it is there where that is so."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +80,7 @@ def past_json(past: Past) -> str:
             "slow": dict(each.stretch.slow),
             "moving": {name: state.tolist() for name, state in each.stretch.moving.items()},
             "texts": dict(each.texts),
+            **({STAYS: True} if each.stretch.stays else {}),
         }
         entries = [f"     {_text(key)}: {_text(value)}" for key, value in head.items()]
         states = ",\n".join(f"       {_text(row)}" for row in rows)
@@ -111,7 +114,7 @@ def read_past(text: str, magnitude: float) -> Past | str:
 
 
 def _flown(entry: Any, magnitude: float) -> Flown | str:
-    if not isinstance(entry, dict) or set(entry) != ENTRIES:
+    if not isinstance(entry, dict) or set(entry) - {STAYS} != ENTRIES or entry.get(STAYS, True) is not True:
         return "a stretch of it has other entries than it should"
     step, until, lost, given_up = (entry[key] for key in ("step", "until", "lost", "given_up"))
     slow, moving, texts, agents = (entry[key] for key in ("slow", "moving", "texts", "agents"))
@@ -142,7 +145,7 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     if heading.shape != position.shape[:2]:
         return "its agents have different numbers of states"
     trace = Trace(Seconds(float(step)), position, velocity, heading)
-    stretch = Stretch(trace, tuple(lost), tuple(given_up), dict(slow), beginning)
+    stretch = Stretch(trace, tuple(lost), tuple(given_up), dict(slow), beginning, STAYS in entry)
     return Flown(stretch, tuple(names), float(until), dict(texts))
 
 

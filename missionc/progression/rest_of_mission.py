@@ -3,19 +3,21 @@
     in   the mission with its world as it is now, how many steps are over, the states then; levels and who is left
     out  Mission, whose step 0 is the one after those that are over
 
-Obstacles go on from where they are then, and as large as they have grown. Whoever has risen from a pad is in the air,
-and no way back to the floor is part of the rest.
+Obstacles go on from where they are then, and as large as they have grown. Whoever has risen from a pad is in the air;
+the way back to it, and down, is part of the rest.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from types import MappingProxyType
 
 from missionc import ir
 from missionc.base.trace import Array
 from missionc.base.units import Seconds, Steps
+
+NO_PADS: Mapping[str, ir.Pad] = {}
+NOBODY_MOVES: Mapping[str, Array] = {}
 
 
 def rest_of(
@@ -24,7 +26,8 @@ def rest_of(
     position: Array,
     left: tuple[str, ...],
     levels: Mapping[tuple[str, str], float],
-    moving: Mapping[str, Array] = MappingProxyType({}),
+    moving: Mapping[str, Array] = NOBODY_MOVES,
+    pads: Mapping[str, ir.Pad] = NO_PADS,
 ) -> ir.Mission:
     """What of a mission is still to come.
 
@@ -34,6 +37,7 @@ def rest_of(
         left: their names, in the order of the mission.
         levels: what is left of a resource, by its name and its agent's.
         moving: by their names, the states of those who are in motion then, (5, 4), as of ``ir.Agent.begins``.
+        pads: by its name, the pad from which an agent has risen and to which it comes back.
     """
     places = dict(zip(left, position.tolist(), strict=True))
     index = {agent.index: number for number, agent in enumerate(each for each in mission.agents if each.name in places)}
@@ -42,7 +46,7 @@ def rest_of(
             agent,
             index=index[agent.index],
             start=ir.Exactly(tuple(places[agent.name]), agent.start.span),
-            pad=None,
+            pad=pads.get(agent.name),
             begins=tuple(map(tuple, moving[agent.name].tolist())) if agent.name in moving else (),
         )
         for agent in mission.agents

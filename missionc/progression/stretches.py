@@ -32,6 +32,7 @@ class Stretch:
         given_up: the names of requirements that nothing is asked of any more.
         slow: by their names, those who can go no faster than this after it, m/s.
         moving: by their names, the states of those who are in motion at its end, (5, 4), as of ``ir.Agent.begins``.
+        stays: whether nobody goes back to its pad after it: no way there was found.
     """
 
     trace: Trace
@@ -39,6 +40,7 @@ class Stretch:
     given_up: tuple[str, ...] = ()
     slow: Mapping[str, float] = field(default_factory=dict)
     moving: Mapping[str, Array] = field(default_factory=dict)
+    stays: bool = False
 
     @property
     def steps(self) -> int:
@@ -87,7 +89,8 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
     rows = [agent.index for agent in mission.agents if agent.name in left]
     elapsed = before.elapsed + stretch.steps
     slow = {**before.slow, **stretch.slow}
-    begun = rest_of(now, elapsed, trace.position[rows, -1], left, _levels(mission, trace), stretch.moving)
+    ends, pads = trace.position[rows, -1], {} if stretch.stays else _pads(mission, trace)
+    begun = rest_of(now, elapsed, ends, left, _levels(mission, trace), stretch.moving, pads)
     rest = slowed(begun, slow)
     flags = _flags(before, trace)
     since = NamesSince(mission, rest, {name: _indices(mission, names) for name, names in flags})
@@ -120,6 +123,22 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
 
 def _fails(goal: Goal, formula: Node | None) -> bool:
     return goal.weight is None and decided(formula) is Decided.FALSE
+
+
+def _pads(mission: Mission, trace: Trace) -> dict[str, ir.Pad]:
+    """The pads of those who have risen from one: where they stood, up to where, and how long ago."""
+    found = {}
+    seconds = float(mission.step) * (trace.position.shape[1] - 1)
+    for agent in mission.agents:
+        pad = agent.pad
+        if pad is None:
+            continue
+        if pad.risen is None:
+            start = tuple(trace.position[agent.index, 0].tolist())
+            hover = start[2] if pad.hover is None and len(start) > 2 else pad.hover
+            pad = replace(pad, point=start[:2] if pad.point is None else pad.point, hover=hover, risen=0.0)
+        found[agent.name] = replace(pad, risen=(pad.risen or 0.0) + seconds)
+    return found
 
 
 def _levels(mission: Mission, trace: Trace) -> dict[tuple[str, str], float]:

@@ -149,15 +149,15 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
     )
     if PAST not in found.files or checked.mission is None or checked.kernel is None:
         return checked
-    return _rest(found, checked, limits, lasting)
+    return _rest(found, checked, limits)
 
 
-def _rest(found: FolderFiles, checked: Checked, limits: Limits, stretch: float) -> Checked | Diagnostic:
+def _rest(found: FolderFiles, checked: Checked, limits: Limits) -> Checked | Diagnostic:
     """The mission that begins after what was flown of it."""
     past = read_past(found.files[PAST].decode("utf-8", errors="replace"), limits.magnitude)
     if isinstance(past, str):
         return unusable(found.path, f"its `{PAST}` cannot be used: {past}")
-    return remaining(checked, past, limits, stretch)
+    return remaining(checked, past, limits)
 
 
 def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnostic | None:

@@ -30,6 +30,7 @@ from missionc.output.folder.file_names import (
     MANIFEST,
     MISSION,
     MOST_ALTERNATIVES,
+    PAST,
     flights_in,
     stops_in,
 )
@@ -74,6 +75,11 @@ class OutputFolder:
     def stops(self) -> Mapping[str, str]:
         """The text of what each agent flies until the plan begins, by the agent's name; empty where that is nothing."""
         return stops_in(self.mission.agents, self.files)
+
+    @property
+    def in_flight(self) -> bool:
+        """Whether the plan begins in the air: something was flown before it."""
+        return PAST in self.files
 
     def text(self, name: str) -> str:
         """A file as text; empty where there is none."""

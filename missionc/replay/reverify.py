@@ -25,7 +25,7 @@ from missionc.replay.rebuild.rebuild_documents import check_documents
 from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED, unjudged, verdict
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.check_certificate import check_certificate
-from missionc.verify.flight.verify_safe_end import verify_safe_end
+from missionc.verify.flight.verify_safe_end import has_safe_end, verify_safe_end
 from missionc.verify.flight.verify_stops import verify_stops
 from missionc.verify.flight.verify_whole_flight import as_one, verify_whole_flight
 from missionc.verify.flight.way_missions import is_whole
@@ -84,8 +84,8 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
         flown = flown.joined(Certificate(mission.name, tuple(verify_stops(mission, opened.stops))))
     if flown.passed and is_whole(mission):
         flown = flown.joined(verify_whole_flight(mission, opened.flights, opened.ways))
-        if flown.passed:
-            flown = flown.joined(_safe_end(opened))
+    if flown.passed and has_safe_end(mission):
+        flown = flown.joined(_safe_end(opened))
     documents: tuple[Check, ...] = ()
     if flown.passed:
         flown = flown.joined(verify_between(mission, kernel, trace, opened.flights))
@@ -100,7 +100,7 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
 
 
 def _safe_end(opened: OutputFolder) -> Certificate:
-    """The safe ends of a whole flight, which was verified."""
+    """The safe ends of a flight, which was verified."""
     mission = opened.mission
     stops = read_safe_end(opened.text(SAFE_END), mission)
     if isinstance(stops, str):

@@ -60,8 +60,8 @@ def sample_times(seconds: float) -> Array:
 class Airborne:
     """Bodies in the air, each with its controller, moved together from setpoint to setpoint.
 
-    They begin hovering, or in motion. What they are told may change with every setpoint, so that whoever plans anew in flight tells
-    them something else from then on. A body is a column everywhere.
+    They begin hovering, or in motion. What they are told may change with every setpoint, so that whoever plans anew in
+    flight tells them something else from then on. A body is a column everywhere.
 
     Args:
         position: where they begin, (3, bodies), m.

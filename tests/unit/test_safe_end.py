@@ -1,4 +1,4 @@
-"""Safe ends: from every moment of a whole flight to rest and to the floor, proved, and refused where changed."""
+"""Safe ends: from every moment of a flight to rest and to the floor, proved, and refused where changed."""
 
 from __future__ import annotations
 
@@ -13,15 +13,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from missionc.base.source import Source
 from missionc.cli.app import main
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.data.vehicles import profiles
 from missionc.flight.safe_end import safe_ends
 from missionc.flight.stop_and_hover import state_at
-from missionc.ir import Disc, Mission, Prism
-from missionc.output.documents.safe_end_json import read_safe_end, safe_end_json
+from missionc.ir import PLAIN, Disc, Mission, Prism
+from missionc.output.documents.safe_end_json import read_safe_end, safe_end_json, safe_end_noted
+from missionc.pipeline import driver
 from missionc.verify.flight.landing_in_turns import Stop, in_turns, landing_margins
-from missionc.verify.flight.verify_safe_end import judge_stops, verify_safe_end
+from missionc.verify.flight.verify_safe_end import failing_stops, has_safe_end, judge_stops, verify_safe_end
 from missionc.verify.flight.verify_whole_flight import as_one
 from missionc.verify.flight.way_missions import Stage
 from tests.support.forged_folders import forged
@@ -69,6 +71,7 @@ def test_a_stop_goes_on_from_the_flight_and_ends_at_rest_with_nobody_too_near() 
     for stop in stops():
         for agent, own in zip(mission().agents, stop.pieces, strict=True):
             here = state_at(flown[agent.name], stop.at + before)
+            here[4] *= stop is not stops()[-1]  # where the flight ends, so does its snap
             assert state_at(own, 0.0) == pytest.approx(here, abs=2e-3)
             assert state_at(own, stop.seconds * (1 - 1e-9))[1:4] == pytest.approx(0, abs=1e-3)
         for time in np.linspace(0, stop.seconds, 25).tolist():
@@ -178,7 +181,7 @@ def test_moments_without_a_stop_that_can_be_proved_are_left_out() -> None:
     place = stops()[len(stops()) // 2].places[0]
     pole = Disc((float(place[0]) + 0.1, float(place[1])), 0.1, Prism(0.0, 2.5))
     beside = replace(mission(), obstacles=(still(pole, "pole"),))
-    fewer = safe_ends(beside, flown, before)
+    fewer = safe_ends(beside, flown, before, 0.0)
     assert 1 < len(fewer) < len(stops())
     assert failed(beside, fewer) == set()
 
@@ -255,3 +258,90 @@ def test_polynomials_read_in_the_folder_are_those_that_were_flown() -> None:
     assert before == pytest.approx(float(own.times[-1]))
     assert flown["drone[0]"].duration[: own.duration.size] == pytest.approx(own.duration)
     assert risen > 8
+
+
+# --------------------------------------------------------------------- of missions that begin in the air
+
+SHELF = """\
+mission shelf
+time  step 1 s, horizon 8 s
+world (0, 0) to (6, 5)
+region goal = box (4, 0.5) to (5.5, 4.5)
+team drone[2] {
+  vehicle  crazyflie21
+  dynamics single_integrator(speed <= 0.6 m/s)
+  start    at (1, 1), (1, 2.5)
+}
+require reach: every drone: eventually[0, 8 s] goal
+solve with smt { nodes = 60 }
+"""
+
+
+@cache
+def in_the_air() -> tuple[Mission, dict[str, bytes]]:
+    made = driver.compile(Source("shelf.mission", SHELF))
+    assert made.checked.mission is not None
+    return made.checked.mission, dict(made.files)
+
+
+def test_a_mission_with_a_vehicle_has_a_safe_end_for_every_moment_too(tmp_path: Path) -> None:
+    own, files = in_the_air()
+    found = read_safe_end(files["safe_end.json"].decode(), own)
+    assert not isinstance(found, str)
+    assert [found[0].at, found[-1].at] == pytest.approx([0, 8], abs=1e-5)
+    assert all(sorted(index for turn in stop.turns for index in turn) == [0, 1] for stop in found)
+    figures = {each["name"]: each["value"] for each in json.loads(files["certificate.json"])["figures"]}
+    assert figures["safe end wait"] <= 1.0
+    assert figures["safe end without"] == 0
+    assert "whole_flight.json" not in files
+    assert main(["verify", str(forged(tmp_path / "whole", files))]) == 0
+    without = {name: content for name, content in files.items() if name != "safe_end.json"}
+    manifest = json.loads(files["manifest.json"])
+    del manifest["files"]["safe_end.json"]
+    without["manifest.json"] = json.dumps(manifest).encode()
+    assert main(["verify", str(forged(tmp_path / "without", without))]) == 5
+
+
+def flown_in_the_air() -> dict[str, Pieces]:
+    own, files = in_the_air()
+    found = {agent.name: read(files[f"crazyflie/drone{agent.index}.csv"].decode()) for agent in own.agents}
+    assert all(isinstance(each, Pieces) for each in found.values())
+    return found  # type: ignore[return-value]
+
+
+def test_for_how_long_there_is_no_safe_end_is_said() -> None:
+    own, _ = in_the_air()
+    flown = flown_in_the_air()
+    agents = (replace(agent, vehicle=replace(CRAZYFLIE, endurance=9.0)) for agent in own.agents)
+    empty = replace(own, agents=tuple(agents))
+    found = safe_ends(empty, flown, 0.0, 0.0)
+    assert 0 < len(found) < len(safe_ends(own, flown, 0.0, 0.0))
+    certificate = verify_safe_end(empty, flown, 0.0, 0.0, found)
+    assert certificate.passed
+    figures = {figure.name: figure.value for figure in certificate.figures}
+    assert figures["safe end without"] == pytest.approx(8 - found[-1].at, abs=1e-5)
+    assert "no safe end was found for the last" in safe_end_noted(certificate)[0]
+    none = verify_safe_end(empty, flown, 0.0, 0.0, ())
+    assert none.passed
+    assert {figure.name: figure.value for figure in none.figures}["safe end without"] == pytest.approx(8, abs=1e-5)
+
+
+def test_each_stop_that_fails_is_found_and_no_other() -> None:
+    own, _ = in_the_air()
+    flown = flown_in_the_air()
+    found = safe_ends(own, flown, 0.0, 0.0)
+    pole = Disc(tuple(found[len(found) // 2].places[0, :2].tolist()), 0.1)
+    beside = replace(own, obstacles=(still(pole, "pole"),))
+    failing = failing_stops(beside, flown, 0.0, found)
+    alone = {
+        number
+        for number, stop in enumerate(found)
+        if {check.name for check in judge_stops(beside, flown, 0.0, [stop]).failures} - {"landing"}
+    }
+    assert failing == alone != set()
+
+
+def test_a_mission_without_vehicles_has_none() -> None:
+    own, _ = in_the_air()
+    assert has_safe_end(own)
+    assert not has_safe_end(replace(own, agents=tuple(replace(agent, vehicle=PLAIN) for agent in own.agents)))

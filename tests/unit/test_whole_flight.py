@@ -24,7 +24,7 @@ from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.diagnostics.code import NO_WAY
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.stop_and_hover import state_at
-from missionc.ir import Disc, Mission, Obstacle, Pad, Prism
+from missionc.ir import PLAIN, Disc, Mission, Obstacle, Pad, Prism
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.read_trace import read_trace
 from missionc.output.documents.whole_flight_json import whole_flight_json
@@ -221,7 +221,12 @@ def planned(with_mission: Mission) -> WholeFlight | Diagnostic | None:
 
 
 def test_nothing_is_planned_where_no_team_says_that_it_comes_from_the_floor() -> None:
-    assert planned(replace(mission(), agents=tuple(replace(agent, pad=None) for agent in mission().agents))) is None
+    found = planned(replace(mission(), agents=tuple(replace(agent, pad=None) for agent in mission().agents)))
+    assert isinstance(found, WholeFlight)
+    assert not found.ways
+    assert found.stops
+    plain = tuple(replace(agent, pad=None, vehicle=PLAIN) for agent in mission().agents)
+    assert planned(replace(mission(), agents=plain)) is None
 
 
 def test_who_rises_below_its_start_needs_no_way_out() -> None:

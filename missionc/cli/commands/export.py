@@ -117,7 +117,7 @@ def _flown(reverified: Reverified, poses: Path | None, limits: Limits) -> Flight
 
     opened = reverified.opened
     if poses is None:
-        return flight(opened.mission, opened.kernel, opened.trace, opened.flights, opened.ways)
+        return flight(opened.mission, opened.kernel, opened.trace, opened.flights, opened.ways, opened.in_flight)
     from missionc.pipeline.fly_from import fly_from  # for those who measure: it plans
 
     answer = fly_from(opened.mission, opened.flights, opened.files["plan.json"], poses, limits)

@@ -24,7 +24,7 @@ from missionc.cli.options import (
     read_limits,
     several_of,
 )
-from missionc.diagnostics.model import Diagnostic
+from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.output.folder.overlap import Output, overlapping
 from missionc.output.folder.write_file import beside
 from missionc.output.folder.write_folder import refuse, write_folder
@@ -138,4 +138,4 @@ def command(
     )
     if replanned.way is Way.NONE:
         return Status.MISSION_ERRORS if replanned.rest is None else Status.IMPOSSIBLE
-    return Status.DONE if written or not replanned.files else Status.MISSION_ERRORS
+    return Status.MISSION_ERRORS if has_errors(findings) else Status.DONE

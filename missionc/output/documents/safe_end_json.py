@@ -11,8 +11,9 @@ from missionc.curves.crazyflie_csv import Pieces
 from missionc.curves.piecewise_polynomials import values
 from missionc.ir import Mission
 from missionc.output.json_layout import compact, listed
+from missionc.verify.certificate import Certificate
 from missionc.verify.flight.landing_in_turns import Stop
-from missionc.verify.flight.verify_safe_end import HOVER
+from missionc.verify.flight.verify_safe_end import HOVER, WAIT, WITHOUT
 
 SCHEMA = "missionc.safe_end/1"
 MOST_MOMENTS = 1000
@@ -38,6 +39,17 @@ def safe_end_json(mission: Mission, stops: Sequence[Stop]) -> str:
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
     lines.append(listed("moments", map(compact, rows)))
     return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def safe_end_noted(certificate: Certificate) -> list[str]:
+    """Whether the flight can be ended at every moment, for its user."""
+    figures = {figure.name: figure.value for figure in certificate.figures}
+    wait, without = figures.get(WAIT), figures.get(WITHOUT)
+    if wait is None or without is None:
+        return []
+    if without == 0:
+        return [f"a safe end for every moment: it can be begun within {wait:.3g} s"]
+    return [f"no safe end was found for the last {without:.4g} s; before that it can be begun within {wait:.3g} s"]
 
 
 def _numbers(own: Pieces) -> list[float]:

@@ -27,8 +27,8 @@ def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) ->
     agents = [
         {
             "agent": agent.name,
-            "pad": _point([*begins.begin[agent.index, :2].tolist(), FLOOR]),
-            "hover": _point(begins.begin[agent.index].tolist()),
+            "pad": _point([*ends.end[agent.index, :2].tolist(), FLOOR]),
+            "hover": _point(ends.end[agent.index].tolist()),
             "start": _point(begins.end[agent.index].tolist()),
             "finish": _point(ends.begin[agent.index].tolist()),
         }
@@ -38,9 +38,7 @@ def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) ->
         "schema": SCHEMA,
         "mission": mission.name,
         "seconds": round(rows[-1][2] - rows[0][1], 6),
-        "turns": [
-            [mission.agents[index].name for index in turn] for turn in reversed(pad_turns(mission, begins.begin))
-        ],
+        "turns": [[mission.agents[index].name for index in turn] for turn in reversed(pad_turns(mission, ends.end))],
     }
     phases = ({"phase": name, "begin": round(begin, 6), "end": round(end, 6)} for name, begin, end in rows)
     lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
@@ -66,12 +64,11 @@ def phases_on_the_clock(mission: Mission, files: Mapping[str, str], ways: Ways) 
     out, home = lengths.get(Stage.OUT, 0.0), lengths.get(Stage.HOME, 0.0)
     duration = float(next(iter(flown.values())).times[-1])
     lasting = whole_phases(mission, ways_of(mission, flown), out + duration + home)
-    hover = lasting.settle + lasting.go + lasting.settle
-    begin = -(lasting.rounds * lasting.rise + hover + out)
+    begin = -(lasting.before + out)
     rows = []
     for name, seconds in (
         ("rise", lasting.rounds * lasting.rise),
-        ("hover", hover),
+        ("hover", lasting.hover),
         ("out", out),
         ("mission", duration),
         ("home", home),

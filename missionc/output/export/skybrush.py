@@ -44,6 +44,13 @@ def write(flight: Flight) -> Exported | Diagnostic:
 
     Refused where the vehicles could not rise and land at once.
     """
+    if flight.in_flight:
+        return refused(
+            NAME,
+            "it begins in the air, where something was flown before",
+            "a show rises from the floor",
+            help="fly it by another form, such as `cflib`",
+        )
     grounded = cannot_rise_or_land(NAME, flight)
     if grounded is not None:
         return grounded

@@ -47,7 +47,7 @@ def phases(flight: Flight) -> Phases:
     up, down = (
         [end[2] for end in ends] for ends in zip(*((each.first, each.last) for each in flight.parts), strict=True)
     )
-    return phases_of(agents, up, down, flight.duration, len(turns_of(flight)))
+    return phases_of(agents, up, down, flight.duration, len(turns_of(flight)), flight.in_flight)
 
 
 def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
@@ -55,7 +55,7 @@ def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
     everyone = tuple(each.agent.index for each in flight.parts)
     if not is_whole(flight.mission):
         return (everyone,)
-    turns = pad_turns(flight.mission, np.array([each.first for each in flight.parts]))
+    turns = pad_turns(flight.mission, np.array([each.last for each in flight.parts]))
     return tuple(reversed(turns)) if sum(map(len, turns)) == len(everyone) else (everyone,)
 
 
@@ -65,6 +65,7 @@ def for_templates(flight: Flight) -> dict[str, object]:
     hours = math.floor(UPTIME / 360) / 10
     mission = {
         "whole": bool(flight.ways),
+        "in_flight": flight.in_flight,
         "turns": tuple(tuple(flight.parts[index].robot for index in turn) for turn in turns_of(flight)),
         "begins": round(flight.before, 3),
         "ends": round(flight.before + float(flight.mission.horizon), 3),
@@ -128,13 +129,18 @@ def _ends(part: Part) -> Iterator[tuple[str, tuple[float, float, float], bool]]:
     yield "land", part.last, True
 
 
+def _columns(flight: Flight, part: Part) -> list[tuple[str, tuple[float, float, float], bool]]:
+    """Those of them that it flies: who is in the air does not rise."""
+    return [each for each in _ends(part) if each[2] or not flight.in_flight]
+
+
 def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
     """Two vehicles that would take off, or land, through each other."""
     if len(turns_of(flight)) > 1:
         return None
     for first, second in combinations(flight.parts, 2):
         need = flight.mission.spacing(first.agent.index, second.agent.index).sideways
-        for (verb, one, _), (_, other, _) in zip(_ends(first), _ends(second), strict=True):
+        for (verb, one, _), (_, other, _) in zip(_columns(flight, first), _columns(flight, second), strict=True):
             apart = math.dist(one[:2], other[:2])
             # A flight need not end nearer than this to where the plan ends.
             if apart < need - WAYPOINT:
@@ -149,7 +155,7 @@ def _blocked_column(name: str, flight: Flight) -> Diagnostic | None:
         return None
     for part in flight.parts:
         need = part.agent.radius + part.agent.vehicle.tracking
-        for verb, point, at_end in _ends(part):
+        for verb, point, at_end in _columns(flight, part):
             for obstacle in mission.obstacles:
                 time = flight.duration - flight.before if at_end else 0.0
                 clear = column_clearance(obstacle, point, time, time)

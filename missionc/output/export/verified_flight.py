@@ -63,6 +63,7 @@ class Flight:
         before: seconds of it before the mission begins; 0 where that is all of it.
         ways: those that are in it, before the mission and after it.
         texts: the polynomials of the mission alone, by the agent's name.
+        in_flight: whether all are in the air when it begins.
     """
 
     mission: Mission
@@ -72,6 +73,7 @@ class Flight:
     texts: Mapping[str, str]
     ways: Ways
     before: float = 0.0
+    in_flight: bool = False
 
     @property
     def times(self) -> Array:
@@ -122,12 +124,18 @@ def _sizes(flight: Flight, name: str) -> list[tuple[Stage | None, int]]:
 
 
 def flight(
-    mission: Mission, kernel: Kernel, trace: Trace, texts: Mapping[str, str], ways: Ways | None = None
+    mission: Mission,
+    kernel: Kernel,
+    trace: Trace,
+    texts: Mapping[str, str],
+    ways: Ways | None = None,
+    in_flight: bool = False,
 ) -> Flight:
     """The flight of verified polynomials, with the ways before and after the mission.
 
     Args:
         texts: each agent's file, by the agent's name.
+        in_flight: whether it begins in the air, where something was flown before it.
 
     Raises:
         ValueError: a text does not hold polynomials.
@@ -147,7 +155,7 @@ def flight(
         )
         text = written(pieces) if ways else texts[agent.name]
         parts.append(Part(agent, files[agent.name], robots[agent.name], text, pieces))
-    return Flight(mission, kernel, trace, tuple(parts), texts, ways, before)
+    return Flight(mission, kernel, trace, tuple(parts), texts, ways, before, in_flight)
 
 
 def _read(agent: Agent, text: str) -> Pieces:

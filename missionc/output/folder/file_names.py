@@ -17,7 +17,7 @@ SIMULATIONS_BEFORE = ("missionc.simulation/1", "missionc.simulation/2")
 WHOLE_FLIGHT = "whole_flight.json"
 """The phases of a flight from the floor to the floor."""
 SAFE_END = "safe_end.json"
-"""How everybody comes to rest, and down, from many moments of such a flight."""
+"""How everybody comes to rest, and down, from many moments of a flight."""
 REPORT = "report.html"
 """The page that is drawn of a folder."""
 MANIFEST, MANIFEST_SCHEMA = "manifest.json", "missionc.manifest/1"

@@ -31,7 +31,7 @@ def whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) -> dict
         assert not isinstance(part, Check)
         curves = curves_of([part[agent.name] for agent in mission.agents], slice(0, size))
         lines.append(np.round(curves.at(np.linspace(0.0, float(curves.times[-1]), POINTS)), 3).tolist())
-    hovers = ways_of(mission, flown)[Stage.OUT].begin[:, :2].tolist()
+    hovers = ways_of(mission, flown)[Stage.HOME].end[:, :2].tolist()
     return {
         "phases": [
             {"phase": name, "begin": round(begin, 3), "end": round(end, 3)}

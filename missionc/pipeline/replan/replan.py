@@ -35,6 +35,7 @@ from missionc.pipeline.replan.fly_on import FlyOn, arrays, fly_on
 from missionc.pipeline.replan.plan_rest import RestPlanner
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
 from missionc.pipeline.replan.stop_all import Stopped, bodies, ends, resting_state, stop_all, stop_some
+from missionc.pipeline.replan.way_home import way_home
 from missionc.progression.past_document import Flown, Past
 from missionc.progression.rest_of_mission import team_at
 from missionc.progression.stretches import Stretch
@@ -138,7 +139,7 @@ class _Replanning:
         """The whole mission as it reads now, with engines that plan it."""
         whole = self.flying.checked
         if self.request.texts or whole.past is not None:
-            checked = earlier(whole, self.request.texts, self.limits, 1.0)
+            checked = earlier(whole, self.request.texts, self.limits)
             if checked.mission is None or checked.kernel is None or not checked.ok:
                 return Replanned(Way.NONE, tuple(each for each in checked.findings if not each.code.warning))
             whole = replace(checked, file=whole.file)
@@ -213,6 +214,9 @@ class _Replanning:
         if certificate.passed:
             proven = self._polynomials_on(rest, on, steps)
             certificate = certificate.joined(replace(proven, checks=(*proven.checks, *bodies_on)))
+        if certificate.passed:
+            flown = {self.names[agent]: written(own) for agent, own in zip(self.left, on.pieces, strict=True)}
+            certificate = certificate.joined(way_home(rest.mission, flown, self.flying.ways))
         if not certificate.passed:
             return None
         return Replanned(Way.KEPT, (), rest, certificate, begins=steps * self.mission.step)

@@ -16,6 +16,7 @@ from missionc.monitoring.read_flown import FlownSoFar
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Compiled
 from missionc.verify.certificate import Certificate
+from missionc.verify.flight.way_missions import Ways
 
 IN_TIME = Seconds(3.0)
 """Seconds in which another plan has to be ready, where nobody says otherwise."""
@@ -29,11 +30,13 @@ class Flying:
         checked: its mission, with a choice of engines: what is left of it where it was planned in flight itself.
         trace: the plan.
         flights: the text of each agent's polynomials, by the agent's name.
+        ways: those before and after the mission, likewise; None where nothing is known of them.
     """
 
     checked: Checked
     trace: Trace
     flights: Mapping[str, str]
+    ways: Ways | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,5 +131,5 @@ class Replanned:
 
     @property
     def files(self) -> tuple[tuple[str, bytes], ...]:
-        """The folder of the new plan; nothing where there is none."""
-        return self.compiled.files if self.compiled is not None and self.ok else ()
+        """The folder of the new plan, without exports that could not be made; nothing where there is no plan."""
+        return self.compiled.files if self.compiled is not None and self.way is not Way.NONE else ()

@@ -25,7 +25,7 @@ def check_exports(opened: OutputFolder) -> Iterator[Check]:
     requested_forms = [form for form in (option(opened.manifest, OPTION) or "").split(",") if form]
     if not lying and not requested_forms:
         return
-    flown = flight(opened.mission, opened.kernel, opened.trace, opened.flights, opened.ways)
+    flown = flight(opened.mission, opened.kernel, opened.trace, opened.flights, opened.ways, opened.in_flight)
     for form in dict.fromkeys((*requested_forms, *lying)):
         yield from _form(form, flown, lying.get(form, {}), form in requested_forms)
 

@@ -37,6 +37,7 @@ from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import is_version, shown
+from missionc.verify.flight.verify_safe_end import has_safe_end
 from missionc.verify.flight.way_missions import is_whole
 
 KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
@@ -126,6 +127,20 @@ def _known(opened: OutputFolder) -> set[str]:
     table = (ALTERNATIVES,) if OPTION in options(opened.manifest) else ()
     stops = (stop_file(names[agent.name]) for agent in opened.mission.agents) if PAST in opened.files else ()
     past = {PAST, *stops} if PAST in opened.files else set()
-    whole = (WHOLE_FLIGHT, SAFE_END) if is_whole(opened.mission) else ()
+    whole = (WHOLE_FLIGHT,) if is_whole(opened.mission) else ()
+    ends = (SAFE_END,) if has_safe_end(opened.mission) else ()
     ways = (way_file(stage.value, names[name]) for stage, texts in opened.ways.items() for name in texts)
-    return {PLAN, "trajectories.csv", CERTIFICATE, REPORT, SIMULATION, *past, *flights, *whole, *ways, *table, *further}
+    return {
+        PLAN,
+        "trajectories.csv",
+        CERTIFICATE,
+        REPORT,
+        SIMULATION,
+        *past,
+        *flights,
+        *whole,
+        *ends,
+        *ways,
+        *table,
+        *further,
+    }

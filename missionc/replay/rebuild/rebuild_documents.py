@@ -36,6 +36,7 @@ from missionc.replay.rebuild.simulation_document import check_simulation
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.compare_documents import same_text
+from missionc.verify.flight.verify_safe_end import has_safe_end
 from missionc.verify.flight.way_missions import is_whole
 
 __all__ = ["check_documents", "page"]
@@ -70,6 +71,7 @@ def check_documents(
             yield _polynomials(way_file(stage.value, names[name]), text)
     if is_whole(opened.mission):
         yield _whole_flight(opened)
+    if has_safe_end(opened.mission):
         yield _safe_end(opened)
     yield from check_exports(opened)
     if SIMULATION in opened.files and limits:
@@ -90,6 +92,8 @@ def _whole_flight(opened: OutputFolder) -> Check:
 
 def _safe_end(opened: OutputFolder) -> Check:
     """That nothing else is written in it than the stops that were judged, in the one form."""
+    if SAFE_END not in opened.files:
+        return verdict(SAFE_END, "it is missing")
     stops = read_safe_end(opened.text(SAFE_END), opened.mission)
     same = not isinstance(stops, str) and safe_end_json(opened.mission, stops) == opened.text(SAFE_END)
     return verdict(SAFE_END, "" if same else "it is not written as the compiler writes it")

@@ -25,10 +25,13 @@ class Flight:
     Args:
         durations: (pieces,), seconds; float32 values.
         coefficients: (agents, pieces, 4, 8) of x, y, z and yaw; float32 values.
+        astray: (pieces,), metres: by how much everybody may be off it, beside what its vehicle misses it by and what a
+            start costs that is late; 0 where it is left out.
     """
 
     durations: Array
     coefficients: Array
+    astray: Array | None = None
 
     @cached_property
     def times(self) -> Array:
@@ -72,6 +75,11 @@ class Flight:
             jumps = np.where(crossed, self.jumps[agent], 0.0).sum(axis=1)
             off[agent] = (np.where(meets, self.speed[agent], 0.0).max(axis=1) * reach + jumps) * GROWN
         return off
+
+    @property
+    def off(self) -> Array:
+        """``astray`` where it is given: (pieces,)."""
+        return np.zeros(self.durations.size) if self.astray is None else self.astray
 
     @cached_property
     def jumps(self) -> Array:

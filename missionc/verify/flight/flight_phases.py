@@ -29,7 +29,8 @@ REST_TO_REST = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
 class Phases:
     """Seconds of each phase, the same for everybody; ``duration`` is that of the polynomials.
 
-    All rise, and sink, in so many ``rounds``, each of which takes so long.
+    All rise, and sink, in so many ``rounds``, each of which takes so long. Where all are in the air when it begins,
+    ``rise`` is 0, and nobody hovers before the polynomials.
     """
 
     rise: float
@@ -40,18 +41,33 @@ class Phases:
     rounds: int = 1
 
     @property
+    def hover(self) -> float:
+        """Seconds from the last one to have risen to the beginning of the polynomials."""
+        return self.settle + self.go + self.settle if self.rise else 0.0
+
+    @property
+    def before(self) -> float:
+        """Seconds from the take-off to the beginning of the polynomials."""
+        return self.rounds * self.rise + self.hover
+
+    @property
     def whole(self) -> float:
-        """Seconds from the floor to the floor."""
-        hovering = self.settle + self.go + self.settle
-        return self.rounds * (self.rise + self.sink) + hovering + self.duration + self.settle
+        """Seconds from the floor to the floor, or from the air."""
+        return self.before + self.duration + self.settle + self.rounds * self.sink
 
 
 def phases_of(
-    agents: Sequence[Agent], up: Sequence[float], down: Sequence[float], duration: float, rounds: int = 1
+    agents: Sequence[Agent],
+    up: Sequence[float],
+    down: Sequence[float],
+    duration: float,
+    rounds: int = 1,
+    risen: bool = False,
 ) -> Phases:
     """How long a flight takes in each phase.
 
     Args:
+        risen: whether all are in the air already.
         up, down: metres, by agent: the heights to which they rise, and from which they sink.
         duration: seconds of the polynomials.
     """
@@ -59,7 +75,7 @@ def phases_of(
     sink = max(
         _seconds(height - LANDED, agent, _most(agent, "land")) for agent, height in zip(agents, down, strict=True)
     )
-    return Phases(max(rise, RISE), SETTLE, GO, duration, max(sink, SINK), rounds)
+    return Phases(0.0 if risen else max(rise, RISE), SETTLE, GO, duration, max(sink, SINK), rounds)
 
 
 def landing_seconds(agent: Agent, height: float) -> float:

@@ -23,14 +23,14 @@ from missionc.verify.tolerances import CERTAIN, ROUNDING
 
 def world(mission: Mission, flight: Flight) -> Claim:
     """Every centre is in the world, a vehicle's as far in as its fence inset and its tracking margin say."""
-    inset = np.array([agent.vehicle.fence_inset + agent.vehicle.tracking for agent in mission.agents])[:, None]
+    inset = np.array([agent.vehicle.fence_inset + agent.vehicle.tracking for agent in mission.agents])
+    inset = (inset[:, None] + flight.off).reshape(-1, 1)
     low = np.where(inset > 0, raised(np.array(mission.world.low) + inset), mission.world.low)
     high = np.where(inset > 0, lowered(np.array(mission.world.high) - inset), mission.world.high)
     detail = "every centre is inside it throughout"
     if inset.any():
         detail += ", by the fence inset and the tracking margin of its vehicle"
-    pieces = flight.durations.size
-    judge = between(np.repeat(low, pieces, axis=0), np.repeat(high, pieces, axis=0))
+    judge = between(low, high)
     level = flight.position[:, :, : mission.dimension]
     curve = of_agents(level)
     return Claim(
@@ -54,11 +54,10 @@ def obstacles(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
 
 def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, strict: bool) -> Claim:
     times, seen = seen_from(mission, flight, obstacle)
-    parts = times.size - 1
     room = np.array([agent.radius + agent.vehicle.tracking for agent in mission.agents])
-    need = np.repeat(raised(room)[:, None], parts, axis=1)
+    piece = np.clip(np.searchsorted(flight.times, times[:-1], side="right") - 1, 0, flight.durations.size - 1)
+    need = raised(room[:, None] + flight.off[piece])
     if not obstacle.constant:
-        piece = np.clip(np.searchsorted(flight.times, times[:-1], side="right") - 1, 0, flight.durations.size - 1)
         need = raised(need + flight.drift(_skews(mission))[:, piece])
     detail = "no bodies touch throughout"
     if strict:
@@ -171,7 +170,7 @@ def _missed(mission: Mission, flight: Flight, pairs: Indices) -> Array:
     """(pairs, pieces), metres: by how much two vehicles may be nearer than their trajectories are; (pairs, 1) where
     nobody misses its own."""
     tracking = np.array([agent.vehicle.tracking for agent in mission.agents])
-    if not (tracking.any() or _skews(mission).any()):
+    if not (tracking.any() or _skews(mission).any() or flight.off.any()):
         return np.zeros((len(pairs), 1))
-    off = raised(tracking[:, None] + flight.drift(_skews(mission)))
+    off = raised(tracking[:, None] + flight.off + flight.drift(_skews(mission)))
     return raised(off[pairs[:, 0]] + off[pairs[:, 1]])

@@ -14,10 +14,11 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
-from missionc.ir import Mission
+from missionc.ir import Agent, Mission, Obstacle
 from missionc.verify.flight.flight_phases import landing_seconds
 from missionc.verify.tolerances import MOTION
 from missionc.world.columns import column_clearance
+from missionc.world.required_separation import SpacingTable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,60 +53,91 @@ class Stop:
 
 def landing_margins(mission: Mission, stop: Stop) -> Iterator[tuple[int, float]]:
     """By how much each agent that lands is clear of all that it might touch."""
-    hovering, landed = set(range(len(mission.agents))), set[int]()
+    margins = _Margins(mission, stop)
+    hovering, landed = set(range(len(mission.agents))), list[int]()
     end = stop.at + stop.seconds
     for turn, seconds in zip(stop.turns, stop.landing(mission), strict=True):
         hovering -= set(turn)
         end += seconds
         for index in turn:
-            yield index, margin_of(mission, stop, index, set(turn) - {index}, hovering, landed, end)
-        landed |= set(turn)
+            beside = [each for each in turn if each != index]
+            others = margins.of_others(index, beside, list(hovering), landed)
+            yield index, min(others, margins.of_obstacles(index, end))
+        landed += turn
 
 
-def margin_of(
-    mission: Mission, stop: Stop, index: int, beside: set[int], hovering: set[int], landed: set[int], end: float
-) -> float:
-    """For one agent that lands.
+class _Margins:
+    """Metres by which agents that go straight down after a stop are clear.
 
     Args:
-        beside: who lands with it.
-        end: seconds since the mission began: when it stands. It hovers from the stop on until it lands.
+        stop: its turns are of no interest.
     """
-    places = stop.places
-    margins = [_aside(mission, index, other, places) for other in beside]
-    margins += [_past(mission, index, other, places) for other in hovering]
-    margins += [_onto(mission, index, other, places) for other in landed]
-    agent, point = mission.agents[index], tuple(places[index, : mission.dimension].tolist())
-    need = agent.radius + agent.vehicle.tracking
-    begin = stop.at + stop.seconds
-    margins += [column_clearance(obstacle, point, begin, end) - need for obstacle in mission.obstacles]
-    return min(margins, default=math.inf)
+
+    def __init__(self, mission: Mission, stop: Stop) -> None:
+        self.mission, self.places = mission, stop.places
+        self.begin = stop.at + stop.seconds
+        radius, tracking, pair, downwash = (
+            np.array([figure(agent) for agent in mission.agents], dtype=np.float64)
+            for figure in (_radius, _tracking, _pair_distance, _downwash_height)
+        )
+        missed, bodies = _sum(tracking), _sum(radius)
+        everyone = np.arange(len(mission.agents))
+        apart = np.linalg.norm(self.places[:, None, :2] - self.places[None, :, :2], axis=-1)
+        # For two that land at once: sideways, whatever their heights.
+        self.aside = apart - SpacingTable.of(mission).between(everyone[:, None], everyone[None])
+        # For the first, that lands, while the second hovers: far enough aside, or with it above all of its way.
+        tall = np.maximum(np.maximum(bodies, np.maximum(pair[:, None], pair[None])), _sum(downwash)) + missed
+        above = self.places[None, :, 2] - self.places[:, None, 2]
+        self.past = np.maximum(self.aside, above - tall)
+        # For one that lands beside another that stands there with its motors off: bodies alone count.
+        self.onto = apart - bodies - missed
+        self._standing: dict[int, float] = {}
+
+    def of_others(self, index: int, beside: list[int], hovering: list[int], landed: list[int]) -> float:
+        """For one agent that lands.
+
+        Args:
+            beside: who lands with it.
+        """
+        rows = ((self.aside, beside), (self.past, hovering), (self.onto, landed))
+        return min(float(table[index, some].min(initial=math.inf)) for table, some in rows)
+
+    def of_obstacles(self, index: int, end: float) -> float:
+        """Likewise, where it hovers from the stop on until it lands.
+
+        Args:
+            end: seconds since the mission began: when it stands.
+        """
+        if index not in self._standing:
+            self._standing[index] = self._of(index, [each for each in self.mission.obstacles if each.constant], end)
+        changing = [each for each in self.mission.obstacles if not each.constant]
+        return min(self._standing[index], self._of(index, changing, end))
+
+    def _of(self, index: int, some: list[Obstacle], end: float) -> float:
+        agent, point = self.mission.agents[index], tuple(self.places[index, : self.mission.dimension].tolist())
+        need = agent.radius + agent.vehicle.tracking
+        return min((column_clearance(each, point, self.begin, end) - need for each in some), default=math.inf)
 
 
-def _aside(mission: Mission, one: int, other: int, places: Array) -> float:
-    """For two that land at once: sideways, whatever their heights."""
-    return _sideways(places, one, other) - mission.spacing(one, other).sideways
+def _radius(agent: Agent) -> float:
+    return agent.radius
 
 
-def _past(mission: Mission, one: int, other: int, places: Array) -> float:
-    """For one that lands while another hovers: far enough aside, or with the other above all of its way."""
-    first, second = mission.agents[one], mission.agents[other]
-    missed = first.vehicle.tracking + second.vehicle.tracking
-    tall = first.vehicle.downwash_height + second.vehicle.downwash_height
-    bodies = max(first.radius + second.radius, first.vehicle.pair_distance, second.vehicle.pair_distance)
-    above = float(places[other, 2] - places[one, 2]) - max(bodies, tall) - missed
-    return max(_aside(mission, one, other, places), above)
+def _tracking(agent: Agent) -> float:
+    return agent.vehicle.tracking
 
 
-def _onto(mission: Mission, one: int, other: int, places: Array) -> float:
-    """For one that lands beside another that stands there with its motors off: bodies alone count."""
-    first, second = mission.agents[one], mission.agents[other]
-    need = first.radius + second.radius + first.vehicle.tracking + second.vehicle.tracking
-    return _sideways(places, one, other) - need
+def _pair_distance(agent: Agent) -> float:
+    return agent.vehicle.pair_distance
 
 
-def _sideways(places: Array, one: int, other: int) -> float:
-    return float(np.linalg.norm((places[one] - places[other])[:2]))
+def _downwash_height(agent: Agent) -> float:
+    return agent.vehicle.downwash_height
+
+
+def _sum(figure: Array) -> Array:
+    """(agents, agents): of every two."""
+    return np.asarray(figure[:, None] + figure[None])
 
 
 def pad_turns(mission: Mission, hovers: Array) -> tuple[tuple[int, ...], ...]:
@@ -136,25 +168,27 @@ def in_turns(mission: Mission, stop: Stop, enough: float = 0.0) -> tuple[tuple[i
 
     Those that nobody can be sure of landing clear are in none.
     """
-    remaining, landed = set(range(len(mission.agents))), set[int]()
+    margins = _Margins(mission, stop)
+    remaining, landed = set(range(len(mission.agents))), list[int]()
     heights = stop.places[:, 2].tolist()
+    lasting = [landing_seconds(agent, height) for agent, height in zip(mission.agents, heights, strict=True)]
     turns: list[tuple[int, ...]] = []
     end = stop.at + stop.seconds
     while remaining:
         turn: list[int] = []
+        seconds = 0.0
         for index in sorted(remaining, key=lambda each: (heights[each], each)):
-            until = end + max(landing_seconds(mission.agents[each], heights[each]) for each in (*turn, index))
-            with_it = {*turn, index}
-            clear = all(
-                margin_of(mission, stop, each, with_it - {each}, remaining - with_it, landed, until) >= enough
-                for each in with_it
-            )
-            if clear:
+            others = margins.of_others(index, turn, list(remaining.difference(turn, [index])), landed)
+            longer = max(seconds, lasting[index])
+            # Who lands with others hovers, or sinks, as long as they.
+            these = [index] if longer == seconds else [*turn, index]
+            if others >= enough and all(margins.of_obstacles(each, end + longer) >= enough for each in these):
                 turn.append(index)
+                seconds = longer
         if not turn:
             break
-        end += max(landing_seconds(mission.agents[each], heights[each]) for each in turn)
+        end += seconds
         turns.append(tuple(sorted(turn)))
         remaining -= set(turn)
-        landed |= set(turn)
+        landed += turn
     return tuple(turns)

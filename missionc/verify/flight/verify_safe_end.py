@@ -22,16 +22,19 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.base.units import Seconds
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import values
-from missionc.ir import Agent, Mission, Obstacle, Path
+from missionc.curves.crazyflie_csv import Pieces, curves_of
+from missionc.curves.piecewise_polynomials import Curves, derivatives_at, refined, speed_bounds, values
+from missionc.ir import PLAIN, Agent, Mission, Obstacle, Path
 from missionc.verify.certificate import Certificate, Check, Figure, judged
 from missionc.verify.flight.continuity_and_fidelity import exactness
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
-from missionc.verify.flight.landing_in_turns import Stop, landing_margins
+from missionc.verify.flight.landing_in_turns import Stop, in_turns, landing_margins
 from missionc.verify.flight.vehicle_claims import limits
 from missionc.verify.flight.verify_polynomials import prove_all
+from missionc.verify.flight.way_missions import is_whole
+from missionc.verify.proof.claims import Claim
+from missionc.verify.proof.failing_pieces import failing_pieces
 from missionc.verify.proof.proof_boxes import Boxes
 from missionc.verify.tolerances import MOTION, WAYPOINT
 from missionc.world.grown_shape import grown_shape
@@ -40,8 +43,19 @@ HOVER = 1.0
 """Seconds of hovering that are judged with each stop, before anybody lands."""
 FARTHEST = 1e3
 """Metres: a margin that is larger, or without bounds where there is nobody else, is stated as so much."""
+AT_THE_END = 1e-3
+"""Seconds: a stop so near to the end of the flight is at its end."""
+ROUNDED_UP = 1e-9
+"""The share by which bounds of speeds may be wrong that are computed without rounding them outward."""
+WAIT, WITHOUT = "safe end wait", "safe end without"
+"""The figures that say how much later the next stop is at most, and for how long there is none at the end."""
 ORDERS = 5
 """Position, velocity, acceleration, jerk and snap: what a stop takes over from the flight."""
+
+
+def has_safe_end(mission: Mission) -> bool:
+    """Whether safe ends are part of its plan: it names a vehicle, or comes from the floor."""
+    return is_whole(mission) or any(agent.vehicle != PLAIN for agent in mission.agents)
 
 
 def verify_safe_end(
@@ -49,25 +63,30 @@ def verify_safe_end(
 ) -> Certificate:
     """Judge the safe ends of a flight, from its beginning to its end.
 
+    Of a flight from the floor there is one for every moment. Another one may have none at its end, which a figure says.
+
     Args:
         whole: of each agent, by its name: the way out, the mission and the way home as one; they were verified.
         before: seconds of it before the mission begins.
-        risen: seconds from the take-off to its beginning.
+        risen: seconds from the take-off to its beginning; 0 where it begins in the air.
     """
     end = float(next(iter(whole.values())).times[-1]) - before
-    moments = _moments(stops, before, end)
+    moments = _moments(stops, before, end, to_the_end=is_whole(mission))
+    found = Certificate(mission.name, (moments,))
+    if moments.passed and stops:
+        found = found.joined(judge_stops(mission, whole, before, stops))
+        found = found.joined(Certificate(mission.name, tuple(_endurance(mission, stops, risen + before))))
     if not moments.passed:
-        return _named(Certificate(mission.name, (moments,)))
-    judged_stops = judge_stops(mission, whole, before, stops)
-    waits = [after - here for here, after in pairwise([-before, *(stop.at for stop in stops)])]
+        return _named(found)
+    times = [-before, *(stop.at for stop in stops)]
     hovering = sum(1 for stop in stops if sum(map(len, stop.turns)) < len(mission.agents))
+    without = end - times[-1]
     figures = (
-        Figure("safe end wait", "flight", round(max(waits), 6), "s"),
+        Figure(WAIT, "flight", round(max((after - here for here, after in pairwise(times)), default=0.0), 6), "s"),
         Figure("safe end hover", "flight", float(hovering), "moments"),
+        Figure(WITHOUT, "flight", round(without, 6) if without > AT_THE_END else 0.0, "s"),
     )
-    rest = Certificate(mission.name, tuple(_endurance(mission, stops, risen + before)))
-    named = _named(Certificate(mission.name, (moments,)).joined(judged_stops).joined(rest))
-    return replace(named, figures=figures)
+    return replace(_named(found), figures=figures)
 
 
 def _named(certificate: Certificate) -> Certificate:
@@ -83,17 +102,42 @@ def _named(certificate: Certificate) -> Certificate:
 def judge_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> Certificate:
     """Judge stops by themselves, arguments as of ``verify_safe_end``; the boxes are on the clock of all in a row."""
     flown = [whole[agent.name] for agent in mission.agents]
-    checks: list[Check] = [_begins(agent, flown[agent.index], before, stops) for agent in mission.agents]
+    off = _begin_off(flown, before, stops)
+    checks = [_begins(agent, flown[agent.index], off[agent.index], stops) for agent in mission.agents]
     boxes: list[Boxes] = []
-    wide, flight = _as_one(mission, flown, stops)
-    claims = [world(wide, flight), *separation(wide, flight, False), *downwash(wide, flight), *limits(wide, flight)]
-    constant = replace(wide, obstacles=tuple(each for each in mission.obstacles if each.constant))
+    punctual, flight = _as_one(mission, flown, before, stops)
     with np.errstate(over="ignore", invalid="ignore"):
-        prove_all(wide, [*claims, *obstacles(constant, flight, False)], checks, boxes)
+        prove_all(punctual, _claims(punctual, flight), checks, boxes)
         checks = [_on_the_clock(check, flight, stops) for check in checks]
-        checks += [_beside(wide, obstacle, stops) for obstacle in mission.obstacles if not obstacle.constant]
-    checks.append(_landing(wide, stops))
+        for obstacle in mission.obstacles:
+            if not obstacle.constant:
+                beside = (_beside(punctual, flight, obstacle, number, stop) for number, stop in enumerate(stops))
+                checks.append(min(beside, key=lambda check: (check.passed, check.margin)))
+    checks.append(_landing(mission, [_landings(mission, flight, *each) for each in enumerate(stops)]))
     return Certificate(mission.name, tuple(checks), boxes=tuple(boxes))
+
+
+def failing_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> set[int]:
+    """The places in their list of those stops that cannot be proved; arguments as of ``verify_safe_end``."""
+    flown = [whole[agent.name] for agent in mission.agents]
+    tolerance = np.array([4 * exactness(own) for own in flown])
+    failing = set(np.flatnonzero((_begin_off(flown, before, stops) > tolerance[:, None]).any(axis=0)).tolist())
+    punctual, flight = _as_one(mission, flown, before, stops)
+    with np.errstate(over="ignore", invalid="ignore"):
+        failing |= {piece // 2 for claim in _claims(punctual, flight) for piece in failing_pieces(claim)}
+        changing = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
+        for number, stop in enumerate(stops):
+            beside = (_beside(punctual, flight, obstacle, number, stop) for obstacle in changing)
+            if number not in failing and not all(check.passed for check in beside):
+                failing.add(number)
+    return failing
+
+
+def _claims(mission: Mission, flight: Flight) -> list[Claim]:
+    """What is claimed of all stops, but for obstacles that move or grow."""
+    constant = replace(mission, obstacles=tuple(each for each in mission.obstacles if each.constant))
+    joint = [world(mission, flight), *separation(mission, flight, False), *downwash(mission, flight)]
+    return [*joint, *limits(mission, flight), *obstacles(constant, flight, False)]
 
 
 def _on_the_clock(check: Check, flight: Flight, stops: Sequence[Stop]) -> Check:
@@ -108,85 +152,108 @@ def _on_the_clock(check: Check, flight: Flight, stops: Sequence[Stop]) -> Check:
 # ------------------------------------------------------------------ the stops
 
 
-def _moments(stops: Sequence[Stop], before: float, end: float) -> Check:
-    """That they follow each other, and that the last is where the flight ends, at rest."""
+def _moments(stops: Sequence[Stop], before: float, end: float, to_the_end: bool) -> Check:
+    """That they follow each other within the flight, and where they have to, that the last is at its end."""
     times = [stop.at for stop in stops]
-    sound = bool(times) and times[0] >= -before - MOTION and abs(times[-1] - end) <= 1e-3
+    sound = all(-before - MOTION <= time <= end + AT_THE_END for time in times)
     sound = sound and all(here < after for here, after in pairwise(times))
-    detail = "there is one at the end of the flight, and those before it follow each other"
+    detail = "they follow each other, within the flight"
+    if to_the_end:
+        sound = sound and bool(times) and abs(times[-1] - end) <= AT_THE_END
+        detail = "there is one at the end of the flight, and those before it follow each other"
     return Check("moments", "stops", 0.0, "", 0.0, sound, detail=detail)
 
 
-def _begins(agent: Agent, flown: Pieces, before: float, stops: Sequence[Stop]) -> Check:
+def _begin_off(flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) -> Array:
+    """(agents, stops), metres: by how much stops do not begin as the flight is there, or do not end at rest.
+
+    Derivatives count by as far as a control point of the stop would have to move for them. Where the flight ends, all
+    are at rest up to jerk, and its snap ends too.
+    """
+    times = np.array([stop.at + before for stop in stops])
+    here = derivatives_at(curves_of(flown, slice(None)), times, ORDERS)
+    here[:, times >= flown[0].times[-1] - MOTION, ORDERS - 1] = 0.0
+    lasts = np.array([stop.seconds for stop in stops])
+    own = np.stack([[each.coefficients for each in stop.pieces] for stop in stops], axis=1)
+    orders = np.arange(ORDERS)
+    there = np.swapaxes(own[:, :, 0, :, :ORDERS], -1, -2) * np.array([math.factorial(each) for each in orders])[:, None]
+    scale = np.stack([lasts**order / math.perm(7, order) for order in orders.tolist()], axis=-1)
+    jumps = np.linalg.norm(here - there, axis=-1) * scale
+    ends = [own[:, :, 0]]
+    for _ in orders[1:4]:
+        ends.append(ends[-1][..., 1:] * np.arange(1, ends[-1].shape[-1]))
+    last = [values(each, np.broadcast_to(lasts, own.shape[:2])) for each in ends]
+    rests = [np.linalg.norm(last[order], axis=-1) * scale[:, order] for order in (1, 2, 3)]
+    rests.append(np.linalg.norm(last[0] - own[:, :, 1, :, 0], axis=-1))
+    rests.append(np.abs(own[:, :, 1, :, 1:]).max(axis=(-1, -2)))
+    return np.asarray(np.max([*np.moveaxis(jumps, -1, 0), *rests], axis=0))
+
+
+def _begins(agent: Agent, flown: Pieces, off: Array, stops: Sequence[Stop]) -> Check:
     """That each stop begins in the state of the flight, without a jump up to snap, and ends at rest."""
-    worst, when = 0.0, 0.0
-    for stop in stops:
-        own = stop.pieces[agent.index]
-        lasts = float(own.duration[0])
-        here, there = _state(flown, stop.at + before), _state(own, 0.0)
-        # As far as a control point of the stop would have to move for it.
-        scale = np.array([lasts**order / math.perm(7, order) for order in range(ORDERS)])
-        off = [float(np.linalg.norm(jump)) for jump in (here - there) * scale[:, None]]
-        last, after = _state(own, lasts * (1 - 1e-15)), own.coefficients[1]
-        off += [float(np.linalg.norm(last[order])) * float(scale[order]) for order in (1, 2, 3)]
-        off += [float(np.linalg.norm(last[0] - after[:, 0])), float(np.abs(after[:, 1:]).max())]
-        if max(off) > worst:
-            worst, when = max(off), stop.at
-    tolerance = 4 * exactness(flown)
+    worst = int(off.argmax())
     detail = "every stop begins as the flight is there, without a jump from position to snap, and ends at rest"
-    return judged("begin", agent.name, -worst, "m", tolerance, at=when, agents=(agent.name,), detail=detail)
+    margin, when = -float(off[worst]), stops[worst].at
+    return judged("begin", agent.name, margin, "m", 4 * exactness(flown), at=when, agents=(agent.name,), detail=detail)
 
 
-def _state(own: Pieces, time: float) -> Array:
-    """(5, 4): of x, y, z and yaw, with their derivatives."""
-    times = own.times
-    piece = int(np.clip(np.searchsorted(times, time, side="right") - 1, 0, own.duration.size - 1))
-    local = np.asarray(np.clip(time - times[piece], 0.0, own.duration[piece]))
-    coefficients, state = own.coefficients[piece], []
-    for _ in range(ORDERS):
-        state.append(values(coefficients, local))
-        coefficients = coefficients[:, 1:] * np.arange(1, coefficients.shape[1])
-    return np.stack(state)
-
-
-def _as_one(mission: Mission, flown: Sequence[Pieces], stops: Sequence[Stop]) -> tuple[Mission, Flight]:
-    """All stops as one flight, and the mission of vehicles that miss their trajectories by what skews cost, too."""
+def _as_one(mission: Mission, flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) -> tuple[Mission, Flight]:
+    """All stops as one flight from which those who started late are astray, and the mission of who starts on time."""
     durations = np.concatenate([stop.pieces[0].duration for stop in stops])
     coefficients = np.stack(
         [np.concatenate([stop.pieces[agent.index].coefficients for stop in stops]) for agent in mission.agents]
     )
-    return missing_by_skew(mission, flown), Flight(durations, coefficients)
+    astray = np.repeat(_late(mission, flown, before, stops), 2)
+    return _missing(mission, 0.0), Flight(durations, coefficients, astray)
 
 
-def missing_by_skew(mission: Mission, flown: Sequence[Pieces]) -> Mission:
-    """The mission of vehicles that all start at once, and miss their trajectories by what starting late costs, too.
+def _late(mission: Mission, flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) -> Array:
+    """(stops,), metres: what anybody flies in its start skew about the moment of a stop, or in the stop, at most."""
+    skew = np.array([agent.vehicle.start_skew for agent in mission.agents])
+    if not skew.any():
+        return np.zeros(len(stops))
+    at = np.array([stop.at + before for stop in stops])
+    begin, end = at - skew.max(), at + skew.max()
+    whole = curves_of(flown, slice(0, 3))
+    parts = refined(whole, np.concatenate([begin, end]))
+    fastest = speed_bounds(parts)
+    within = (parts.times[None, :-1] < end[:, None]) & (parts.times[None, 1:] > begin[:, None])
+    speed = np.where(within[None], fastest[:, None], 0.0).max(axis=-1)
+    own = np.stack([[each.coefficients[0, :3] for each in stop.pieces] for stop in stops], axis=1)
+    lasts = np.array([stop.seconds for stop in stops])
+    for stop, last in enumerate(lasts.tolist()):
+        braking = speed_bounds(Curves(np.array([0.0, last]), own[:, [stop]]))[:, 0]
+        speed[:, stop] = np.maximum(speed[:, stop], braking)
+    jumps = Flight(flown[0].duration, np.stack([each.coefficients for each in flown])).jumps.max(axis=-1, initial=0.0)
+    return np.asarray(((speed * skew[:, None] + jumps[:, None]) * (1 + ROUNDED_UP)).max(axis=0))
 
-    Args:
-        flown: by agent: the whole of its flight.
-    """
-    whole = Flight(flown[0].duration, np.stack([each.coefficients for each in flown]))
-    agents = []
-    for agent in mission.agents:
-        vehicle = agent.vehicle
-        missed = vehicle.tracking + vehicle.start_skew * float(whole.speed[agent.index].max())
-        agents.append(replace(agent, vehicle=replace(vehicle, tracking=missed, start_skew=0.0)))
+
+def _missing(mission: Mission, more: float) -> Mission:
+    """The mission of vehicles that all start at once, and miss their trajectories by so many metres more."""
+    agents = (
+        replace(agent, vehicle=replace(agent.vehicle, tracking=agent.vehicle.tracking + more, start_skew=0.0))
+        for agent in mission.agents
+    )
     return replace(mission, agents=tuple(agents))
 
 
-def _beside(mission: Mission, obstacle: Obstacle, stops: Sequence[Stop]) -> Check:
-    """That nobody touches what moves or grows, at any of the stops: of each the worst."""
-    checks: list[Check] = []
-    for stop in stops:
-        seconds = stop.seconds + HOVER
-        alone = replace(
-            mission,
-            obstacles=(_since(obstacle, stop.at, seconds),),
-        )
-        flight = Flight(stop.pieces[0].duration, np.stack([own.coefficients for own in stop.pieces]))
-        found: list[Check] = []
-        prove_all(alone, obstacles(alone, flight, False), found, [])
-        checks.append(replace(found[0], at=stop.at))
-    return min(checks, key=lambda check: (check.passed, check.margin))
+def with_turns(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> list[Stop]:
+    """The stops with the turns in which everybody lands who can be sure to do so clear; arguments as elsewhere."""
+    late = _late(mission, [whole[agent.name] for agent in mission.agents], before, stops)
+    return [
+        replace(stop, turns=in_turns(_missing(mission, float(more)), stop))
+        for stop, more in zip(stops, late, strict=True)
+    ]
+
+
+def _beside(mission: Mission, flight: Flight, obstacle: Obstacle, number: int, stop: Stop) -> Check:
+    """That nobody touches what moves or grows, at one stop."""
+    alone = replace(mission, obstacles=(_since(obstacle, stop.at, stop.seconds + HOVER),))
+    pieces = slice(2 * number, 2 * number + 2)
+    own = Flight(flight.durations[pieces], flight.coefficients[:, pieces], flight.off[pieces])
+    found: list[Check] = []
+    prove_all(alone, obstacles(alone, own, False), found, [])
+    return replace(found[0], at=stop.at)
 
 
 def _since(obstacle: Obstacle, time: float, seconds: float) -> Obstacle:
@@ -202,22 +269,37 @@ def _since(obstacle: Obstacle, time: float, seconds: float) -> Obstacle:
     return replace(obstacle, shape=shape, motion=path, growth=0.0)
 
 
-def _landing(mission: Mission, stops: Sequence[Stop]) -> Check:
+def _landings(mission: Mission, flight: Flight, number: int, stop: Stop) -> list[tuple[float, float, int]]:
+    """Of each that lands after a stop by how much it is clear, the moment of the stop, and who it is."""
+    widened = _missing(mission, float(flight.off[2 * number]))
+    return [(margin, stop.at, index) for index, margin in landing_margins(widened, stop)]
+
+
+def _landing(mission: Mission, margins: Sequence[list[tuple[float, float, int]]]) -> Check:
     """That whoever lands touches nobody: who lands with it, who hovers still, who has landed, and what stands there."""
-    margins = [(margin, stop.at, index) for stop in stops for index, margin in landing_margins(mission, stop)]
-    if not margins:
+    found = [each for own in margins for each in own]
+    if not found:
         return Check("landing", "stops", 0.0, "m", WAYPOINT, True, detail="nobody lands")
-    worst, when, who = min(margins)
+    worst, when, who = min(found)
     detail = "whoever lands after a stop goes straight down clear of all others and of what stands there"
     name = mission.agents[who].name
     worst = min(worst, FARTHEST)
     return judged("landing", "stops", worst, "m", WAYPOINT, at=when, agents=(name,), detail=detail)
 
 
+def last_to_stand(mission: Mission, stop: Stop, aloft: float) -> float:
+    """Seconds after the flight began, at which everybody stands who lands after a stop.
+
+    Args:
+        aloft: seconds from when it began to the mission's beginning.
+    """
+    return aloft + stop.at + stop.seconds + sum(stop.landing(mission))
+
+
 def _endurance(mission: Mission, stops: Sequence[Stop], aloft: float) -> list[Check]:
     """That batteries last until everybody who lands after a stop stands."""
-    ends = [aloft + stop.at + stop.seconds + sum(stop.landing(mission)) for stop in stops]
-    latest = max(ends)
+    latest = max(last_to_stand(mission, stop, aloft) for stop in stops)
+    begun = "the take-off began" if is_whole(mission) else "its polynomials began"
     return [
         Check(
             "endurance",
@@ -227,7 +309,7 @@ def _endurance(mission: Mission, stops: Sequence[Stop], aloft: float) -> list[Ch
             0.0,
             latest <= agent.vehicle.endurance,
             agents=(agent.name,),
-            detail=f"after the last stop to end everybody stands {latest:g} s after the take-off began",
+            detail=f"after the last stop to end everybody stands {latest:g} s after {begun}",
         )
         for agent in mission.agents
         if math.isfinite(agent.vehicle.endurance)

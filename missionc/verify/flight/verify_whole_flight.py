@@ -29,7 +29,7 @@ from missionc.verify.flight.joint_claims import downwash, world
 from missionc.verify.flight.landing_in_turns import above_pads, landing_margins, pad_turns
 from missionc.verify.flight.vehicle_claims import limits
 from missionc.verify.flight.verify_polynomials import check_apart, check_file, prove_all
-from missionc.verify.flight.way_missions import Stage, Way, Ways, way_mission, ways_of
+from missionc.verify.flight.way_missions import Stage, Way, Ways, has_risen, is_whole, way_mission, ways_of
 from missionc.verify.proof.proof_boxes import Boxes
 from missionc.verify.tolerances import MOTION, WAYPOINT
 from missionc.world.columns import column_clearance
@@ -69,7 +69,8 @@ def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict
     """The way out, the mission and the way home of each agent as one, texts that were verified.
 
     Returns:
-        Them by the agents' names; the seconds before the mission begins; those from the take-off to the first of them.
+        Them by the agents' names; the seconds before the mission begins; those from the take-off to the first of them,
+        0 of a mission that begins in the air.
     """
     flown = pieces_of(mission, files)
     assert not isinstance(flown, Check), "polynomials that were verified can be read"
@@ -83,8 +84,10 @@ def as_one(mission: Mission, files: Mapping[str, str], ways: Ways) -> tuple[dict
             own.insert(0 if stage is Stage.OUT else len(own), part[agent.name])
         durations = np.concatenate([each.duration for each in own])
         whole[agent.name] = Pieces(durations, np.concatenate([each.coefficients for each in own]))
+    if not is_whole(mission):
+        return whole, before, 0.0
     lasting = whole_phases(mission, ways_of(mission, flown), float(durations.sum()))
-    return whole, before, lasting.rounds * lasting.rise + lasting.settle + lasting.go + lasting.settle
+    return whole, before, lasting.before
 
 
 def pieces_of(mission: Mission, files: Mapping[str, str]) -> dict[str, Pieces] | Check:
@@ -101,8 +104,8 @@ def pieces_of(mission: Mission, files: Mapping[str, str]) -> dict[str, Pieces] |
 def whole_phases(mission: Mission, wanted: Mapping[Stage, Way], seconds: float) -> Phases:
     """The phases of a whole flight, whose polynomials and ways last so many seconds."""
     up, down = wanted[Stage.OUT].begin[:, 2].tolist(), wanted[Stage.HOME].end[:, 2].tolist()
-    rounds = max(1, len(pad_turns(mission, wanted[Stage.OUT].begin)))
-    return phases_of(mission.agents, up, down, seconds, rounds)
+    rounds = max(1, len(pad_turns(mission, wanted[Stage.HOME].end)))
+    return phases_of(mission.agents, up, down, seconds, rounds, has_risen(mission))
 
 
 def _seconds(mission: Mission, files: Mapping[str, str]) -> float:
@@ -168,9 +171,9 @@ def _yaw(agent: Agent, own: Pieces, way: Way) -> Check:
 def _columns(
     mission: Mission, wanted: Mapping[Stage, Way], begins: Mapping[Stage, float], lasting: Phases
 ) -> list[Check]:
-    """That all may rise, and sink, in their turns."""
+    """That all may rise, where they stand on the floor, and sink, in their turns."""
     checks: list[Check] = []
-    hovers = wanted[Stage.OUT].begin
+    hovers = wanted[Stage.HOME].end
     fenced = [_fence(mission, agent, hovers[agent.index].tolist()) for agent in mission.agents]
     checks.append(min(fenced, key=lambda check: check.margin))
     checks += [_turns(mission, hovers)] if len(mission.agents) > 1 else []
@@ -179,7 +182,7 @@ def _columns(
         ("rise", -math.inf, begins[Stage.OUT]),
         ("sink", begins[Stage.HOME], begins[Stage.HOME] + lasting.settle + lasting.rounds * lasting.sink),
     ):
-        for obstacle in mission.obstacles:
+        for obstacle in mission.obstacles if name == "sink" or not has_risen(mission) else ():
             found = []
             for agent in mission.agents:
                 need = max(agent.radius + agent.vehicle.tracking, agent.radius + mission.clearance)
@@ -232,18 +235,21 @@ def _pair(mission: Mission, first: int, second: int, points: list[list[float]]) 
 
 
 def _endurance(mission: Mission, lasting: Phases) -> list[Check]:
-    """That everybody is on the floor again before its battery is empty."""
+    """That everybody is on the floor again before its battery is empty; of a mission in flight with what was flown."""
+    aloft = max((agent.pad.risen or 0.0 for agent in mission.agents if agent.pad is not None), default=0.0)
+    whole = aloft + lasting.whole
+    took = f"after {aloft:g} s of the mission it takes" if has_risen(mission) else "it takes"
+    where = "to the floor" if has_risen(mission) else "from the floor to the floor"
     return [
         Check(
             "whole endurance",
             agent.name,
-            agent.vehicle.endurance - lasting.whole,
+            agent.vehicle.endurance - whole,
             "s",
             0.0,
-            lasting.whole <= agent.vehicle.endurance,
+            whole <= agent.vehicle.endurance,
             agents=(agent.name,),
-            detail=f"it takes {lasting.whole:g} s from the floor to the floor; on one charge it flies"
-            f" {agent.vehicle.endurance:g} s",
+            detail=f"{took} {lasting.whole:g} s {where}; on one charge it flies {agent.vehicle.endurance:g} s",
         )
         for agent in mission.agents
         if math.isfinite(agent.vehicle.endurance)

@@ -77,13 +77,18 @@ def is_whole(mission: Mission) -> bool:
     return any(agent.pad is not None for agent in mission.agents)
 
 
+def has_risen(mission: Mission) -> bool:
+    """Whether its agents have risen from their pads before it begins: it is what is left of a mission in flight."""
+    return any(agent.pad is not None and agent.pad.risen is not None for agent in mission.agents)
+
+
 def ways_of(mission: Mission, flown: Mapping[str, Pieces]) -> dict[Stage, Way]:
-    """Both ways, from and to above the pads.
+    """Both ways, from and to above the pads; who has risen before begins where it is.
 
     Args:
         flown: the polynomials of the mission, by the agent's name.
     """
-    first, last, yaw_first, yaw_last, above = [], [], [], [], []
+    first, last, yaw_first, yaw_last, above, before = [], [], [], [], [], []
     for agent in mission.agents:
         own = flown[agent.name]
         begin, end = own.coefficients[0, :, 0], values(own.coefficients[-1], own.duration[-1])
@@ -92,10 +97,10 @@ def ways_of(mission: Mission, flown: Mapping[str, Pieces]) -> dict[Stage, Way]:
         yaw_first.append(begin[3])
         yaw_last.append(end[3])
         above.append(_above(mission, agent, begin[:3]))
-    hovers = np.array(above)
+        before.append(begin[:3].tolist() if has_risen(mission) else above[-1])
     return {
-        Stage.OUT: Way(hovers, np.array(first), np.array(yaw_first)),
-        Stage.HOME: Way(np.array(last), hovers, np.array(yaw_last)),
+        Stage.OUT: Way(np.array(before), np.array(first), np.array(yaw_first)),
+        Stage.HOME: Way(np.array(last), np.array(above), np.array(yaw_last)),
     }
 
 
