@@ -214,6 +214,33 @@ def test_holes_in_a_log_are_gone_straight_over_and_long_ones_are_not() -> None:
     assert "is not seen from 1.3 s to 2.9 s" in findings[0].message
 
 
+def test_who_is_lost_stays_where_it_was_seen_last_and_the_others_end_where_the_first_of_them_does() -> None:
+    mission = flying().checked.mission
+    assert mission is not None
+    text = "agent,t,x,y,yaw\n"
+    for name, end in (("drone[0]", 4), ("drone[1]", 5), ("drone[2]", 2)):
+        text += "".join(f"{name},{time},{time},1,{time}\n" for time in range(end + 1))
+    found, findings = read_flown(Source("flown.csv", text), mission, ("drone[2]",))
+    assert found is not None, findings
+    assert (found.until, found.seen.tolist()) == (4.0, [4.0, 4.0, 2.0])
+    assert found.last.tolist() == [[4.0, 1.0], [4.0, 1.0], [2.0, 1.0]]
+    assert found.trace.position[:, :, 0].tolist() == [[0, 1, 2, 3, 4], [0, 1, 2, 3, 4], [0, 1, 2, 2, 2]]
+    gone, findings = read_flown(Source("flown.csv", text), mission, ())
+    assert gone is not None, findings
+    assert (gone.until, gone.trace.position.shape[1]) == (2.0, 3)
+
+
+def test_of_a_mission_that_is_over_nothing_is_left() -> None:
+    mission = flying().checked.mission
+    assert mission is not None
+    text = "agent,t,x,y\n"
+    for agent in mission.agents:
+        text += "".join(f"{agent.name},{step},{step / 10},1\n" for step in range(mission.steps + 1))
+    found, findings = read_flown(Source("flown.csv", text), mission, ())
+    assert found is None
+    assert "the mission is over at" in findings[0].message
+
+
 def test_nothing_is_planned_for_nobody() -> None:
     found = replan(flying(), Request(so_far(4), ("drone[0]", "drone[1]", "drone[2]")), LIMITS)
     assert [each.code for each in found.findings] == [NO_LONGER_KEPT]
