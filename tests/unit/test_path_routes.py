@@ -30,12 +30,12 @@ def test_without_a_least_length_one_way_says_it() -> None:
 
 
 def test_a_least_length_denies_every_way_that_is_shorter() -> None:
-    shorter = math.nextafter(1.5, 0.0)
-    both = as_routes(RADIO, 2, 1.5, 2.5, True)
+    shorter = math.nextafter(0.5, 0.0)
+    both = as_routes(RADIO, 2, 0.5, 2.5, True)
     assert isinstance(both, All)
     assert_way(both.parts[0], Route, 2.5)
     assert_way(both.parts[1], EveryRoute, shorter)
-    either = as_routes(RADIO, 2, 1.5, 2.5, False)
+    either = as_routes(RADIO, 2, 0.5, 2.5, False)
     assert isinstance(either, Any)
     assert_way(either.parts[0], EveryRoute, 2.5)
     assert_way(either.parts[1], Route, shorter)
