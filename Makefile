@@ -11,7 +11,7 @@ INCOMPATIBLE := GNU General Public License;GNU Affero;AGPL;GPL-2.0-only;GPL-2.0-
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help venv test check docs format slow fuzz bench gallery vscode studio dist lock sbom clean
+.PHONY: help venv test check docs format slow fuzz mutants bench gallery vscode studio dist lock sbom clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -50,6 +50,14 @@ fuzz: ## random missions through every command, mutated ones through `check`, co
 	MISSIONC_FUZZ=2000 $(BIN)/pytest -q --timeout 0 tests/properties/test_whole_language.py
 	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_hostile_commands.py
 
+$(BIN)/.mutants: pyproject.toml constraints.txt
+	test -x $(BIN)/python || python3 -m venv $(VENV)
+	$(BIN)/pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[dev,mutants]'
+	touch $@
+
+mutants: $(BIN)/.mutants ## mutation testing of what judges; goes on where it was. MODULE=missionc/kernel: a part; SAMPLE=400: so many of each package
+	OMP_NUM_THREADS=1 $(BIN)/python -m tests.mutation --workers $(WORKERS) $(if $(SAMPLE),--sample $(SAMPLE)) $(MODULE)
+
 bench: ## the measurements of docs/performance.md
 	for program in bench/*.py; do $(BIN)/python $$program || exit; done
 
@@ -83,4 +91,4 @@ sbom: $(BIN)/.release ## a CycloneDX SBOM and the licences of what requirements.
 	$(BIN)/pip-licenses --python build/sbom/bin/python --from mixed --partial-match --fail-on '$(INCOMPATIBLE)' > /dev/null
 
 clean: ## remove what was built
-	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache editors/vscode/dist editors/vscode/node_modules editors/studio/node_modules
+	rm -rf build dist mutants .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache editors/vscode/dist editors/vscode/node_modules editors/studio/node_modules

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
@@ -15,7 +16,8 @@ from missionc.base.judgement import Judgement
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Steps
 from missionc.kernel.nodes import Kernel
-from missionc.language.operators import by_name
+from missionc.language.operator import Operator
+from missionc.language.operators import OPERATORS, by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.live.judge import LiveJudge
 from missionc.monitoring.live.verdicts import Standing, Verdict
@@ -25,6 +27,7 @@ from tests.support.random_runs import (
     REGIONS,
     SPAN,
     Case,
+    applied,
     cases,
     formulas,
     mission_of,
@@ -145,6 +148,29 @@ def slow_cases(draw: st.DrawFn) -> Case:
 @given(slow_cases(), seeds)
 def test_top_speeds_bound_what_is_to_come(case: Case, seed: int) -> None:
     check(case, 0.4, seed)
+
+
+@cache
+@st.composite
+def windows_of(draw: st.DrawFn, operator: Operator) -> Case:
+    """A random walk of slow agents, and a formula that begins with an operator, as it is or over a window."""
+    case = draw(slow_cases())
+    size, last = len(case.trace.position), case.run.last
+    formula = draw(applied(operator, size, draw(st.integers(0, last)), 2))
+    free = last - reference.ahead(formula)
+    if free >= 0 and draw(st.integers(0, 3)):
+        around = by_name[draw(st.sampled_from(["always", "eventually"]))]
+        low = draw(st.integers(0, free))
+        window = ir.Window(Steps(low), Steps(draw(st.integers(low, free))), SPAN)
+        formula = ir.Apply(around, (formula,), window, SPAN)
+    return replace(case, formula=formula)
+
+
+@pytest.mark.parametrize("operator", OPERATORS, ids=lambda operator: operator.name)
+@settings(max_examples=6)
+@given(data=st.data(), seed=seeds)
+def test_every_operator_is_bounded_so(operator: Operator, data: st.DataObject, seed: int) -> None:
+    check(data.draw(windows_of(operator)), 0.4, seed)
 
 
 @given(slow_cases())

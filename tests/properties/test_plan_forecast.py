@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.kernel.nodes import Kernel
+from missionc.language.operator import Operator
+from missionc.language.operators import OPERATORS
 from missionc.lower.expand import expand
 from missionc.monitoring.live.plan_forecast import PlanForecast
 from missionc.monitoring.live.samples import StepState
@@ -29,8 +31,8 @@ def asked(case: Case) -> tuple[ir.Mission, Kernel]:
     return mission, kernel
 
 
-@given(cases(), st.integers(0, 2**32 - 1))
-def test_a_forecast_is_the_verdict_on_what_was_flown_and_the_rest_of_the_plan(case: Case, seed: int) -> None:
+def check(case: Case, seed: int) -> None:
+    """What is forecast along a run that keeps near its plan, with samples missing, is what the monitor says."""
     mission, kernel = asked(case)
     generator = np.random.default_rng(seed)
     plan = case.trace
@@ -50,3 +52,15 @@ def test_a_forecast_is_the_verdict_on_what_was_flown_and_the_rest_of_the_plan(ca
         expected = monitor(mission, kernel, Trace(plan.step, *together, plan.heading))
         assert margins[0] == pytest.approx(expected.requirements[0].robustness, abs=1e-9)
     assert plan.position is case.trace.position
+
+
+@given(cases(), st.integers(0, 2**32 - 1))
+def test_a_forecast_is_the_verdict_on_what_was_flown_and_the_rest_of_the_plan(case: Case, seed: int) -> None:
+    check(case, seed)
+
+
+@pytest.mark.parametrize("operator", OPERATORS, ids=lambda operator: operator.name)
+@settings(max_examples=5)
+@given(data=st.data(), seed=st.integers(0, 2**32 - 1))
+def test_so_it_is_of_every_operator(operator: Operator, data: st.DataObject, seed: int) -> None:
+    check(data.draw(cases(operator)), seed)

@@ -12,7 +12,7 @@ import pytest
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
-from missionc.base.units import Seconds
+from missionc.base.units import Seconds, Steps
 from missionc.cli.app import main
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.diagnostics.code import (
@@ -212,6 +212,47 @@ def test_holes_in_a_log_are_gone_straight_over_and_long_ones_are_not() -> None:
     assert found.trace.position[0, :, 0].tolist() == pytest.approx([0.4, 1.0, 2.0])
     _, findings = read_flown(Source("flown.csv", "\n".join(fine).replace(",1.9,1.9,1", ",1.3,1.3,1")), mission, ())
     assert "is not seen from 1.3 s to 2.9 s" in findings[0].message
+
+
+def test_who_is_lost_stays_where_it_was_seen_last_and_the_others_end_where_the_first_of_them_does() -> None:
+    mission = flying().checked.mission
+    assert mission is not None
+    text = "agent,t,x,y,yaw\n"
+    for name, end in (("drone[0]", 4), ("drone[1]", 5), ("drone[2]", 2)):
+        text += "".join(f"{name},{time},{time},1,{time}\n" for time in range(end + 1))
+    found, findings = read_flown(Source("flown.csv", text), mission, ("drone[2]",))
+    assert found is not None, findings
+    assert (found.until, found.seen.tolist()) == (4.0, [4.0, 4.0, 2.0])
+    assert found.last.tolist() == [[4.0, 1.0], [4.0, 1.0], [2.0, 1.0]]
+    assert found.trace.position[:, :, 0].tolist() == [[0, 1, 2, 3, 4], [0, 1, 2, 3, 4], [0, 1, 2, 2, 2]]
+    gone, findings = read_flown(Source("flown.csv", text), mission, ())
+    assert gone is not None, findings
+    assert (gone.until, gone.trace.position.shape[1]) == (2.0, 3)
+
+
+def test_a_hole_of_several_steps_is_filled_on_the_straight_line() -> None:
+    mission = flying().checked.mission
+    assert mission is not None
+    fine = replace(mission, step=Seconds(0.25), steps=Steps(4 * mission.steps))
+    rows = [(0.0, 0.0, 0.0), (0.25, 1.0, 0.5), (1.0, 4.0, 2.0), (1.25, 4.0, 2.5)]
+    text = "agent,t,x,y,yaw\n" + "".join(
+        f"{agent.name},{time},{x},1,{yaw}\n" for agent in mission.agents for time, x, yaw in rows
+    )
+    found, findings = read_flown(Source("flown.csv", text), fine, ())
+    assert found is not None, findings
+    assert found.trace.position[0, :, 0].tolist() == pytest.approx([0.0, 1.0, 2.0, 3.0, 4.0, 4.0])
+    assert found.trace.heading[0].tolist() == pytest.approx([0.0, 0.5, 0.5, 0.5, 2.0, 2.5])
+
+
+def test_of_a_mission_that_is_over_nothing_is_left() -> None:
+    mission = flying().checked.mission
+    assert mission is not None
+    text = "agent,t,x,y\n"
+    for agent in mission.agents:
+        text += "".join(f"{agent.name},{step},{step / 10},1\n" for step in range(mission.steps + 1))
+    found, findings = read_flown(Source("flown.csv", text), mission, ())
+    assert found is None
+    assert "the mission is over at" in findings[0].message
 
 
 def test_nothing_is_planned_for_nobody() -> None:

@@ -1,0 +1,62 @@
+"""Witnesses: whom and which links a formula at one step rests on, true or false."""
+
+from __future__ import annotations
+
+import pytest
+
+from missionc.kernel.nodes import (
+    All,
+    Any,
+    At,
+    AtLeast,
+    EveryNeighbour,
+    EveryReach,
+    Is,
+    Neighbour,
+    Node,
+    Not,
+    PathLength,
+    Reach,
+    Route,
+)
+from missionc.monitoring.witness import Witnesses
+from tests.support.random_runs import graphs_of, mission_of, trace_of
+
+RADIO = graphs_of(4)[0]
+PLACES = [(0.0, 0.0), (0.9, 0.0), (1.8, 0.0), (0.9, 0.9)]
+"""Three in a row, and one beside the middle one: who is next to each other is linked, nobody else."""
+FIRST, SECOND, THIRD = (Is(frozenset((agent,))) for agent in range(3))
+ROW = [(0, 0, 1), (0, 1, 2)]
+
+
+@pytest.mark.parametrize(
+    ("node", "holds", "fails", "links"),
+    [
+        (Reach(RADIO, All(()), THIRD, 3), {0, 1, 2}, set(), ROW),
+        (Reach(RADIO, All(()), THIRD, 1), set(), {0}, []),
+        (Reach(RADIO, All(()), FIRST, 3), {0}, set(), []),
+        (EveryReach(RADIO, Any(()), Not(THIRD), 3), set(), {0, 1, 2}, ROW),
+        (Route(RADIO, All(()), THIRD, 0.0, 5.0), {0, 1, 2}, set(), ROW),
+        (Neighbour(RADIO, SECOND), {0, 1}, set(), ROW[:1]),
+        (EveryNeighbour(RADIO, Not(SECOND)), set(), {0, 1}, ROW[:1]),
+        (EveryNeighbour(RADIO, SECOND), {0}, set(), []),
+        (PathLength(RADIO, 2, 0.0, 5.0), {0, 2}, set(), []),
+        (Any((Neighbour(RADIO, SECOND), Reach(RADIO, All(()), THIRD, 3))), {0, 1}, set(), ROW[:1]),
+        (Any((SECOND, Reach(RADIO, All(()), THIRD, 3))), {0, 1, 2}, set(), ROW),
+        (Any((SECOND, Reach(RADIO, All(()), THIRD, 1))), set(), {0}, []),
+        (All((FIRST, Neighbour(RADIO, SECOND))), {0, 1}, set(), ROW[:1]),
+        (All((At(2, FIRST), Neighbour(RADIO, SECOND))), set(), {2}, []),
+        (AtLeast(2, (FIRST, Neighbour(RADIO, SECOND), At(2, FIRST))), {0, 1}, set(), ROW[:1]),
+        (AtLeast(2, (FIRST, At(1, FIRST), At(2, FIRST))), set(), {1, 2}, []),
+    ],
+    ids=lambda each: type(each).__name__ if hasattr(each, "span") else "",
+)
+def test_a_witness_is_what_decides(
+    node: Node, holds: set[int], fails: set[int], links: list[tuple[int, int, int]]
+) -> None:
+    root = At(0, node)
+    witness = Witnesses([root], mission_of(4, 0), trace_of([[place] for place in PLACES]), {}).of(root, False)
+    assert witness is not None
+    assert set(witness.holds[:, 0].nonzero()[0].tolist()) == holds
+    assert set(witness.fails[:, 0].nonzero()[0].tolist()) == fails
+    assert [tuple(each) for each in witness.links.tolist()] == links
