@@ -70,6 +70,24 @@ def test_what_a_living_process_stages_is_not_swept(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_signal_while_a_staging_folder_is_cleared_leaves_nothing_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rmdir, came = Path.rmdir, []
+
+    def interrupted(path: Path) -> None:
+        if not came:
+            came.append(path)
+            raise KeyboardInterrupt
+        rmdir(path)
+
+    monkeypatch.setattr(Path, "rmdir", interrupted)
+    with pytest.raises(KeyboardInterrupt), staging(tmp_path / "out") as staged:
+        staged.new.write_text("half")
+    assert len(came) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_folder_that_a_dead_process_moved_aside_comes_back_with_all_that_is_in_it(tmp_path: Path) -> None:
     path = left(tmp_path / "out")
     written(path / "old", FILES)

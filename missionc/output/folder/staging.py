@@ -100,6 +100,8 @@ def staging(target: Path, names: Iterable[str] = ()) -> Iterator[Staging]:
             staged.clear(names)
             os.close(handle)
     except BaseException:
+        # It may have come while all was being cleared away; none comes twice.
+        staged.clear(names)
         with suppress(OSError):
             staged.path.rmdir()
         raise
