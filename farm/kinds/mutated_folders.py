@@ -33,7 +33,8 @@ def carry_out(case: Case, folder: Path) -> str:
     if status != Status.DONE:
         status, _ = said("compile", str(mission), "-o", str(out), *limits)
     if status != Status.DONE:
-        (mission.parent / MISSION).write_text(WHOLE, encoding="utf-8")
+        out = folder / "instead"
+        mission.write_text(WHOLE, encoding="utf-8")
         status, _ = said("compile", str(mission), "-o", str(out), "--quiet")
         assert status == Status.DONE
     if case.settings["simulate"]:
