@@ -7,9 +7,10 @@ out  what was found; a line of the journal for each trial, a file for each findi
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from farm import found_files
 from farm.journal import Journal, Line
@@ -69,16 +70,27 @@ def kept_small(
 
 
 def smaller(kind: Kind, case: Case, fault: Fault, seconds: float = SHRINKING) -> Case:
-    """The case with the smallest mission found that shows the same fault; in one text, if that does."""
+    """The case with the smallest mission found that shows the same fault; in one text, if that does.
+
+    Where it is not about a text: with one of what its settings list, if that does.
+    """
 
     def shows(candidate: Case) -> bool:
         return same(carried_out(kind, candidate), fault)
 
     if not kind.of_text:
-        return case
+        alone = (replace(case, settings=settings) for settings in _one_each(case.settings))
+        return next((each for each in alone if shows(each)), case)
     whole = in_one_text(case)
     case = whole if whole != case and shows(whole) else case
     return case.with_text(shrunk(case.files[MISSION], lambda text: shows(case.with_text(text)), seconds))
+
+
+def _one_each(settings: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Settings with one of what they list."""
+    for key, value in settings.items():
+        if isinstance(value, list) and len(value) > 1:
+            yield from ({**settings, key: [each]} for each in value)
 
 
 def same(answer: Answer, fault: Fault) -> bool:

@@ -8,6 +8,7 @@ The process is a copy of this one, which has everything loaded, and leads a sess
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
 import json
 import os
@@ -31,6 +32,8 @@ MOST_SEEN = 4_000
 """Characters that are kept of what a fault looks like."""
 TO_SAY_WHERE = 0.5
 """Seconds that a process that hangs has to say where, before it is killed."""
+DIE_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of Linux."""
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -97,6 +100,7 @@ def _carry_out(kind: Kind, case: Case, home: Path, answer: int, said: IO[str], m
     status = 1
     try:
         os.setsid()
+        ctypes.CDLL(None).prctl(DIE_WITH_PARENT, signal.SIGKILL)
         _quiet(said)
         resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

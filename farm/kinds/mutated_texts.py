@@ -12,7 +12,7 @@ from missionc.base.source import Source
 from missionc.diagnostics.render import render_json, render_text
 from missionc.pipeline import driver
 from tests.support.every_command import taken_through
-from tests.support.mutated_texts import SMALLEST, mutated_of
+from tests.support.mutated_texts import SMALLEST, mutated_of, nudged
 
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST = 3_000
@@ -33,7 +33,8 @@ def texts() -> tuple[str, ...]:
 def draw(generator: np.random.Generator) -> Case:
     base = texts() if generator.random() < 0.7 else SMALLEST
     text = base[int(generator.integers(len(base)))]
-    return Case({MISSION: mutated_of(text, int(generator.integers(2**31)))})
+    change = nudged if generator.random() < 0.5 else mutated_of
+    return Case({MISSION: change(text, int(generator.integers(2**31)))})
 
 
 def carry_out(case: Case, folder: Path) -> str:

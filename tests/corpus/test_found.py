@@ -14,9 +14,18 @@ from farm.own_process import carried_out
 from farm.trials import KINDS
 
 MINUTES = 10
+LONG = ("killed_processes_sweep_leaves_for_good_1",)
+"""Those that take longer than a few seconds."""
 
 
-@pytest.mark.parametrize("path", found_files.kept_in(found_files.FOUND), ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=pytest.mark.slow) if path.stem in LONG else path
+        for path in found_files.kept_in(found_files.FOUND)
+    ],
+    ids=lambda path: path.name,
+)
 def test_what_was_found_holds(path: Path) -> None:
     found = found_files.read(path)
     answer = carried_out(KINDS[found.kind], found.case)

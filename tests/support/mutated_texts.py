@@ -136,6 +136,15 @@ def mutated_of(text: str, seed: int) -> str:
     return _changed(text, random.Random(seed))
 
 
+def nudged(text: str, seed: int) -> str:
+    """That text with a number, a name or a requirement changed: it mostly still parses, and often still checks."""
+    chance = random.Random(seed)
+    tokens = TOKEN.findall(text)
+    for _ in range(chance.choice((1, 1, 2))):
+        chance.choice((number, number, name, require))(tokens, chance)
+    return "".join(tokens)
+
+
 def _changed(text: str, chance: random.Random) -> str:
     tokens = TOKEN.findall(text)
     for _ in range(chance.choice((1, 1, 2, 3, 4, 8))):
