@@ -15,6 +15,7 @@ from farm.trial import MISSION, Broken, Case, Kind
 from missionc.backends.offers import OFFERS
 from missionc.base.source import Source
 from missionc.cli.exit_status import Status
+from missionc.diagnostics.code import BEYOND_HORIZON
 from missionc.monitoring.read_trace import read_trace
 from missionc.pipeline import driver
 from tests.support.every_command import codes, said, taken_through
@@ -51,9 +52,9 @@ def carry_out(case: Case, folder: Path) -> str:
     home = folder / "mission"
     ended = taken_through(case.files, home, tuple(wishes["flags"]))
     mission, out = home / MISSION, home / "out"
+    _read_twice(mission, out, wishes["seed"])
     if ended.outcome == "refused":
         return "refused"
-    _read_twice(mission, out, wishes["seed"])
     replies = [engines.Reply("auto", ended.outcome, frozenset(ended.codes), out)]
     if wishes["backends"]:
         replies += [_asked(name, mission, folder / name) for name in OFFERS if name == "smt" or find_spec("torch")]
@@ -91,7 +92,8 @@ def _holds(reply: engines.Reply, mission: Path, seed: int) -> None:
 def _read_twice(mission: Path, out: Path, seed: int) -> None:
     """The plan, where there is one, and some motions at random, by both readings of the semantics."""
     checked = driver.check(mission, backend="any")
-    if checked.mission is None or checked.kernel is None:
+    beyond = any(finding.code is BEYOND_HORIZON for finding in checked.findings)
+    if checked.mission is None or checked.kernel is None or beyond:
         return
     for number in range(MOTIONS):
         motion = second_reading.random_motion(checked.mission, seed + number)
