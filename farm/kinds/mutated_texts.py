@@ -1,4 +1,4 @@
-"""The text of a real mission, changed by chance, through every command: an answer or a coded message, no traceback."""
+"""The text of a mission, changed by chance, through every command: an answer or a coded message, no traceback."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from missionc.diagnostics.render import render_json, render_text
 from missionc.pipeline import driver
 from tests.support.every_command import taken_through
 from tests.support.mutated_texts import SMALLEST, mutated_of, nudged
+from tests.support.random_language_missions import random_program
 
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST = 3_000
 """Characters of a text that is changed: a longer one says no more, and takes longer."""
-FLAGS = ("--time-limit", "0.5", "--explain-limit", "0")
+FLAGS = ("--time-limit", "1", "--explain-limit", "0")
 NODES = 30
 """Of a roadmap, where a mission does not say how many: those of agents with momentum take seconds to grow by more."""
 
@@ -31,9 +32,12 @@ def texts() -> tuple[str, ...]:
 
 
 def draw(generator: np.random.Generator) -> Case:
+    drawn = random_program(np.random.default_rng(generator.integers(2**63)))
     base = texts() if generator.random() < 0.7 else SMALLEST
     text = base[int(generator.integers(len(base)))]
-    change = nudged if generator.random() < 0.5 else mutated_of
+    if generator.random() < 0.4 and len(drawn) == 1:
+        text = drawn[MISSION]
+    change = nudged if generator.random() < 0.8 else mutated_of
     return Case({MISSION: change(text, int(generator.integers(2**31)))})
 
 
@@ -54,5 +58,5 @@ def carry_out(case: Case, folder: Path) -> str:
 
 
 MUTATED_TEXTS = Kind(
-    "mutated_texts", "the text of a real mission, changed by chance, through every command", draw, carry_out, 90.0
+    "mutated_texts", "the text of a mission, changed by chance, through every command", draw, carry_out, 90.0
 )
