@@ -55,7 +55,11 @@ def main() -> int:
         kind, case = trial(arguments.seed, arguments.trial)
         print(f"{kind.name}: {kind.says}\n{_texts(case)}")
         return _shown(carried_out(kind, case))
-    return _look(arguments)
+    journal = Journal(arguments.journal)
+    with journal.at_work() as alone:
+        if not alone:
+            parser.error(f"another farm is at work on {journal.path}")
+        return _look(arguments, journal)
 
 
 def load() -> None:
@@ -69,8 +73,8 @@ def load() -> None:
             importlib.import_module(name)
 
 
-def _look(arguments: argparse.Namespace) -> int:
-    journal, commit = Journal(arguments.journal), described(found_files.ROOT)
+def _look(arguments: argparse.Namespace, journal: Journal) -> int:
+    commit = described(found_files.ROOT)
     before = len(journal.lines)
     if before and journal.commit != commit:
         print(f"the tree was {journal.commit} and is {commit}: the numbers go on")

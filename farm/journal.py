@@ -8,10 +8,12 @@ A line that was cut off, as by a process that was killed, is no line.
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import subprocess
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -44,6 +46,17 @@ class Journal:
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / NAME
         self.lines = list(_lines(self.path))
+
+    @contextmanager
+    def at_work(self) -> Iterator[bool]:
+        """Whether nobody else is at work on this journal; nobody else is told so within."""
+        with self.path.open("ab") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                yield False
+            else:
+                yield True
 
     def next_trial(self, seed: int) -> int:
         """The number of the first trial of a seed that comes after all that are over."""

@@ -177,4 +177,7 @@ def _death(kind: Kind, status: int, said: str, hung: bool) -> Fault | None:
     if os.WIFSIGNALED(status):
         name = signal.Signals(os.WTERMSIG(status)).name
         return Fault(f"{kind.name}: {name} in {function}", "The interpreter never crashes.", said[-MOST_SEEN:])
+    if os.WEXITSTATUS(status):
+        promise = "No command ends the process that it is called in."
+        return Fault(f"{kind.name}: exit {os.WEXITSTATUS(status)}", promise, said[-MOST_SEEN:])
     return None

@@ -86,6 +86,13 @@ def test_a_line_that_was_cut_off_is_none_and_the_next_one_is_whole(tmp_path: Pat
     assert [each.trial for each in Journal(tmp_path).lines] == [0, 1]
 
 
+def test_nobody_else_works_on_a_journal_meanwhile(tmp_path: Path) -> None:
+    with Journal(tmp_path).at_work() as alone, Journal(tmp_path).at_work() as other:
+        assert (alone, other) == (True, False)
+    with Journal(tmp_path).at_work() as alone:
+        assert alone
+
+
 def test_the_table_counts_trials_and_findings_of_each_kind() -> None:
     lines = [Line(0, number, "lanes", "planned", 1.0, "") for number in range(3)]
     rows = list(table([*lines, Line(0, 3, "lattice", "fault", 2.0, "", "lattice: wrong")]))
@@ -114,6 +121,13 @@ def test_a_crash_of_the_interpreter_is_a_finding() -> None:
     answer = carried_out(kind_of(lambda case, folder: os.kill(os.getpid(), signal.SIGSEGV)), Case())
     assert answer.fault is not None
     assert answer.fault.signature.startswith("made: SIGSEGV")
+
+
+def test_a_command_that_ends_the_process_is_a_finding_and_who_is_ended_from_outside_found_nothing() -> None:
+    answer = carried_out(kind_of(lambda *_: os._exit(143)), Case())
+    assert answer.fault is not None
+    assert answer.fault.signature == "made: exit 143"
+    assert carried_out(kind_of(lambda *_: os.kill(os.getpid(), signal.SIGTERM)), Case()).fault is None
 
 
 def test_a_process_that_is_left_over_is_a_finding_and_is_ended() -> None:
