@@ -2,6 +2,7 @@
 
 VENV ?= .venv
 WORKERS ?= 2
+MINUTES ?= 10
 BIN := $(VENV)/bin
 USERS := cluster,export,graph,grammar,lsp,maps,sat,studio,sweep,viz
 # What may not be given on together with code under Apache-2.0.
@@ -11,7 +12,7 @@ INCOMPATIBLE := GNU General Public License;GNU Affero;AGPL;GPL-2.0-only;GPL-2.0-
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help venv test check docs format slow fuzz mutants bench gallery vscode studio dist lock sbom clean
+.PHONY: help venv test check docs format slow fuzz farm mutants bench gallery vscode studio dist lock sbom clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -49,6 +50,9 @@ fuzz: ## random missions through every command, mutated ones through `check`, co
 	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_verdict_table.py tests/properties/test_interval_robustness.py
 	MISSIONC_FUZZ=2000 $(BIN)/pytest -q --timeout 0 tests/properties/test_whole_language.py
 	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_hostile_commands.py
+
+farm: ## random trials of the compiler for MINUTES=10; goes on where it was, and keeps what it finds in tests/corpus/found
+	$(BIN)/python -m farm --minutes $(MINUTES)
 
 $(BIN)/.mutants: pyproject.toml constraints.txt
 	test -x $(BIN)/python || python3 -m venv $(VENV)

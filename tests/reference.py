@@ -156,7 +156,7 @@ class Meaning:
                 return self.closed(radius - signed_distance(region.shape, here))
             case ir.Compare(terms, constant, strict):
                 value = constant + sum(weight * self.feature(feature, agent, step) for weight, feature in terms)
-                return (self.strict if strict else self.closed)(value / metres_of(terms))
+                return (self.strict if strict else self.closed)(value / metres_of(terms, len(here)))
             case ir.Connected(graph, agents, order):
                 agents = self.remaining(agents)
                 return self.all(
@@ -227,7 +227,7 @@ class Meaning:
             case ir.Speed():
                 return math.hypot(*self.run.velocity[agent][step])
             case ir.Altitude():
-                return self.run.mission.agents[agent].altitude
+                return here[2] if len(here) == 3 else self.run.mission.agents[agent].altitude
             case ir.DistanceTo(ir.Region() as region):
                 return signed_distance(region.shape, here)
             case ir.DistanceTo(ir.Beacon() as beacon):
@@ -366,8 +366,14 @@ def signed_distance(shape: ir.Shape, point: Point) -> float:
             if max(beyond) <= 0:
                 return max(beyond)
             return math.hypot(*(max(excess, 0.0) for excess in beyond))
-        case ir.Disc(centre, radius, None):
+        case ir.Disc(centre, radius, band):
+            return within_band(math.dist(point[:2], centre) - radius, band, point)
+        case ir.Ball(centre, radius):
             return math.dist(point, centre) - radius
+        case ir.Polygon(corners, band):
+            return within_band(from_polygon(corners, point[0], point[1]), band, point)
+        case ir.Intersection(left, right):
+            return max(signed_distance(left, point), signed_distance(right, point))
         case ir.Difference(left, right):
             return max(signed_distance(left, point), -signed_distance(right, point))
         case ir.Union(left, right):
@@ -375,12 +381,38 @@ def signed_distance(shape: ir.Shape, point: Point) -> float:
     raise AssertionError(shape)
 
 
-def metres_of(terms: tuple[tuple[float, ir.Feature], ...]) -> float:
+def within_band(plane: float, band: ir.Prism | None, point: Point) -> float:
+    """The distance from a plane shape that goes from a height to another, by that in the plane."""
+    if band is None:
+        return plane
+    height = max(band.low - point[2], point[2] - band.high)
+    return math.hypot(max(plane, 0.0), max(height, 0.0)) if max(plane, height) > 0 else max(plane, height)
+
+
+def from_polygon(corners: tuple[tuple[float, float], ...], x: float, y: float) -> float:
+    """Negative where the polygon goes round the point: the angles at which its sides are seen add up to a turn."""
+    nearest, turned = math.inf, 0.0
+    for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True):
+        length = math.dist((ax, ay), (bx, by))
+        if length == 0:
+            continue
+        along = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length
+        along = min(max(along, 0.0), length) / length
+        nearest = min(nearest, math.dist((x, y), (ax + along * (bx - ax), ay + along * (by - ay))))
+        one, other = (ax - x, ay - y), (bx - x, by - y)
+        turned += math.atan2(one[0] * other[1] - one[1] * other[0], one[0] * other[0] + one[1] * other[1])
+    return -nearest if abs(turned) > math.pi else nearest
+
+
+def metres_of(terms: tuple[tuple[float, ir.Feature], ...], dimension: int) -> float:
     """How much the terms can change for each metre of the agent's way; without metres, the weight of the rest."""
-    axes = [
-        sum(weight for weight, feature in terms if isinstance(feature, ir.Coordinate) and feature.axis == axis)
-        for axis in (0, 1, 2)
-    ]
+
+    def along(feature: ir.Feature) -> int:
+        if isinstance(feature, ir.Altitude):
+            return 2 if dimension == 3 else -1
+        return feature.axis if isinstance(feature, ir.Coordinate) else -1
+
+    axes = [sum(weight for weight, feature in terms if along(feature) == axis) for axis in (0, 1, 2)]
     distances = {feature for _, feature in terms if isinstance(feature, ir.DistanceTo | ir.DistanceBetween)}
     change = math.hypot(*axes) + sum(abs(sum(w for w, other in terms if other == each)) for each in distances)
     return change or abs(sum(weight for weight, feature in terms if isinstance(feature, ir.Speed | ir.Level))) or 1.0

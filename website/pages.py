@@ -112,6 +112,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     ),
                     Page("Contributing", "CONTRIBUTING.md"),
                     Page("Tests", "tests/README.md", "tests.md"),
+                    Page("The farm", "docs/farm.md"),
                     Page("Security", "SECURITY.md"),
                     Page("Changes", "made/changes.md"),
                 ),

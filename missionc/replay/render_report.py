@@ -7,7 +7,10 @@ says MC701 MC708, and why a file cannot be written
 
 from __future__ import annotations
 
+import json
 import os
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from missionc.base.limits import Limits
@@ -17,6 +20,7 @@ from missionc.output.folder.file_names import MANIFEST, REPORT, SIMULATION
 from missionc.output.folder.manifest import relisted
 from missionc.output.folder.unwritable import shown
 from missionc.output.folder.write_file import write_file
+from missionc.output.folder.write_folder import refuse, write_folder
 from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.rebuild.alternatives import table_of
 from missionc.replay.rebuild.rebuild_documents import page
@@ -39,8 +43,9 @@ def render_report(reverified: Reverified) -> bytes:
 def add_simulation(folder: Path, simulation: bytes, limits: Limits | None = None) -> tuple[Diagnostic, ...]:
     """Write a simulation and the page that shows it, and list both; no other entry of the manifest is touched.
 
-    A file that was changed by hand is still not the one that was written. A
-    simulation or a page that is not the one that was written is left alone.
+    The folder is replaced as a whole where all in it is the compiler's, so that it holds all three or none. Else, and
+    where nothing may be put beside it, they are written one after the other. A file that was changed by hand is still
+    not the one that was written. A simulation or a page that is not the one that was written is left alone.
     """
     before = read_folder(folder, limits)
     if not isinstance(before, OutputFolder):
@@ -48,18 +53,34 @@ def add_simulation(folder: Path, simulation: bytes, limits: Limits | None = None
     strange = next((name for name in (SIMULATION, REPORT) if _foreign(before, name)), None)
     if strange:
         return (_left_alone(folder / strange),)
-    for name, content in ((SIMULATION, simulation), (MANIFEST, relisted(before.manifest, {SIMULATION: simulation}))):
-        wrong = write_file(folder / name, content)
-        if wrong:
-            return (wrong,)
-    with_it = read_folder(folder, limits)
-    if not isinstance(with_it, OutputFolder):
-        return with_it
+    with_it = _with_simulation(before, simulation)
     drawn = render_report(reverify_opened(with_it, None))
-    wrong = write_file(folder / REPORT, drawn) or write_file(
-        folder / MANIFEST, relisted(with_it.manifest, {REPORT: drawn})
-    )
+    listing = relisted(with_it.manifest, {REPORT: drawn})
+    new = {SIMULATION: simulation, REPORT: drawn, MANIFEST: listing}
+    wrong = _replaced(before, new) if _replaceable(before) else _one_by_one(folder, new)
     return (wrong,) if wrong else ()
+
+
+def _with_simulation(opened: OutputFolder, simulation: bytes) -> OutputFolder:
+    """The folder as it is read once the simulation lies in it, and is listed."""
+    manifest = json.loads(relisted(opened.manifest, {SIMULATION: simulation}))
+    differing = tuple(name for name in opened.differing if name != SIMULATION)
+    return replace(opened, manifest=manifest, files={**opened.files, SIMULATION: simulation}, differing=differing)
+
+
+def _replaceable(opened: OutputFolder) -> bool:
+    """Whether the folder may be replaced as a whole: nobody works in it, and nothing in it is anybody else's."""
+    works_in_it = Path(os.path.realpath(os.curdir)).is_relative_to(os.path.realpath(opened.path))
+    return not works_in_it and refuse(opened.path, force=True) is None
+
+
+def _replaced(opened: OutputFolder, new: Mapping[str, bytes]) -> Diagnostic | None:
+    return write_folder(opened.path, {**opened.files, **new}.items(), force=True)
+
+
+def _one_by_one(folder: Path, new: Mapping[str, bytes]) -> Diagnostic | None:
+    """The manifest last: what it does not list as it is yet is told by it."""
+    return next(filter(None, (write_file(folder / name, content) for name, content in new.items())), None)
 
 
 def _foreign(opened: OutputFolder, name: str) -> bool:

@@ -23,7 +23,7 @@ from typing import Any
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.diagnostics.code import OTHER_SWEEP, SWEEP_AT_WORK, SWEEP_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.staging import NAME
+from missionc.output.folder.staging import NAME, sweep
 from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
 from missionc.output.folder.write_file import write_file
 from missionc.sweep.run_grid import Run
@@ -113,6 +113,8 @@ def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -
         return cannot_write(path, reason(error))
     if there and SWEEP not in there:
         return exists(path, ", and holds no sweep", [f"there is `{shown(name)}` in it" for name in there])
+    for home in {path, path / PLANS, *((path / MISSION / name).parent for name in files)}:
+        sweep(home)
     if there:
         before = _about(path)
         if isinstance(before, Diagnostic):

@@ -103,6 +103,31 @@ def _minus(one: Point, other: Point) -> Point:
     return tuple(a - b for a, b in zip(one, other, strict=True))
 
 
+def files_on_lanes(seed: int) -> dict[str, str]:
+    """The files of a mission on lanes by name, ``m.mission`` first: `check` may refuse it."""
+    draw = random.Random(seed)
+    places = draw.choice(SHAPES)
+    text = _text(draw, places)
+    if "team robot[1] {" in text:
+        text = text.replace("graph radio = proximity 1.5 m\n", "")  # it takes two
+    text += 'solve with smt { roadmap = "lanes.graphml" }\n'
+    return {"m.mission": text, "lanes.graphml": _graphml(places)}
+
+
+def _graphml(places: tuple[tuple[int, int], ...]) -> str:
+    named = list(zip(WORDS, places, strict=True))
+    nodes = [f'<node id="{name}"><data key="x">{x}</data><data key="y">{y}</data></node>' for name, (x, y) in named]
+    edges = [
+        f'<edge source="{one}" target="{other}"/>'
+        for (one, here), (other, there) in combinations(named, 2)
+        if math.dist(here, there) == 1
+    ]
+    keys = [f'<key id="{each}" for="node" attr.name="{each}" attr.type="double"/>' for each in "xy"]
+    graph = ['<graph edgedefault="undirected">', *nodes, *edges, "</graph>"]
+    head = '<graphml xmlns="http://graphml.graphdrawing.org/xmlns">'
+    return "\n".join([head, *keys, *graph, "</graphml>"]) + "\n"
+
+
 def missions_on_lanes() -> Iterator[tuple[int, OnLanes]]:
     """The seeds whose missions `check` does not refuse, with these missions."""
     seed = 0

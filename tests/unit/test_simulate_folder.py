@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import subprocess
@@ -19,6 +20,7 @@ from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.app import main
 from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.output.folder import write_folder as write_folder_module
 from missionc.output.folder.write_folder import write_folder
 from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
@@ -221,6 +223,35 @@ def test_an_engine_that_is_not_installed_is_refused_with_the_command_that_instal
     assert main(["simulate", str(folder), "--engine", "rotorpy"]) == 1
     assert "MC404" in (err := capsys.readouterr().err)
     assert "pip install 'missionc[rotorpy]'" in err
+
+
+def test_a_full_disk_leaves_the_folder_as_it_was_before_it_was_flown(
+    folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, held: bytes, mode: int = 0o666) -> None:
+        if path.name == "report.html":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        create(path, held, mode)
+
+    create, before = write_folder_module.create, content(folder)
+    monkeypatch.setattr(write_folder_module, "create", full)
+    assert main(["simulate", str(folder), "--format", "json"]) == 1
+    assert [each["code"] for each in document(capsys)["diagnostics"]] == ["MC702"]  # type: ignore[attr-defined]
+    assert content(folder) == before
+    assert [path.name for path in folder.parent.iterdir()] == ["out"]
+
+
+def test_what_somebody_put_into_the_folder_stays_beside_the_flight(folder: Path) -> None:
+    (folder / "notes.txt").write_text("dear")
+    assert main(["simulate", str(folder), "--quiet"]) == 0
+    assert (folder / "notes.txt").read_text() == "dear"
+    assert (folder / "simulation.json").exists()
+
+
+def test_the_folder_that_somebody_works_in_stays_the_same_one(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    assert main(["simulate", ".", "--quiet"]) == 0
+    assert Path("simulation.json").exists()
 
 
 def test_a_folder_without_a_manifest_is_refused(tmp_path: Path, capsys: Captured) -> None:

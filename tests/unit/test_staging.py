@@ -49,6 +49,41 @@ def test_a_file_half_written_is_swept(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("begun", [False, True])
+def test_a_staging_folder_whose_process_died_before_it_was_one_is_swept(begun: bool, tmp_path: Path) -> None:
+    path = tmp_path / f".missionc-{TOKEN}"
+    path.mkdir()
+    if begun:
+        (path / "staging.json").touch()
+    sweep(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("opened", [False, True])
+def test_a_staging_folder_that_is_swept_before_it_is_one_is_made_again(
+    opened: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_, swept = os.open, []
+
+    def slow(path: Path, flags: int, mode: int = 0o777) -> int:
+        if Path(path).name != "staging.json" or swept:
+            return open_(path, flags, mode)
+        swept.append(path)
+        if not opened:
+            sweep(tmp_path)
+        handle = open_(path, flags, mode)
+        sweep(tmp_path)
+        return handle
+
+    monkeypatch.setattr(os, "open", slow)
+    with staging(tmp_path / "out") as staged:
+        staged.new.write_text("whole")
+        sweep(tmp_path)
+        assert staged.new.read_text() == "whole"
+    assert len(swept) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_what_somebody_put_among_the_leftovers_stays(tmp_path: Path) -> None:
     path = left(tmp_path / "out")
     written(path / "new", FILES)
@@ -67,6 +102,24 @@ def test_what_a_living_process_stages_is_not_swept(tmp_path: Path) -> None:
         staged.new.write_text("half")
         sweep(tmp_path)
         assert staged.new.read_text() == "half"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_signal_while_a_staging_folder_is_cleared_leaves_nothing_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rmdir, came = Path.rmdir, []
+
+    def interrupted(path: Path) -> None:
+        if not came:
+            came.append(path)
+            raise KeyboardInterrupt
+        rmdir(path)
+
+    monkeypatch.setattr(Path, "rmdir", interrupted)
+    with pytest.raises(KeyboardInterrupt), staging(tmp_path / "out") as staged:
+        staged.new.write_text("half")
+    assert len(came) == 1
     assert list(tmp_path.iterdir()) == []
 
 

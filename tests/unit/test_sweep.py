@@ -248,6 +248,18 @@ def test_a_folder_that_was_only_begun_is_begun_again(tmp_path: Path) -> None:
         assert isinstance(read_sweep(tmp_path / "out"), SweepFolder)
 
 
+@pytest.mark.parametrize("target", ["sweep.json", "mission/maps/b.mission", "plans/N=1"])
+def test_what_a_killed_process_left_in_the_folder_of_a_sweep_is_cleared_away(target: str, tmp_path: Path) -> None:
+    files = {"a.mission": b"mission a", "maps/b.mission": b"mission b"}
+    assert begin(tmp_path, ABOUT, files) is None
+    staged = (tmp_path / target).parent / ".missionc-0123456789abcdef"
+    staged.mkdir(parents=True)
+    marker = {"schema": "missionc.staging/1", "token": "0123456789abcdef", "target": Path(target).name}
+    (staged / "staging.json").write_text(json.dumps(marker))
+    assert begin(tmp_path, ABOUT, files) is None
+    assert not staged.exists()
+
+
 def test_a_folder_of_something_else_is_left_as_it_is(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     wrong = begin(tmp_path, ABOUT, {})

@@ -149,6 +149,7 @@ def test_what_is_met_to_rounding_is_still_about_somebody_at_some_time(tmp_path: 
     [
         ("mission", "another"),
         ("backend", "magic"),
+        ("backend", {}),
         ("seed", -1),
         ("seed", True),
         ("seed", 2**63),

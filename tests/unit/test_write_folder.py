@@ -299,6 +299,35 @@ def test_an_interruption_leaves_the_old_folder_and_nothing_else(
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.mark.parametrize("moment", ["set aside", "in its place", "removed"])
+def test_an_interruption_at_any_moment_leaves_one_folder_whole_and_nothing_beside_it(
+    moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = written(tmp_path / "out", FILES)
+    rename, unlink, came = Path.rename, os.unlink, []
+
+    def interrupt(now: str) -> None:
+        if now == moment and not came:
+            came.append(now)
+            raise KeyboardInterrupt
+
+    def renamed(path: Path, other: Path) -> Path:
+        moved = rename(path, other)
+        interrupt("set aside" if path == target else "in its place" if other == target else "")
+        return moved
+
+    def unlinked(path: Path, **named: int) -> None:
+        unlink(path, **named)
+        interrupt("removed")
+
+    monkeypatch.setattr(Path, "rename", renamed)
+    monkeypatch.setattr(os, "unlink", unlinked)
+    with pytest.raises(KeyboardInterrupt):
+        write_folder(target, with_manifest(NEW), force=True)
+    assert unlisted(target) == (FILES if moment == "set aside" else NEW)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
 def test_a_place_that_is_no_folder_is_refused_before_any_work(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("dear")
     refused = refuse(tmp_path / "file" / "out", force=False)

@@ -7,15 +7,18 @@ A staging folder is called ``.missionc-`` and 16 hexadecimal digits, is its
 owner's alone, and holds ``staging.json``, which says that it is one, of which
 digits and for which target, and is locked as long as its process lives. What a
 process that was killed leaves is swept by the next one that writes beside it:
-only a folder with such a file, whole and unlocked, is touched. The target's
+only a folder with such a file, whole and unlocked, is touched, and one in which
+there is nothing, or nothing but such a file without a word in it. The target's
 old folder returns to its place, or is removed as ``ownership.remove`` removes;
 of the new one go the files that its manifest lists, whatever they hold, since
-the process may have died in the middle of one. Anything else stays. Whoever changes a listed
-file in the ``new`` of a staging folder whose process has died loses that change.
+the process may have died in the middle of one. Anything else stays. Whoever
+changes a listed file in the ``new`` of a staging folder whose process has died
+loses that change.
 """
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import json
 import os
@@ -34,6 +37,8 @@ from missionc.output.folder.walk_folder import entries
 NAME = re.compile(r"\.missionc-([0-9a-f]{16})")
 MARKER, SCHEMA = "staging.json", "missionc.staging/1"
 LONGEST_MARKER = 1 << 14
+ATTEMPTS = 5
+"""To make a staging folder that somebody sweeps before it is one."""
 LONGEST_NAME = 255
 """Bytes of a name that the common file systems allow."""
 
@@ -88,21 +93,43 @@ def staging(target: Path, names: Iterable[str] = ()) -> Iterator[Staging]:
     token = secrets.token_hex(8)
     staged = Staging(target.parent / f".missionc-{token}", target)
     try:
-        staged.path.mkdir(mode=0o700)
-        handle = os.open(staged.path / MARKER, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
+        handle = _begun(staged, token)
         try:
-            # Where nothing can be locked, nothing is swept either.
-            with suppress(OSError):
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            os.write(handle, json.dumps({"schema": SCHEMA, "token": token, "target": target.name}).encode())
             yield staged
         finally:
             staged.clear(names)
             os.close(handle)
     except BaseException:
+        # A signal may have come while all was put back or cleared away; none comes twice.
+        if os.path.lexists(staged.old) and not os.path.lexists(target):
+            staged.put_back()
+        staged.clear(names)
         with suppress(OSError):
             staged.path.rmdir()
         raise
+
+
+def _begun(staged: Staging, token: str) -> int:
+    """Make the staging folder with its marker, locked and whole: the marker's handle.
+
+    Whoever sweeps takes one that is not begun yet for one that was left; then it is made again.
+    """
+    for attempt in range(ATTEMPTS):
+        staged.path.mkdir(mode=0o700)
+        try:
+            handle = os.open(staged.path / MARKER, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
+        except FileNotFoundError:
+            if attempt == ATTEMPTS - 1:
+                raise
+            continue
+        # Where nothing can be locked, nothing is swept either.
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        os.write(handle, json.dumps({"schema": SCHEMA, "token": token, "target": staged.target.name}).encode())
+        if os.fstat(handle).st_nlink:
+            return handle
+        os.close(handle)
+    raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
 
 
 def sweep(parent: Path) -> None:
@@ -123,10 +150,17 @@ def numbered(target: Path, what: str) -> Path:
 def _recover(path: Path) -> None:
     if not stat.S_ISDIR(os.lstat(path).st_mode):
         return
+    with suppress(OSError):
+        path.rmdir()  # its process died before there was a marker in it, or after
     handle = os.open(path / MARKER, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        target = _target(os.read(handle, LONGEST_MARKER), path)
+        marker = os.read(handle, LONGEST_MARKER)
+        if not marker and os.listdir(path) == [MARKER]:
+            (path / MARKER).unlink()  # its process died before it wrote it
+            path.rmdir()
+            return
+        target = _target(marker, path)
         if target is None:
             return
         left = Staging(path, target)

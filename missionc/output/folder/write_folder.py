@@ -86,18 +86,25 @@ def _put(staged: Staging, target: Path, force: bool) -> Diagnostic | None:
     mode = staged.new.stat().st_mode
     # A folder is not moved by an owner who may not write to it.
     staged.new.chmod(mode | stat.S_IRWXU)
-    place.rename(staged.old)
+    now: Ours | Foreign | None = None
     try:
+        place.rename(staged.old)
         # Whoever put something into it since it was judged did not know that it was to go.
         now = ownership(staged.old)
         if isinstance(now, Foreign):
             return _exists(target, now)
         staged.new.rename(place)
         place.chmod(mode)
+        removed = remove(staged.old, now)
+    except BaseException:
+        if isinstance(now, Ours) and not os.path.lexists(staged.new):
+            # It came when the new one was in its place: nothing of the old one is left beside it.
+            remove(staged.old, now)
+        raise
     finally:
         if os.path.lexists(staged.new) and os.path.lexists(staged.old):
             staged.put_back()
-    return None if remove(staged.old, now) else _kept(target, staged.put_back())
+    return None if removed else _kept(target, staged.put_back())
 
 
 def _replaceable(target: Path, place: Path, force: bool) -> Ours | Diagnostic:

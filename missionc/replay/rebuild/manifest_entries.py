@@ -63,7 +63,7 @@ def _head(opened: OutputFolder) -> str:
     seed, cut_short = manifest["seed"], manifest["cut_short"]
     sound = {
         "mission": manifest["mission"] == opened.mission.name,
-        "backend": manifest["backend"] in OFFERS,
+        "backend": manifest["backend"] in [*OFFERS],
         "seed": isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED,
         "cut_short": cut_short is None or cut_short in [each.value for each in CutShort],
     }

@@ -1,0 +1,119 @@
+"""A farm that goes on looking for what the compiler gets wrong.
+
+    python -m farm --minutes 10 [--seed 0] [--journal build/farm] [--found tests/corpus/found]
+    python -m farm --trial N [--seed 0]
+    python -m farm --again FILE
+
+Trials are numbered, and the same seed and number give the same trial. What was done is in the journal: the same command
+goes on after it, whenever and however it ended. A new finding is made small, which takes up to a minute and a half, and
+is kept in a file. With ``--trial`` one trial is carried out once more and its finding shown, with ``--again`` that of a
+file. The exit status is 1 where something new was found.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import signal
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from types import FrameType
+
+# Copies of this process are made: no library may have threads in it.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from farm import found_files
+from farm.journal import Journal, described
+from farm.look import look
+from farm.own_process import carried_out
+from farm.table import table
+from farm.trial import Answer, Case
+from farm.trials import KINDS, trial
+
+LARGE = ("scipy.optimize", "shapely", "z3", "torch", "matplotlib.figure", "jinja2", "piqp")
+"""Libraries that trials use; loaded once for all of them."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        prog="python -m farm", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--journal", type=Path, default=found_files.ROOT / "build" / "farm", metavar="FOLDER")
+    parser.add_argument("--found", type=Path, default=found_files.FOUND, metavar="FOLDER")
+    parser.add_argument("--trial", type=int, metavar="N")
+    parser.add_argument("--again", type=Path, metavar="FILE")
+    arguments = parser.parse_args()
+    load()
+    if arguments.again:
+        found = found_files.read(arguments.again)
+        return _shown(carried_out(KINDS[found.kind], found.case))
+    if arguments.trial is not None:
+        kind, case = trial(arguments.seed, arguments.trial)
+        print(f"{kind.name}: {kind.says}\n{_texts(case)}")
+        return _shown(carried_out(kind, case))
+    journal = Journal(arguments.journal)
+    with journal.at_work() as alone:
+        if not alone:
+            parser.error(f"another farm is at work on {journal.path}")
+        return _look(arguments, journal)
+
+
+def load() -> None:
+    """Everything that trials need, before the first copy is made."""
+    from missionc.cli.app import MODULES
+
+    for name in MODULES:
+        importlib.import_module(f"missionc.cli.commands.{name}")
+    for name in LARGE:
+        if find_spec(name.partition(".")[0]):
+            importlib.import_module(name)
+
+
+def _look(arguments: argparse.Namespace, journal: Journal) -> int:
+    commit = described(found_files.ROOT)
+    before = len(journal.lines)
+    if before and journal.commit != commit:
+        print(f"the tree was {journal.commit} and is {commit}: the numbers go on")
+    print(f"seed {arguments.seed}, from trial {journal.next_trial(arguments.seed)} on", flush=True)
+    signal.signal(signal.SIGTERM, _interrupted)
+    found = []
+    try:
+        found = look(
+            journal,
+            arguments.seed,
+            60 * arguments.minutes,
+            arguments.found,
+            commit,
+            lambda line: print(line, flush=True),
+        )
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on", file=sys.stderr)
+    print("\n".join(["", *table(journal.lines[before:])]))
+    for each in found:
+        print(f"\n{each.path}: {each.fault.promise}\n{each.fault.seen}")
+    return 1 if found else 0
+
+
+def _interrupted(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def _texts(case: Case) -> str:
+    texts = [f"--- {name}\n{text}" for name, text in case.files.items()]
+    return "\n".join([*texts, f"--- settings\n{case.settings}"])
+
+
+def _shown(answer: Answer) -> int:
+    if answer.fault is None:
+        print(f"holds: {answer.outcome}, {answer.seconds:.1f} s")
+        return 0
+    print(f"{answer.fault.signature}\n{answer.fault.promise}\n{answer.fault.seen}")
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

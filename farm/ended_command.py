@@ -1,0 +1,161 @@
+"""A command that a signal ends in the middle of its work: at a moment, or just before its nth change of a file.
+
+in   the words of a command line, a folder, when it is ended
+out  its status, what it said, who is still there of those it started
+
+The command runs in a copy of this process that leads a session of its own, as one from a shell would.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any, NoReturn
+
+from farm.own_process import session
+
+WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT
+CHANGES = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.truncate", "os.chmod", "os.utime", "os.link")
+PATIENCE = 10.0
+"""Seconds that whatever a command started may take to end after it."""
+SECONDS = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """When a command is ended, and how: just before its nth change of a file, or after so many seconds where n is 0."""
+
+    signal: str
+    change: int = 0
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a command ended.
+
+    Args:
+        status: as a shell has it: of a signal, 128 and its number.
+        changes: of files in the folder, until then.
+        seconds: until then, on the wall.
+        left: processes that it started and that are still there.
+    """
+
+    status: int
+    said: str
+    changes: int
+    seconds: float
+    left: tuple[int, ...]
+
+
+def run(words: list[str], folder: Path, moment: Moment | None = None) -> Ended:
+    """Run a command, to its end or to a moment.
+
+    Args:
+        folder: whose changes are counted.
+    """
+    with tempfile.TemporaryFile("w+") as said, tempfile.TemporaryFile("w+") as count:
+        begin = time.monotonic()
+        process = os.fork()
+        if process == 0:
+            _run(words, folder, moment, said, count)
+        status = _status(_ended(process, moment))
+        seconds = time.monotonic() - begin
+        left = _gone(process)
+        said.seek(0)
+        count.seek(0)
+        return Ended(status, said.read(), len(count.read()), seconds, left)
+
+
+def document(ended: Ended) -> dict[str, Any]:
+    """The JSON document that a command left."""
+    found = json.loads(ended.said)
+    assert isinstance(found, dict)
+    return found
+
+
+# ------------------------------------------------------------------ the parent
+
+
+def _ended(process: int, moment: Moment | None) -> int:
+    begin, sent = time.monotonic(), False
+    while True:
+        done, status = os.waitpid(process, os.WNOHANG)
+        if done:
+            return status
+        passed = time.monotonic() - begin
+        if moment and not moment.change and passed > moment.seconds and not sent:
+            os.kill(process, signal.Signals[moment.signal])
+            sent = True
+        if passed > SECONDS:
+            for each in session(process):
+                os.kill(each, signal.SIGKILL)
+        time.sleep(0.002)
+
+
+def _gone(leader: int) -> tuple[int, ...]:
+    """Who is still there, some time later; ended, so that nobody stays."""
+    end = time.monotonic() + PATIENCE
+    while (left := session(leader)) and time.monotonic() < end:
+        time.sleep(0.02)
+    for each in left:
+        os.kill(each, signal.SIGKILL)
+    return tuple(left)
+
+
+def _status(status: int) -> int:
+    return 128 + os.WTERMSIG(status) if os.WIFSIGNALED(status) else os.WEXITSTATUS(status)
+
+
+# ------------------------------------------------------------------- the child
+
+
+def _run(words: list[str], folder: Path, moment: Moment | None, said: IO[str], count: IO[str]) -> NoReturn:
+    status = 70
+    try:
+        os.setsid()
+        os.dup2(said.fileno(), 1)
+        os.dup2(said.fileno(), 2)
+        sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115
+        sys.stderr = sys.stdout
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
+        _end_at_change(folder, moment, count.fileno())
+        sys.argv = ["missionc", *words]
+        from missionc.__main__ import main
+
+        status = main()
+        sys.stdout.flush()
+    finally:
+        os._exit(status)
+
+
+def _end_at_change(folder: Path, moment: Moment | None, count: int) -> None:
+    within, own, lock, changes = os.path.realpath(folder), os.getpid(), threading.Lock(), 0
+
+    def hear(event: str, arguments: tuple[object, ...]) -> None:
+        nonlocal changes
+        if event != "open" and event not in CHANGES:
+            return
+        if event == "open" and not (isinstance(arguments[2], int) and arguments[2] & WRITES):
+            return
+        path = arguments[0]
+        name = os.fsdecode(path) if isinstance(path, str | bytes | os.PathLike) else ""
+        if name.startswith("/") and not name.startswith(within):
+            return
+        if os.getpid() != own:
+            return
+        with lock:
+            changes += 1
+            os.write(count, b".")
+        if moment and changes == moment.change:
+            os.kill(own, signal.Signals[moment.signal])
+
+    sys.addaudithook(hear)

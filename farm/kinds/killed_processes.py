@@ -1,0 +1,144 @@
+"""A command killed at a random moment: what it was to replace is as it was or as it is to be, and nobody is left over.
+
+A signal that can be caught also leaves nothing beside it; what SIGKILL leaves there, the next command clears away.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+import numpy as np
+
+from farm.ended_command import Moment, document, run
+from farm.trial import MISSION, Broken, Case, Kind
+from missionc.cli.exit_status import Status
+from missionc.output.folder.ownership import Ours, ownership
+from missionc.output.folder.staging import NAME
+from tests.support.every_command import said
+from tests.support.small_missions import SMALL
+
+SIGNALS = {"SIGKILL": 137, "SIGTERM": 143, "SIGINT": 130, "SIGHUP": 129}
+"""Those that end a command, and the status that says so."""
+COMMANDS = ("compile", "compile anew", "simulate", "report", "export", "fly", "sweep", "fmt")
+SOON = ("--time-limit", "20", "--explain-limit", "0", "--quiet")
+
+
+def draw(generator: np.random.Generator) -> Case:
+    text = SMALL.replace("drone[2]", f"drone[{generator.integers(1, 4)}]")
+    return Case(
+        {MISSION: text},
+        {
+            "command": str(generator.choice(COMMANDS)),
+            "signal": str(generator.choice(["SIGKILL", "SIGKILL", *SIGNALS])),
+            "at_change": bool(generator.random() < 0.7),
+            "share": float(generator.random()),
+        },
+    )
+
+
+def carry_out(case: Case, folder: Path) -> str:
+    """The command runs once to its end, to see how long that takes and what it changes, and once to the moment."""
+    wishes, homes = case.settings, (folder / "whole", folder / "killed")
+    whole, killed = (prepared(wishes["command"], case, home) for home in homes)
+    first = run(words_of(wishes["command"], homes[0]), homes[0])
+    if first.status not in (Status.DONE, Status.VIOLATED):
+        raise Broken("whole", "A command that nobody ends does what it is asked for.", f"{first.status} {first.said}")
+    count = 1 + int(wishes["share"] * first.changes) if wishes["at_change"] else 0
+    moment = Moment(wishes["signal"], count, wishes["share"] * first.seconds)
+    before = state(killed)
+    ended = run(words_of(wishes["command"], homes[1]), homes[1], moment)
+    about = f"{wishes['command']}, {moment}: {ended}"
+    if ended.left:
+        raise Broken("left over", "Whatever a command started ends with it.", about)
+    if ended.status not in (first.status, SIGNALS[wishes["signal"]]):
+        raise Broken(f"status {ended.status}", "A command that is ended says so by its status.", about)
+    if "Traceback" in ended.said:
+        raise Broken("traceback", "A command that is ended shows no traceback.", about)
+    if wishes["signal"] != "SIGKILL":
+        nothing_beside(homes[1], f"{wishes['command']} leaves", about)
+    _old_or_new(wishes["command"], homes[1], before, state(whole), about)
+    return "ended" if ended.status != first.status else "done before"
+
+
+def prepared(command: str, case: Case, home: Path) -> Path:
+    """What the command is to write, with all it needs; the folder that it works on is there before."""
+    mission = case.laid(home)
+    if command not in ("compile anew", "sweep", "fmt"):
+        status, compiled = said("compile", str(mission), "-o", str(home / "out"), *SOON)
+        assert status == Status.DONE, compiled
+    return home / TARGETS[command]
+
+
+TARGETS = {
+    "compile": "out",
+    "compile anew": "out",
+    "simulate": "out",
+    "report": "page.html",
+    "export": "exported",
+    "fly": "flights.html",
+    "sweep": "sweep",
+    "fmt": MISSION,
+}
+"""What each command writes, in the folder of its mission."""
+
+
+def words_of(command: str, home: Path) -> list[str]:
+    out, target, mission = str(home / "out"), str(home / TARGETS[command]), str(home / MISSION)
+    return {
+        "compile": ["compile", mission, "-o", out, "--force", "--seed", "1", *SOON],
+        "compile anew": ["compile", mission, "-o", out, *SOON],
+        "simulate": ["simulate", out, "--quiet"],
+        "report": ["report", out, "-o", target],
+        "export": ["export", out, "crazyswarm2", "-o", target],
+        "fly": ["fly", out, "--in", "simulation", "-o", target, "--quiet"],
+        "sweep": ["sweep", mission, "--seeds", "3", "--jobs", "2", "-o", target, "--quiet"],
+        "fmt": ["fmt", mission],
+    }[command]
+
+
+def _old_or_new(command: str, home: Path, before: dict[str, str], after: dict[str, str], about: str) -> None:
+    target = home / TARGETS[command]
+    if command == "sweep":
+        again = run([*words_of(command, home), "--format", "json"], home)
+        if again.status != Status.DONE or not document(again)["complete"]:
+            raise Broken("sweep", "A sweep that was ended goes on where it was.", f"{about}\n{again}")
+    # Whoever writes beside it clears away what a process left that was killed.
+    status, beside = said("compile", str(home / MISSION), "-o", str(home / "beside"), *SOON)
+    if status != Status.DONE:
+        raise Broken("beside", "What a killed process left is in nobody's way.", f"{about}\n{beside}")
+    nothing_beside(home, f"{command} leaves for good", about)
+    now = state(target)
+    if command in ("compile", "compile anew", "export", "simulate") and now and now != before:
+        owner = ownership(target)
+        missing = isinstance(owner, Ours) and [name for name in owner.files if not (target / name).exists()]
+        if not isinstance(owner, Ours) or missing:
+            raise Broken(f"{command} half", "A folder appears whole or not at all.", f"{about}\n{owner} {missing}")
+    elif now not in (before, after) and command != "sweep":
+        raise Broken(f"{command} half", "A file is as it was or as it is to be.", f"{about}\n{before}\n{now}\n{after}")
+    if command in ("compile", "simulate") and before and not now:
+        raise Broken(f"{command} lost", "A folder that is replaced is there before or after.", about)
+    if command in ("compile", "compile anew", "simulate") and now:
+        status, verified = said("verify", str(target))
+        if status != Status.DONE:
+            raise Broken(f"{command} verify", "The folder that is there is one that `verify` accepts.", verified)
+
+
+def state(target: Path) -> dict[str, str]:
+    """The hash of each file at or below a path; empty where there is nothing."""
+    paths = [target] if target.is_file() else sorted(path for path in target.rglob("*") if path.is_file())
+    return {str(path.relative_to(target)): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
+
+
+def nothing_beside(home: Path, referee: str, about: str) -> None:
+    """No staging folder, here or in a folder below."""
+    strange = [str(path.relative_to(home)) for path in home.rglob("*") if NAME.fullmatch(path.name)]
+    strange += [name for name in os.listdir(home) if ".before-" in name or ".kept-" in name]
+    if strange:
+        raise Broken(f"{referee} {len(strange)}", "Nothing is left beside what is written.", f"{strange}\n{about}")
+
+
+KILLED_PROCESSES = Kind(
+    "killed_processes", "a command that a signal ends at a random moment", draw, carry_out, 240.0, of_text=False
+)

@@ -1,0 +1,62 @@
+"""The text of a mission, changed by chance, through every command: an answer or a coded message, no traceback."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from farm.trial import MISSION, Broken, Case, Kind
+from missionc.base.source import Source
+from missionc.diagnostics.render import render_json, render_text
+from missionc.pipeline import driver
+from tests.support.every_command import taken_through
+from tests.support.mutated_texts import SMALLEST, mutated_of, nudged
+from tests.support.random_language_missions import random_program
+
+ROOT = Path(__file__).resolve().parents[2]
+LONGEST = 3_000
+"""Characters of a text that is changed: a longer one says no more, and takes longer."""
+FLAGS = ("--time-limit", "1", "--explain-limit", "0")
+NODES = 30
+"""Of a roadmap, where a mission does not say how many: those of agents with momentum take seconds to grow by more."""
+
+
+@cache
+def texts() -> tuple[str, ...]:
+    """Real missions, those that were found before among them."""
+    found = [ROOT / "tests" / "corpus" / "found", ROOT / "missions"]
+    read = [path.read_text(encoding="utf-8") for folder in found for path in sorted(folder.rglob("*.mission"))]
+    return tuple(text for text in read if len(text) < LONGEST)
+
+
+def draw(generator: np.random.Generator) -> Case:
+    drawn = random_program(np.random.default_rng(generator.integers(2**63)))
+    base = texts() if generator.random() < 0.7 else SMALLEST
+    text = base[int(generator.integers(len(base)))]
+    if generator.random() < 0.4 and len(drawn) == 1:
+        text = drawn[MISSION]
+    change = nudged if generator.random() < 0.8 else mutated_of
+    return Case({MISSION: change(text, int(generator.integers(2**31)))})
+
+
+def carry_out(case: Case, folder: Path) -> str:
+    checked = driver.check(Source(MISSION, case.files[MISSION]))
+    findings = list(checked.findings)
+    well_formed = render_text(findings, colour=False).count("[MC") >= len(findings) and len(render_json(findings)) >= 0
+    if not well_formed or (not checked.ok and not findings):
+        raise Broken("findings", "What is refused is refused with a code.", findings)
+    for finding in findings:
+        for label in filter(None, (finding.primary, *finding.labels)):
+            if not 0 <= label.span.start <= label.span.end <= len(label.span.source.text):
+                raise Broken("findings", "A finding points into the text.", finding)
+    from missionc.backends.smt.roadmap import sequence
+
+    sequence.NODES = NODES
+    return taken_through(case.files, folder / "mission", FLAGS).outcome
+
+
+MUTATED_TEXTS = Kind(
+    "mutated_texts", "the text of a mission, changed by chance, through every command", draw, carry_out, 90.0
+)
