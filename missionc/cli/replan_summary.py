@@ -25,15 +25,28 @@ def replanned_lines(replanned: Replanned, output: str) -> list[str]:
     assert replanned.compiled is not None
     outcome = replanned.compiled.outcome
     assert isinstance(outcome, Verified)
-    stops = f"everybody stops, and begins the new plan at {begins:g} s: the stops are proven too"
     return [
         *lines,
         *worst_margins(outcome.plan.judgements, outcome.certificate),
-        f"  {stops}",
+        f"  {_changing(replanned, begins)}",
         *(["  no way back to the pads was found in time: it ends in a hover"] if _stays(replanned) else []),
         f"  {who_flies(mission)}",
         *([f"  {Path(output) / REPORT} plays it"] if output else []),
     ]
+
+
+def _changing(replanned: Replanned, begins: float) -> str:
+    """Who flies another way, and who stops before that."""
+    assert replanned.rest is not None
+    assert replanned.rest.mission is not None
+    stopping = [agent.name for agent in replanned.rest.mission.agents if not agent.begins]
+    if len(stopping) == len(replanned.rest.mission.agents):
+        return f"everybody stops, and begins the new plan at {begins:g} s: the stops are proven too"
+    who = f"{listed(replanned.changed)} {'flies' if len(replanned.changed) == 1 else 'fly'} another way"
+    stops = (
+        f"{listed(stopping)} {'stops' if len(stopping) == 1 else 'stop'} before that" if stopping else "nobody stops"
+    )
+    return f"{who if replanned.changed else 'nobody flies another way'} from {begins:g} s on, and {stops}"
 
 
 def _rest(replanned: Replanned) -> str:
@@ -60,10 +73,12 @@ def replanned_document(replanned: Replanned, output: str | None) -> dict[str, ob
     verified = compiled.outcome if compiled is not None and isinstance(compiled.outcome, Verified) else None
     certificate = verified.certificate if verified else replanned.certificate
     judgements = certificate.judgements if certificate else ()
+    mission = replanned.rest.mission if replanned.rest is not None else None
     return {
         "outcome": replanned.way.name.lower(),
         "begins": replanned.begins,
         "changed": list(replanned.changed),
+        "in_motion": [agent.name for agent in mission.agents if agent.begins] if mission is not None else [],
         "seconds": round(replanned.seconds, 3),
         "requirements": [each.as_verdict() for each in judgements],
         "flying_on": None if replanned.flown_on is None else list(replanned.flown_on),

@@ -12,6 +12,7 @@ import pytest
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds
+from missionc.cli.replan_summary import replanned_document, replanned_lines
 from missionc.curves.crazyflie_csv import Pieces, polynomials, read
 from missionc.flight.stop_and_hover import state_at
 from missionc.monitoring.read_flown import read_flown
@@ -80,6 +81,12 @@ def test_one_flies_around_what_appeared_and_the_others_keep_to_their_plan() -> N
     assert found().begins == AT + 1
     assert np.allclose(new[[0, 2]], old[[0, 2], AT + 1 :], atol=1e-9)
     assert np.abs(new[1] - old[1, AT + 1 :]).max() > 0.2
+
+
+def test_the_summary_names_who_flies_another_way() -> None:
+    assert "  drone[1] flies another way from 5 s on, and nobody stops" in replanned_lines(found(), "")
+    document = replanned_document(found(), None)
+    assert (document["changed"], document["in_motion"]) == (["drone[1]"], ["drone[0]", "drone[1]", "drone[2]"])
 
 
 def test_nothing_jumps_where_the_new_plan_begins_in_motion(tmp_path: Path) -> None:
