@@ -67,7 +67,8 @@ def past() -> str:
         {"name": name, "position": [[0, y], [1, y], [1, y]], "velocity": [[0, 0]] * 3, "yaw": [0, 0, 0]}
         for name, y in (("drone[0]", 1), ("drone[3]", 3))
     ]
-    stretch = {"step": 1, "until": 1, "lost": ["drone[3]"], "given_up": [], "slow": {}, "texts": {}, "agents": rows}
+    nothing: dict[str, object] = {"given_up": [], "slow": {}, "moving": {}, "texts": {}}
+    stretch = {"step": 1, "until": 1, "lost": ["drone[3]"], **nothing, "agents": rows}
     return json.dumps({"schema": "missionc.past/1", "stretches": [stretch]})
 
 
