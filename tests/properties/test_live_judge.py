@@ -338,3 +338,37 @@ def test_the_bounds_are_the_worst_and_the_best_that_may_come(formula: Node, step
             (judgement,) = monitor(mission, kernel, trace_of(position_then.tolist())).requirements
             ends.append(float(np.clip(judgement.robustness, -100.0, 100.0)))
         assert np.clip([standing.least, standing.most], -100.0, 100.0) == pytest.approx(ends, abs=1e-9), step
+
+
+def at(agent: int, *formulas: Node) -> Node:
+    return At(agent, formulas[0] if len(formulas) == 1 else All(formulas))
+
+
+WEST, HALFWAY = [-3.0] * 9, [-3.0, -3.0, 2.0, -3.0, 2.0, 2.0, 2.0, 2.0, 2.0]
+"""x at each step."""
+
+
+@pytest.mark.parametrize(
+    ("formula", "by"),
+    [
+        (Eventually(EAST, 0, 3), [3, 3, 3, 3, 4, 5, 6, 7, 8]),
+        (at(1, Eventually(EAST, 0, 3)), [3, 3, 2, 3, 4, 5, 6, 7, 8]),
+        (Any((Eventually(EAST, 0, 3), at(1, Eventually(EAST, 3, 6)))), [6, 6, 6, 6, 4, 5, 6, 7, 8]),
+        (All((Eventually(EAST, 0, 5), at(1, Eventually(EAST, 1, 6)))), [6, 6, 5, 5, 5, 5, 6, 7, 8]),
+        (All((Eventually(EAST, 0, 3), at(1, Always(EAST, 4, 7), Eventually(EAST, 0, 8)))), [8, 8, 7, 3, 4, 5, 6, 7, 8]),
+        (
+            Any((at(0, Always(EAST, 0, 2)), at(1, Eventually(EAST, 3, 3), Always(NEAR, 2, 7)))),
+            [7, 7, 7, 3, 4, 5, 6, 7, 8],
+        ),
+        (Any((at(0, Always(EAST, 0, 2)), at(1, Eventually(EAST, 4, 5), Always(NEAR, 4, 7)))), [7] * 7 + [7, 8]),
+        (Any((at(0, Eventually(EAST, 2, 4)), at(1, Eventually(EAST, 2, 4)))), [4, 4, 2, 3, 4, 5, 6, 7, 8]),
+        (All((at(0, Eventually(EAST, 2, 4)), at(1, Eventually(EAST, 2, 4)))), [4, 4, 4, 4, 4, 5, 6, 7, 8]),
+        (Eventually(Always(EAST, 0, 2), 1, 3), [5, 5, 5, 3, 4, 5, 6, 7, 8]),
+        (AtLeast(2, (Eventually(EAST, 0, 3), at(1, Eventually(EAST, 0, 6)))), [6, 6, 6, 3, 4, 5, 6, 7, 8]),
+    ],
+)
+def test_an_open_goal_says_by_when_it_is_decided_at_the_latest(formula: Node, by: list[int]) -> None:
+    mission = slowed(mission_of(2, 8), ANYWHERE)
+    kernel = Kernel((Goal("east", At(0, formula), SPAN),), ())
+    flown = trace_of([[(x, 0.0) for x in along] for along in (WEST, HALFWAY)])
+    assert [standing.decided_by for (standing,) in standings(mission, kernel, flown)] == by
