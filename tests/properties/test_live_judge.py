@@ -15,7 +15,7 @@ from missionc import ir
 from missionc.base.judgement import Judgement
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Steps
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Goal, Kernel, Node, Release, Until
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS, by_name
 from missionc.lower.expand import expand
@@ -300,3 +300,75 @@ def test_rtamt_finds_the_same_robustness(near: int, far: int, seed: int) -> None
         for (standing,) in standings(mission, kernel, trace):
             assert standing.least - CLOSE <= expected <= standing.most + CLOSE
         assert standing.least == standing.most == expected
+
+
+ANYWHERE = 1e6
+"""m/s: at such a speed nothing is known of where agents are a step later."""
+EAST, NEAR = (Atom(ir.Compare(((1.0, ir.Coordinate(0)),), constant, False)) for constant in (-1.0, -0.5))
+OTHER = At(1, Atom(ir.Compare(((1.0, ir.Coordinate(0)),), 0.0, False)))
+INCREASING = [
+    EAST,
+    *(made(EAST, low, high) for made in (Always, Eventually) for low, high in ((0, 3), (2, 5), (3, None), (0, None))),
+    *(made(OTHER, EAST, low, high) for made in (Until, Release) for low, high in ((0, 4), (2, 5), (1, None))),
+    *(Always(made(EAST, low, high), 2, 7) for made in (Always, Eventually) for low, high in ((-2, 0), (-4, -1))),
+    *(Eventually(made(OTHER, EAST, low, high), 1, 8) for made in (Until, Release) for low, high in ((-3, 0), (-5, -2))),
+    *(Always(made(EAST, -8, 0), 0, 8) for made in (Always, Eventually)),
+    *(Always(made(OTHER, EAST, -8, 0), 0, 8) for made in (Until, Release)),
+    Always(Eventually(EAST, 1, 3), 0, 4),
+    Eventually(Always(OTHER, 1, 4), 0, 3),
+    Always(Until(NEAR, Eventually(OTHER, 0, 2), 1, 3), 0, 3),
+    AtLeast(2, (Always(NEAR, 0, 4), Eventually(OTHER, 2, 6), Until(OTHER, EAST, 0, 6))),
+    Any((Always(EAST, 1, 4), All((Eventually(NEAR, 3, 5), Always(OTHER, 2, 6))))),
+]
+"""Formulas that are the truer the further east everybody is."""
+
+
+@pytest.mark.parametrize("formula", INCREASING, ids=lambda formula: type(formula).__name__)
+@pytest.mark.parametrize(("steps", "seed"), [(8, 1), (20, 2)])
+def test_the_bounds_are_the_worst_and_the_best_that_may_come(formula: Node, steps: int, seed: int) -> None:
+    mission = slowed(mission_of(2, steps), ANYWHERE)
+    kernel = Kernel((Goal("east", At(0, formula), SPAN),), ())
+    position = np.random.default_rng(seed).uniform(-3.0, 3.0, (2, steps + 1, 2))
+    flown = trace_of(position.tolist())
+    for step, (standing,) in enumerate(standings(mission, kernel, flown)):
+        ends = []
+        for far in (-ANYWHERE, ANYWHERE):
+            position_then = position.copy()
+            position_then[:, step + 1 :, 0] = far
+            (judgement,) = monitor(mission, kernel, trace_of(position_then.tolist())).requirements
+            ends.append(float(np.clip(judgement.robustness, -100.0, 100.0)))
+        assert np.clip([standing.least, standing.most], -100.0, 100.0) == pytest.approx(ends, abs=1e-9), step
+
+
+def at(agent: int, *formulas: Node) -> Node:
+    return At(agent, formulas[0] if len(formulas) == 1 else All(formulas))
+
+
+WEST, HALFWAY = [-3.0] * 9, [-3.0, -3.0, 2.0, -3.0, 2.0, 2.0, 2.0, 2.0, 2.0]
+"""x at each step."""
+
+
+@pytest.mark.parametrize(
+    ("formula", "by"),
+    [
+        (Eventually(EAST, 0, 3), [3, 3, 3, 3, 4, 5, 6, 7, 8]),
+        (at(1, Eventually(EAST, 0, 3)), [3, 3, 2, 3, 4, 5, 6, 7, 8]),
+        (Any((Eventually(EAST, 0, 3), at(1, Eventually(EAST, 3, 6)))), [6, 6, 6, 6, 4, 5, 6, 7, 8]),
+        (All((Eventually(EAST, 0, 5), at(1, Eventually(EAST, 1, 6)))), [6, 6, 5, 5, 5, 5, 6, 7, 8]),
+        (All((Eventually(EAST, 0, 3), at(1, Always(EAST, 4, 7), Eventually(EAST, 0, 8)))), [8, 8, 7, 3, 4, 5, 6, 7, 8]),
+        (
+            Any((at(0, Always(EAST, 0, 2)), at(1, Eventually(EAST, 3, 3), Always(NEAR, 2, 7)))),
+            [7, 7, 7, 3, 4, 5, 6, 7, 8],
+        ),
+        (Any((at(0, Always(EAST, 0, 2)), at(1, Eventually(EAST, 4, 5), Always(NEAR, 4, 7)))), [7] * 7 + [7, 8]),
+        (Any((at(0, Eventually(EAST, 2, 4)), at(1, Eventually(EAST, 2, 4)))), [4, 4, 2, 3, 4, 5, 6, 7, 8]),
+        (All((at(0, Eventually(EAST, 2, 4)), at(1, Eventually(EAST, 2, 4)))), [4, 4, 4, 4, 4, 5, 6, 7, 8]),
+        (Eventually(Always(EAST, 0, 2), 1, 3), [5, 5, 5, 3, 4, 5, 6, 7, 8]),
+        (AtLeast(2, (Eventually(EAST, 0, 3), at(1, Eventually(EAST, 0, 6)))), [6, 6, 6, 3, 4, 5, 6, 7, 8]),
+    ],
+)
+def test_an_open_goal_says_by_when_it_is_decided_at_the_latest(formula: Node, by: list[int]) -> None:
+    mission = slowed(mission_of(2, 8), ANYWHERE)
+    kernel = Kernel((Goal("east", At(0, formula), SPAN),), ())
+    flown = trace_of([[(x, 0.0) for x in along] for along in (WEST, HALFWAY)])
+    assert [standing.decided_by for (standing,) in standings(mission, kernel, flown)] == by

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+from missionc import ir
 from missionc.kernel.nodes import (
     All,
+    Always,
     Any,
     At,
     AtLeast,
+    Atom,
+    Eventually,
     EveryNeighbour,
     EveryReach,
     Is,
@@ -60,3 +64,44 @@ def test_a_witness_is_what_decides(
     assert set(witness.holds[:, 0].nonzero()[0].tolist()) == holds
     assert set(witness.fails[:, 0].nonzero()[0].tolist()) == fails
     assert [tuple(each) for each in witness.links.tolist()] == links
+
+
+NEXT = [(1.0, 3.0), (1.5, 3.5), (3.0, 3.0), (9.0, 9.0)]
+"""x of the agents at two steps."""
+NEAR, FAR = (Atom(ir.Compare(((sign, ir.DistanceTo(2)),), -sign * 3.0, False)) for sign in (-1.0, 1.0))
+"""Up to 3 m from the third agent, or at least."""
+
+
+@pytest.mark.parametrize(
+    ("node", "holds"),
+    [
+        (Always(NEAR, 0, 1), {0: [0, 1], 2: [0, 1]}),
+        (Always(Any((All((NEAR, FAR)), NEAR)), 0, 1), {0: [0, 1], 2: [0, 1]}),
+        (Always(Any((At(3, NEAR), NEAR)), 0, 1), {0: [0, 1], 2: [0, 1]}),
+        (Always(Any((Is(frozenset((1,))), At(1, NEAR))), 0, 1), {1: [0, 1], 2: [0, 1]}),
+        (All((Always(NEAR, 0, 1), Any((At(1, NEAR), Is(frozenset((3,))))))), {0: [0, 1], 1: [0], 2: [0, 1]}),
+        (Eventually(At(1, NEAR), 1, 1), {1: [1], 2: [1]}),
+    ],
+    ids=lambda each: type(each).__name__ if hasattr(each, "span") else "",
+)
+def test_a_verdict_of_step_0_is_looked_through_to_what_is_asked_at_each_step(
+    node: Node, holds: dict[int, list[int]]
+) -> None:
+    root = At(0, node)
+    trace = trace_of([[(x, 0.0) for x in along] for along in NEXT])
+    witness = Witnesses([root], mission_of(4, 1), trace, {}).of(root, True)
+    assert witness is not None
+    agents, steps = witness.holds.nonzero()
+    found = {agent: steps[agents == agent].tolist() for agent in sorted(set(agents.tolist()))}
+    assert found == holds
+
+
+def test_partners_are_lit_at_each_step_by_whatever_part_is_true_then() -> None:
+    near = Atom(ir.Compare(((-1.0, ir.DistanceTo(2)),), 1.9, False))
+    far = Atom(ir.Compare(((1.0, ir.DistanceTo(2)),), -1.9, False))
+    root = At(0, Always(Any((near, far)), 0, 1))
+    trace = trace_of([[(1.0, 0.0), (0.5, 0.0)], [(5.0, 0.0)] * 2, [(2.0, 0.0), (3.0, 0.0)], [(9.0, 0.0)] * 2])
+    witness = Witnesses([root], mission_of(4, 1), trace, {}).of(root, True)
+    assert witness is not None
+    assert witness.holds.tolist() == [[True, True], [False, False], [True, True], [False, False]]
+    assert not witness.fails.any()

@@ -1,0 +1,47 @@
+"""Clearance of obstacles that move: the motion as they see it, and how near it comes to them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from missionc import ir
+from missionc.curves.piecewise_polynomials import Curves
+from missionc.verify.plan.obstacle_clearance import check_obstacles, seen_from
+from tests.support.legal_plans import mission_of, moving
+
+TIMES, OFFSETS = (1.0, 2.5, 3.0, 6.0), ((0.0, 0.0), (3.0, 0.0), (3.0, 4.0), (-1.0, 4.0))
+TRUCK = moving(ir.Disc((5.0, 5.0), 0.5), TIMES, OFFSETS)
+CURVES = Curves(np.array([0.0, 2.0, 4.0]), np.array([[[[1.0, 0.5], [2.0, 0.25]], [[2.0, -0.5], [2.5, 0.0]]]]))
+"""One agent, straight on in two pieces of 2 s."""
+
+
+def place(curves: Curves, time: float) -> list[float]:
+    piece = int(np.clip(np.searchsorted(curves.times, time, side="right") - 1, 0, len(curves.times) - 2))
+    powers = (time - curves.times[piece]) ** np.arange(curves.coefficients.shape[-1])
+    return [float(value) for value in curves.coefficients[0, piece] @ powers]
+
+
+@pytest.mark.parametrize("time", [0.0, 0.5, 1.0, 1.7, 2.0, 2.2, 2.5, 2.9, 3.0, 3.6, 4.0])
+def test_an_obstacle_sees_the_motion_from_where_it_is_at_each_time(time: float) -> None:
+    offset = [np.interp(time, TIMES, axis) for axis in zip(*OFFSETS, strict=True)]
+    assert place(seen_from(CURVES, TRUCK), time) == pytest.approx(np.subtract(place(CURVES, time), offset))
+
+
+def test_the_margin_of_what_moves_is_the_least_of_all_times() -> None:
+    mission = mission_of([(1.0, 2.0)], 4, obstacles=[TRUCK])
+    (check,) = check_obstacles(mission, CURVES)
+    moments = np.linspace(0.0, 4.0, 4001).tolist()
+    away = [
+        np.hypot(
+            *(
+                np.subtract(
+                    place(CURVES, time), [np.interp(time, TIMES, axis) + 5 for axis in zip(*OFFSETS, strict=True)]
+                )
+            )
+        )
+        for time in moments
+    ]
+    assert check.margin == pytest.approx(min(away) - 0.5 - 0.1, abs=1e-3)
+    assert check.at == pytest.approx(moments[int(np.argmin(away))], abs=2e-2)
+    assert check.agents == ("drone[0]",)

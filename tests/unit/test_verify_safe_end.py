@@ -1,0 +1,276 @@
+"""The checks of safe ends to the number: stops made by hand, of agents that stand or fly straight on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from missionc import ir
+from missionc.base.trace import Array
+from missionc.curves.crazyflie_csv import Pieces
+from missionc.verify.certificate import Check, Figure
+from missionc.verify.flight.landing_in_turns import Stop, landing_margins
+from missionc.verify.flight.verify_safe_end import judge_stops, last_to_stand, verify_safe_end, with_turns
+from missionc.verify.tolerances import WAYPOINT
+from tests.support.legal_plans import SPAN, mission_of, moving, still
+
+PLACES = [(1.0, 1.0, 1.0), (3.0, 1.0, 1.0)]
+TORPID = ir.Vehicle("torpid", tracking=0.02)
+
+
+def team(*vehicles: ir.Vehicle, places: Sequence[tuple[float, ...]] = PLACES, size: float = 10.0) -> ir.Mission:
+    made = mission_of(places[: len(vehicles)], 4, size=size)
+    agents = (replace(agent, vehicle=vehicle) for agent, vehicle in zip(made.agents, vehicles, strict=True))
+    return replace(made, agents=tuple(agents))
+
+
+def straight(begin: Sequence[float], *ways: tuple[float, float]) -> Pieces:
+    """Pieces one after the other: how long each lasts, and at how many m/s along x."""
+    coefficients = np.zeros((len(ways), 4, 8))
+    place = np.array(begin, dtype=np.float64)
+    for piece, (lasts, speed) in enumerate(ways):
+        coefficients[piece, :3, 0] = place
+        coefficients[piece, 0, 1] = speed
+        place[0] += lasts * speed
+    return Pieces(np.array([lasts for lasts, _ in ways]), coefficients)
+
+
+def standing(mission: ir.Mission, lasts: float = 6.0) -> dict[str, Pieces]:
+    return {agent.name: straight(PLACES[agent.index], (lasts / 2, 0.0), (lasts / 2, 0.0)) for agent in mission.agents}
+
+
+def stop(
+    *times: float, places: Sequence[Sequence[float]] = PLACES, turns: tuple[tuple[int, ...], ...] = ()
+) -> list[Stop]:
+    """Stops of half a second of who stands."""
+    return [Stop(time, tuple(straight(place, (0.5, 0.0), (1.0, 0.0)) for place in places), turns) for time in times]
+
+
+def named(checks: Sequence[Check], name: str, subject: str | None = None) -> Check:
+    (found,) = (each for each in checks if each.name == name and subject in (None, each.subject))
+    return found
+
+
+# ------------------------------------------------------------------------------ moments
+
+
+@pytest.mark.parametrize(
+    ("times", "pads", "passed"),
+    [
+        ((), False, True),
+        ((-2.0, 0.0, 4.0), False, True),
+        ((-2.0 - 0.9e-6, 4.0 + 0.9e-3), False, True),
+        ((-2.0 - 1.1e-6, 4.0), False, False),
+        ((-2.0, 4.0 + 1.1e-3), False, False),
+        ((0.0, 0.0), False, False),
+        ((1.0, 0.0), False, False),
+        ((-2.0, 4.0), True, True),
+        ((-2.0, 4.0 - 0.9e-3), True, True),
+        ((-2.0, 4.0 - 1.1e-3), True, False),
+        ((0.0, 0.0, 4.0), True, False),
+        ((), True, False),
+    ],
+)
+def test_moments_follow_each_other_within_the_flight_and_from_the_floor_to_its_end(
+    times: tuple[float, ...], pads: bool, passed: bool
+) -> None:
+    mission = team(TORPID, TORPID)
+    if pads:
+        mission = replace(mission, agents=tuple(replace(agent, pad=ir.Pad(None, SPAN)) for agent in mission.agents))
+    found = verify_safe_end(mission, standing(mission), 2.0, 0.0, stop(*times))
+    detail = (
+        "there is one at the end of the flight, and those before it follow each other"
+        if pads
+        else "they follow each other, within the flight"
+    )
+    assert found.checks[0] == Check("safe end moments", "stops", 0.0, "", 0.0, passed, detail=detail)
+    assert bool(found.figures) is passed
+    assert (len(found.checks) > 1) is (passed and bool(times))
+    assert all(check.name.startswith("safe end ") for check in found.checks)
+    assert all(boxes.claim.name.startswith("safe end ") for boxes in found.boxes)
+
+
+def test_the_figures_say_how_long_one_waits_and_for_how_long_there_is_none() -> None:
+    mission = team(TORPID, TORPID)
+    stops = [*stop(-1.75), *stop(0.5, turns=((0,), (1,))), *stop(1.0, turns=((1,),))]
+    assert verify_safe_end(mission, standing(mission), 2.0, 0.0, stops).figures == (
+        Figure("safe end wait", "flight", 2.25, "s"),
+        Figure("safe end hover", "flight", 2.0, "moments"),
+        Figure("safe end without", "flight", 3.0, "s"),
+    )
+    ends = [figure.value for figure in verify_safe_end(mission, standing(mission), 2.0, 0.0, stop(3.9995)).figures]
+    assert ends == [5.9995, 1.0, 0.0]
+    ends = [figure.value for figure in verify_safe_end(mission, standing(mission), 2.0, 0.0, ()).figures]
+    assert ends == [0.0, 0.0, 6.0]
+
+
+# ------------------------------------------------------------------------------ how a stop begins and ends
+
+
+def off(flown: Array, own: Pieces, ends: bool) -> float:
+    """By how much a stop is off, each derivative at its beginning, and each that is not zero at its end."""
+    lasts, parts = own.duration[0], [0.0]
+    for order in range(5):
+        scale = lasts**order * math.factorial(7 - order) / math.factorial(7)
+        begins = [np.polynomial.Polynomial(axis).deriv(order)(0.0) for axis in own.coefficients[0]]
+        here = flown[:, order] * math.factorial(order) * (not ends or order < 4)
+        parts.append(float(np.linalg.norm(begins - here)) * scale)
+        last = np.array([np.polynomial.Polynomial(axis).deriv(order)(lasts) for axis in own.coefficients[0]])
+        if order == 0:
+            parts.append(float(np.linalg.norm(last - own.coefficients[1, :, 0])))
+        elif order < 4:
+            parts.append(float(np.linalg.norm(last)) * scale)
+    parts.append(float(np.abs(own.coefficients[1, :, 1:]).max()))
+    return max(parts)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("ends", [False, True])
+def test_a_stop_begins_as_the_flight_is_there_and_ends_at_rest(seed: int, ends: bool) -> None:
+    generator = np.random.default_rng(seed)
+    mission = team(TORPID)
+    flown = np.zeros((2, 4, 8))
+    flown[:, :3, 0] = PLACES[0]
+    flown[0, :, 1:5] = flown[1, :, 1:5] = generator.normal(size=(4, 4)) * 0.01
+    whole = {"drone[0]": Pieces(np.array([3.0, 1e-9 if ends else 3.0]), flown)}
+    stops = []
+    for _ in range(2):
+        own = np.zeros((2, 4, 8))
+        own[:, :3, 0] = PLACES[0]
+        chosen = generator.integers(0, 3, (2, 4, 8)) == 0
+        own[0, :, :5] = flown[1, :, :5]
+        own[1, :, 0] = [np.polynomial.Polynomial(axis)(1.5) for axis in own[0]]
+        own[:, :, seed % 6 :] += (generator.normal(size=(2, 4, 8)) * 1e-3 * chosen)[:, :, seed % 6 :]
+        stops.append(Stop(2.0, (Pieces(np.array([1.5, 1.0]), own),), ()))
+    own_off = [off(flown[1], each.pieces[0], ends) for each in stops]
+    check = named(judge_stops(mission, whole, 1.0, stops).checks, "begin")
+    assert check.margin == pytest.approx(-max(own_off), rel=1e-6)
+    assert (check.at, check.agents, check.subject, check.unit) == (2.0, ("drone[0]",), "drone[0]", "m")
+    assert check.detail.startswith("every stop begins as the flight is there, without a jump")
+    assert check.tolerance == pytest.approx(4e-6)
+
+
+def test_the_worst_stop_is_named() -> None:
+    mission = team(TORPID)
+    stops = [*stop(0.0, places=PLACES[:1]), *stop(1.0, places=[(1.0, 1.25, 1.0)]), *stop(2.0, places=[(1.0, 1.0, 1.1)])]
+    check = named(judge_stops(mission, standing(mission), 1.0, stops).checks, "begin")
+    assert check.margin == pytest.approx(-0.25)
+    assert (check.at, check.passed) == (1.0, False)
+
+
+# ------------------------------------------------------------------------------ who started late
+
+
+@pytest.mark.parametrize(
+    ("at", "skews", "braking", "missed"),
+    [
+        (0.0, (0.5, 0.5), 0.0, 0.15),  # 0.3 m/s, until the third second
+        (1.4, (0.5, 0.5), 0.0, 0.15),
+        (1.6, (0.5, 0.5), 0.0, 0.5),  # 1 m/s from then on
+        (1.6, (0.5, 0.1), 0.0, 0.5),
+        (1.4, (0.5, 0.1), 0.8, 0.4),
+        (1.4, (0.1, 0.5), 0.8, 0.1),
+        (1.4, (0.0, 0.0), 0.8, 0.0),
+    ],
+)
+def test_who_started_late_is_off_by_what_it_flies_in_that_time(
+    at: float, skews: tuple[float, float], braking: float, missed: float
+) -> None:
+    """The first agent flies at 0.3, then at 1 m/s, and in its stop at ``braking``; the second at 0.2 m/s."""
+    late = team(*(replace(TORPID, start_skew=skew) for skew in skews))
+    wide = team(*2 * (replace(TORPID, tracking=TORPID.tracking + missed),))
+    column = still(ir.Disc((1.0, 2.0), 0.1, ir.Prism(0.0, 3.0)), "column")
+    late, wide = (replace(each, obstacles=(column,)) for each in (late, wide))
+    whole = {
+        "drone[0]": straight(PLACES[0], (3.0, 0.3), (3.0, 1.0)),
+        "drone[1]": straight(PLACES[1], (3.0, 0.2), (3.0, 0.2)),
+    }
+    own = (straight(PLACES[0], (0.25, braking), (1.0, 0.0)), straight(PLACES[1], (0.25, 0.0), (1.0, 0.0)))
+    stops = [Stop(at, own, ((0, 1),))]
+    ways = [
+        {(each.name, each.subject): each for each in judge_stops(one, whole, 1.0, stops).checks} for one in (late, wide)
+    ]
+    for key in (("landing", "stops"), ("flown obstacle", "column"), ("flown separation", "all pairs")):
+        assert ways[0][key].margin == pytest.approx(ways[1][key].margin, abs=2e-5), key
+    assert [each.turns for each in with_turns(late, whole, 1.0, stops)] == [
+        each.turns for each in with_turns(wide, whole, 1.0, stops)
+    ]
+
+
+# ------------------------------------------------------------------------------ what is there at a stop
+
+
+def test_a_check_says_its_time_on_the_missions_clock() -> None:
+    mission = replace(team(TORPID), obstacles=(still(ir.Disc((1.0, 3.0), 0.1), "pole"),))
+    places = [(1.0, 1.0, 1.0)], [(1.0, 2.0, 1.0)], [(1.0, 1.5, 1.0)]
+    stops = [each for at, own in zip((-0.5, 2.0, 4.0), places, strict=True) for each in stop(at, places=own)]
+    certificate = judge_stops(mission, standing(mission), 1.0, stops)
+    check = named(certificate.checks, "flown obstacle")
+    assert check.margin == pytest.approx(1.0 - 0.1 - 0.1 - 0.02, abs=1e-4)
+    assert check.at is not None
+    assert 2.0 <= check.at <= 3.5
+    assert certificate.boxes[0].claim.times.tolist() == [0.0, 0.5, 1.5, 2.0, 3.0, 3.5, 4.5]
+
+
+@pytest.mark.parametrize(("growth", "age"), [(0.0, 0.0), (0.02, 0.0), (0.02, 5.0)])
+def test_what_moves_and_grows_is_where_it_is_at_the_stop(growth: float, age: float) -> None:
+    car = moving(ir.Disc((1.0, 6.0), 0.1), (0.0, 2.0, 4.0), ((0.0, 0.0, 0.0), (0.0, -2.0, 0.0), (0.0, 1.0, 0.0)), "car")
+    mission = replace(team(TORPID), obstacles=(replace(car, growth=growth, age=age),))
+    stops = stop(0.25, 1.5, 3.0, places=PLACES[:1])
+    check = named(judge_stops(mission, standing(mission), 1.0, stops).checks, "flown obstacle")
+    # It is nearest, 3 m away, in the second stop, after which it grows for 3 s in all.
+    assert check.margin == pytest.approx(3.0 - 0.1 - 0.12 - growth * (3.0 + age), abs=1e-4)
+    assert check.at == 1.5
+
+
+def test_whoever_lands_is_clear_by_the_least_of_all_stops() -> None:
+    mission = replace(team(TORPID, TORPID), obstacles=(still(ir.Disc((1.0, 2.0), 0.1, ir.Prism(0.0, 0.5)), "block"),))
+    stops = [*stop(0.0, turns=((1,),)), *stop(1.0, turns=((0,), (1,))), *stop(2.0)]
+    check = named(judge_stops(mission, standing(mission), 1.0, stops).checks, "landing")
+    least = min(margin for each in stops for _, margin in landing_margins(mission, each))
+    assert check == Check(
+        "landing",
+        "stops",
+        least,
+        "m",
+        WAYPOINT,
+        True,
+        1.0,
+        ("drone[0]",),
+        "whoever lands after a stop goes straight down clear of all others and of what stands there",
+    )
+    assert least == pytest.approx(1.0 - 0.1 - 0.12, abs=2e-3)
+    nobody = named(judge_stops(mission, standing(mission), 1.0, stop(0.0)).checks, "landing")
+    assert nobody == Check("landing", "stops", 0.0, "m", WAYPOINT, True, detail="nobody lands")
+    alone = team(TORPID)
+    far = judge_stops(alone, standing(alone), 1.0, stop(0.0, places=PLACES[:1], turns=((0,),)))
+    assert named(far.checks, "landing").margin == 1000.0
+
+
+@pytest.mark.parametrize("pads", [False, True])
+def test_batteries_last_until_everybody_stands(pads: bool) -> None:
+    stops = [*stop(0.5, turns=((0,), (1,))), *stop(1.0, turns=((0, 1),)), *stop(4.0)]
+    mission = team(TORPID, TORPID)
+    if pads:
+        mission = replace(mission, agents=tuple(replace(agent, pad=ir.Pad(None, SPAN)) for agent in mission.agents))
+    landing = stops[0].landing(mission)
+    assert last_to_stand(mission, stops[0], 3.0) == pytest.approx(3.0 + 0.5 + 0.5 + sum(landing))
+    latest = max(last_to_stand(mission, each, 1.5 + 2.0) for each in stops)
+    assert latest == pytest.approx(max(1.5 + 2.0 + 0.5 + 0.5 + sum(landing), 1.5 + 2.0 + 4.0 + 0.5))
+    agents = (
+        replace(agent, vehicle=replace(TORPID, endurance=endurance))
+        for agent, endurance in zip(mission.agents, (latest, latest - 1.0), strict=True)
+    )
+    found = verify_safe_end(replace(mission, agents=tuple(agents)), standing(mission), 2.0, 1.5, stops)
+    begun = "the take-off began" if pads else "its polynomials began"
+    detail = f"after the last stop to end everybody stands {latest:g} s after {begun}"
+    assert [each for each in found.checks if each.name == "safe end endurance"] == [
+        Check("safe end endurance", "drone[0]", 0.0, "s", 0.0, True, agents=("drone[0]",), detail=detail),
+        Check("safe end endurance", "drone[1]", -1.0, "s", 0.0, False, agents=("drone[1]",), detail=detail),
+    ]
+    without = verify_safe_end(mission, standing(mission), 2.0, 1.5, stops)
+    assert not [each for each in without.checks if each.name == "safe end endurance"]
