@@ -173,7 +173,7 @@ DELAYS = "what it states of delays is not what the files come to"
         (("boxes", 0, "times", 1), "2", "boxes", TIMES),
         (("boxes", 0, "agents"), [[0, 2]], "boxes", "separation of all pairs: its boxes are not about the agents of"),
         (("boxes", 0, "ends"), [], "boxes", "separation of all pairs: it has boxes for 0 subjects, not for 1"),
-        (("boxes", 0, "bounds"), [], "boxes", "separation of all pairs: it has boxes for"),
+        (("boxes", 0, "bounds"), [], "boxes", "separation of all pairs: it has bounds for 0 subjects, not for 1"),
         (("boxes", 0, "ends", 0), [], "boxes", COVER),
         (("boxes", 0, "bounds", 0), [], "boxes", COVER),
         (("boxes", 0, "ends", 0), [0, 1, True], "boxes", COVER),

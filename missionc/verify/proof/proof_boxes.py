@@ -75,8 +75,9 @@ def boxes_of(claim: Claim, parts: Parts) -> Boxes:
 def fault(boxes: Boxes) -> str | None:
     """What is wrong with boxes that somebody stated: they leave time out, or do not hold."""
     claim = boxes.claim
-    if len(boxes.ends) != len(claim.agents) or len(boxes.bounds) != len(claim.agents):
-        return f"it has boxes for {len(boxes.ends)} subjects, not for {len(claim.agents)}"
+    for rows, what in ((boxes.ends, "boxes"), (boxes.bounds, "bounds")):
+        if len(rows) != len(claim.agents):
+            return f"it has {what} for {len(rows)} subjects, not for {len(claim.agents)}"
     subjects, moments, widths, stated_bounds = [], [], [], []
     far = claim.far(np.arange(len(claim.agents))) if claim.far is not None else np.full(len(claim.agents), -np.inf)
     for subject, (ends, bounds) in enumerate(zip(boxes.ends, boxes.bounds, strict=True)):
