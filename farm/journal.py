@@ -69,7 +69,7 @@ class Journal:
 
     @property
     def commit(self) -> str:
-        """Of the tree that the last trial was carried out on; empty where there was none."""
+        """The commit of the tree that the last trial was carried out on; empty where there was none."""
         return self.lines[-1].commit if self.lines else ""
 
     def add(self, line: Line) -> None:

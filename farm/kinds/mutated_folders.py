@@ -16,7 +16,7 @@ from tests.support.small_missions import CONFLICT
 from tests.support.whole_folder import MISSION as WHOLE
 
 CHANGES = 12
-"""Of each folder, one after the other."""
+"""Changes of each folder, one after the other."""
 EXPORTS = "crazyswarm2,cflib,skybrush,ros2,px4"
 
 

@@ -20,7 +20,7 @@ LONGEST = 3_000
 """Characters of a text that is changed: a longer one says no more, and takes longer."""
 FLAGS = ("--time-limit", "1", "--explain-limit", "0")
 NODES = 30
-"""Of a roadmap, where a mission does not say how many: those of agents with momentum take seconds to grow by more."""
+"""Nodes of a roadmap, where a mission does not say how many: for agents with momentum more take seconds to grow."""
 
 
 @cache

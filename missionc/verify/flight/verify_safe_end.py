@@ -270,7 +270,7 @@ def _since(obstacle: Obstacle, time: float, seconds: float) -> Obstacle:
 
 
 def _landings(mission: Mission, flight: Flight, number: int, stop: Stop) -> list[tuple[float, float, int]]:
-    """Of each that lands after a stop by how much it is clear, the moment of the stop, and who it is."""
+    """By how much each that lands after a stop is clear, the moment of the stop, and who it is."""
     widened = _missing(mission, float(flight.off[2 * number]))
     return [(margin, stop.at, index) for index, margin in landing_margins(widened, stop)]
 
