@@ -1,8 +1,8 @@
 """Minimum-acceleration polynomials through a plan, by one convex quadratic program.
 
 They pass every step's position at its time, or near it, rest at both ends, or
-begin in the motion that there is then, and have the least integral of squared acceleration, with a little of the jerk's
-that rounds them. A leg is a polynomial piece, or a part of one, near one
+begin in the motion that there is then, and have the least integral of squared
+acceleration, with a little of the jerk's that rounds them. A leg is a polynomial piece, or a part of one, near one
 segment of the plan: its control points stay in a box inscribed in the tube
 around the segment. Control points of two agents, or of one beside an obstacle,
 may be held on their sides of a plane, for a whole leg or a part of it: then so

@@ -263,8 +263,9 @@ def _plan_by_all(
         return ended(Refused(), run_budget)
     moment = last_call(run_budget.deadline)
     left = run_budget.deadline - time.monotonic()
-    in_air = any(agent.pad is not None and agent.pad.risen is not None for agent in mission.agents)
-    reserved = reserved_time(len(mission.agents), mission.steps, left, in_air)
+    from missionc.verify.flight.way_missions import has_risen  # for those who plan
+
+    reserved = reserved_time(len(mission.agents), mission.steps, left, has_risen(mission))
     whole = replace(run_budget, deadline=run_budget.deadline - reserved)
     bound = BoundSide(mission, kernel, options, whole)
     whole = replace(whole, enough=bound.enough)

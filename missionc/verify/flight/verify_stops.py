@@ -15,8 +15,8 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.base.units import Metres
-from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.curves.piecewise_polynomials import Curves, values
+from missionc.curves.crazyflie_csv import Pieces, curves_of, read
+from missionc.curves.piecewise_polynomials import Curves, derivatives_at
 from missionc.ir import Agent, Exactly, Mission
 from missionc.verify.certificate import Check
 from missionc.verify.plan.agent_separation import check_separation
@@ -52,10 +52,10 @@ def checks(mission: Mission, pieces: list[Pieces]) -> Iterator[Check]:
     for check in (*check_separation(bare, curves), *check_obstacles(bare, curves)):
         yield replace(check, name=f"stop {check.name}", detail=f"until the plan begins, nobody touches: {check.detail}")
     for agent, own in zip(mission.agents, pieces, strict=True):
-        last, lasting = own.coefficients[-1], np.asarray(own.duration[-1])
-        ends = values(last[: mission.dimension], lasting)
-        off = float(np.linalg.norm(ends - agent.start.point)) if isinstance(agent.start, Exactly) else np.inf
-        jump = _jump(agent, last, lasting)
+        end = derivatives_at(curves_of([own], slice(None)), np.array([np.inf]), max(2, len(agent.begins)))[0, 0]
+        place = end[0, : mission.dimension]
+        off = float(np.linalg.norm(place - agent.start.point)) if isinstance(agent.start, Exactly) else np.inf
+        jump = _jump(agent, end)
         margin = min(WAYPOINT - off, ENDS - jump)
         motion = "in the motion in which" if agent.begins else "at rest where"
         yield Check(
@@ -63,15 +63,11 @@ def checks(mission: Mission, pieces: list[Pieces]) -> Iterator[Check]:
         )
 
 
-def _jump(agent: Agent, last: Array, lasting: Array) -> float:
-    """How fast the last piece, (4, 8), ends; where the agent is in motion then, the largest jump of a derivative."""
+def _jump(agent: Agent, end: Array) -> float:
+    """How fast a stop ends in this state, (orders, 4); where the agent is in motion then, the largest jump."""
     if not agent.begins:
-        return float(np.linalg.norm(values(last[:3, 1:] * np.arange(1, last.shape[1]), lasting)))
-    jump = 0.0
-    for state in agent.begins:
-        jump = max(jump, float(np.linalg.norm(values(last, lasting) - np.array(state))))
-        last = last[:, 1:] * np.arange(1, last.shape[1])
-    return jump
+        return float(np.linalg.norm(end[1, :3]))
+    return float(np.linalg.norm(end - np.array(agent.begins), axis=-1).max())
 
 
 def stop_curves(mission: Mission, pieces: list[Pieces]) -> Curves:
