@@ -25,6 +25,7 @@ from missionc.output.folder.write_file import write_file
 from missionc.output.plot import plot
 from missionc.pipeline.provenance import inputs
 from missionc.sweep import results_table, run_answer
+from missionc.sweep.append_journal import Journal
 from missionc.sweep.check_combinations import CheckedGrid, check_combinations
 from missionc.sweep.compare_sweeps import Comparison, compare_sweeps, refuse
 from missionc.sweep.executors import Pool
@@ -35,7 +36,7 @@ from missionc.sweep.run_grid import Grid, Run
 from missionc.sweep.run_request import Settings
 from missionc.sweep.run_result import ERROR
 from missionc.sweep.run_sweep import run_sweep
-from missionc.sweep.sweep_folder import PLANS, Journal, Row, SweepFolder, at_work, begin, over, read_sweep
+from missionc.sweep.sweep_folder import PLANS, Row, SweepFolder, at_work, begin, over, read_sweep
 from missionc.sweep.sweep_html import Page, place_of, sweep_html
 from missionc.sweep.varied_values import too_many
 

@@ -31,7 +31,16 @@ def written(flights: Iterable[Flight], curves: bool) -> bytes:
 
 def read(content: bytes, trace: Trace) -> list[Flight]:
     """The flights of some records; ``trace`` stands for the states of each."""
-    return [_flight(each, trace) for each in json.loads(content)]
+    return flights(json.loads(content), trace)
+
+
+def flights(records: Iterable[dict[str, Any]], trace: Trace) -> list[Flight]:
+    """The same, of records that were read as JSON before.
+
+    Raises:
+        ValueError, KeyError, TypeError: one is none of a flight.
+    """
+    return [_flight(each, trace) for each in records]
 
 
 def _record(flight: Flight, curves: bool) -> dict[str, Any]:

@@ -24,12 +24,13 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.unwritable import cannot_write, reason
 from missionc.output.folder.write_folder import write_folder
 from missionc.sweep import executors, run_answer, run_request
+from missionc.sweep.append_journal import Journal
 from missionc.sweep.executors import Pool
 from missionc.sweep.run_answer import Answer
 from missionc.sweep.run_grid import Combination, Run
 from missionc.sweep.run_request import Request, Settings
 from missionc.sweep.run_result import ERROR, RunResult
-from missionc.sweep.sweep_folder import JOURNAL, PLANS, Journal, Row
+from missionc.sweep.sweep_folder import JOURNAL, PLANS, Row
 
 AHEAD = 4
 """Runs for each worker that are given to the executor before the first of them is over."""
@@ -155,7 +156,7 @@ def _written(row: Row, journal: Journal, folder: Path, keep: bool) -> Diagnostic
             wrong = write_folder(folder / PLANS / row.run.name, row.result.files, True)
             if wrong:
                 return wrong
-        journal.add(row)
+        journal.add(row.as_line())
     except OSError as error:
         return cannot_write(folder / JOURNAL, reason(error))
     return None

@@ -4,20 +4,24 @@
     out  Trials: those of one process, number by number
 
 Everything that is drawn for a flight follows from the seed and its number, so
-that it is the same whoever flies it, and with whichever others.
+that it is the same whoever flies it, and with whichever others. So what a
+journal has of them need not be flown again.
 """
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Container, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 from missionc.base.limits import Limits
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MISSION, PAST
+from missionc.output.folder.manifest import sha256
 from missionc.replay.read_folder import OutputFolder
 from missionc.replay.simulate_folder import fly_here
 from missionc.simulate.judge_flight import Flight
@@ -26,6 +30,7 @@ from missionc.simulate.trials import Trial, Trials
 from missionc.sweep import executors, flight_records, run_answer, trial_request
 from missionc.sweep.carry_out_trials import FLOWN, RECORDS
 from missionc.sweep.executors import Pool
+from missionc.sweep.flights_journal import FlightsJournal
 from missionc.sweep.run_sweep import received
 from missionc.sweep.trial_request import TrialRequest
 
@@ -47,11 +52,13 @@ class SpreadTrials:
 
     Args:
         curves: whether the error over time of each flight is wanted, for a picture.
+        journal: what holds the flights that are over, and is given more.
     """
 
     pool: Pool
     limits: Limits
     curves: bool = False
+    journal: FlightsJournal | None = None
 
     def __call__(
         self, opened: OutputFolder, pieces: list[Pieces], trial: Trial, listen: Callable[[int], None]
@@ -59,33 +66,51 @@ class SpreadTrials:
         """Fly.
 
         Raises:
-            NotFlown: a worker cannot.
+            NotFlown: a worker cannot, or the journal is of other flights.
         """
         here = trial.kept
         if trial.engine != QUADROTOR or not trial.disturbance.random or trial.flights <= here:
             return fly_here(opened, pieces, trial, listen)
-        asked = self._asked(opened, replace(trial, flights=trial.flights - here, first=here, kept=1))
-        first = fly_here(opened, pieces, replace(trial, flights=here), listen)
-        return replace(first, trial=trial, flights=(*first.flights, *self._heard(opened, asked, first, listen)))
+        rest = range(here, trial.flights)
+        if self.journal is None:
+            asked = self._asked(opened, trial, [rest])
+            first = fly_here(opened, pieces, replace(trial, flights=here), listen)
+            flights = {}
+        else:
+            first = fly_here(opened, pieces, replace(trial, flights=here), listen)
+            wrong = self.journal.begin(self._identity(opened, trial), first.flights[0])
+            if wrong:
+                raise NotFlown(wrong)
+            flights = {number: self.journal.over[number] for number in rest if number in self.journal.over}
+            asked = self._asked(opened, trial, _gaps(rest, flights))
+        self._hear(opened, asked, first, flights, listen)
+        return replace(first, trial=trial, flights=(*first.flights, *(flights[number] for number in rest)))
 
-    def _asked(self, opened: OutputFolder, trial: Trial) -> dict[Future[str], Trial]:
-        """The requests, as many for every worker, with the flights of each."""
-        rounds = -(-trial.flights // (MOST_TOGETHER * max(1, self.pool.workers())))
-        size = -(-trial.flights // (rounds * max(1, self.pool.workers())))
-        last = trial.first + trial.flights
+    def _asked(self, opened: OutputFolder, trial: Trial, gaps: Sequence[range]) -> dict[Future[str], Trial]:
+        """The requests for these flights, as many for every worker, with the flights of each."""
+        workers = max(1, self.pool.workers())
+        count = sum(map(len, gaps))
+        size = max(1, -(-count // (-(-count // (MOST_TOGETHER * workers)) * workers))) if count else 1
         parts = [
-            replace(trial, first=begin, flights=min(size, last - begin)) for begin in range(trial.first, last, size)
+            replace(trial, first=begin, flights=min(size, gap.stop - begin), kept=1)
+            for gap in gaps
+            for begin in range(gap.start, gap.stop, size)
         ]
         return {self.pool.submit(self._request(opened, part)): part for part in parts}
 
-    def _heard(
-        self, opened: OutputFolder, asked: dict[Future[str], Trial], shown: Trials, listen: Callable[[int], None]
-    ) -> list[Flight]:
-        """The flights of all answers, in the order of their numbers."""
-        found: dict[int, list[Flight]] = {}
+    def _hear(
+        self,
+        opened: OutputFolder,
+        asked: dict[Future[str], Trial],
+        shown: Trials,
+        found: dict[int, Flight],
+        listen: Callable[[int], None],
+    ) -> None:
+        """Find the flights of all answers, by their numbers."""
         again: Counter[int] = Counter()
+        failed: NotFlown | None = None
         left = set(asked)
-        while left:
+        while left and not failed:
             over, left = wait(left, return_when=FIRST_COMPLETED)
             for future in over:
                 part = asked[future]
@@ -94,24 +119,56 @@ class SpreadTrials:
                     once_more = self.pool.submit(self._request(opened, part))
                     asked[once_more] = part
                     left.add(once_more)
-                else:
-                    found[part.first] = self._flights(future, shown)
-            listen(len(shown.flights) + sum(map(len, found.values())))
-        return [flight for begin in sorted(found) for flight in found[begin]]
+                    continue
+                try:
+                    found |= enumerate(self._flights(future, part, shown), part.first)
+                except NotFlown as error:
+                    failed = error  # those that are over all the same are kept
+            listen(len(shown.flights) + len(found))
+        if failed:
+            raise failed
 
-    def _flights(self, future: Future[str], shown: Trials) -> list[Flight]:
+    def _flights(self, future: Future[str], part: Trial, shown: Trials) -> list[Flight]:
         answer = received(future, run_answer.versions_here())
         if isinstance(answer, Diagnostic):
             raise NotFlown(answer)
         if answer.result.outcome != FLOWN:
             raise NotFlown(executors.not_done(str(answer.result.values.get("says"))))
-        return flight_records.read(dict(answer.result.files)[RECORDS], shown.flights[0].trace)
+        records = dict(answer.result.files)[RECORDS]
+        flights = flight_records.read(records, shown.flights[0].trace)
+        wrong = self.journal.add(part.first, records, flights) if self.journal else None
+        if wrong:
+            raise NotFlown(wrong)
+        return flights
+
+    def _identity(self, opened: OutputFolder, trial: Trial) -> dict[str, str]:
+        """All that a flight follows from, but for its number."""
+        about = json.dumps([opened.manifest.get("inputs"), opened.manifest.get("options")], sort_keys=True)
+        files = "".join(f"{name} {sha256(content)}\n" for name, content in sorted(self._files(opened).items()))
+        drawn = {name: str(value) for name, value in asdict(trial.disturbance).items()}
+        versions = {f"version of {name}": number for name, number in run_answer.versions_here().items()}
+        picture = "to be drawn" if self.curves else "not asked for"
+        folder = sha256(f"{about}\n{files}".encode())
+        return {"folder": folder, "seed": str(trial.seed), **drawn, "picture": picture, **versions}
+
+    def _files(self, opened: OutputFolder) -> dict[str, bytes]:
+        return {name: content for name, content in opened.files.items() if _needed(name)}
+
+    def _manifest(self, opened: OutputFolder) -> dict[str, Any]:
+        return {name: opened.manifest[name] for name in ("inputs", "options", "files") if name in opened.manifest}
 
     def _request(self, opened: OutputFolder, trial: Trial) -> str:
-        needed = {name: content for name, content in opened.files.items() if _needed(name)}
-        manifest = {name: opened.manifest[name] for name in ("inputs", "options", "files") if name in opened.manifest}
-        request = TrialRequest(manifest, needed, trial, self.limits, self.curves, run_answer.versions_here())
+        versions = run_answer.versions_here()
+        request = TrialRequest(self._manifest(opened), self._files(opened), trial, self.limits, self.curves, versions)
         return trial_request.written(request)
+
+
+def _gaps(numbers: range, there: Container[int]) -> list[range]:
+    """The runs of following numbers that are not there."""
+    missing = [number for number in numbers if number not in there]
+    begins = [number for place, number in enumerate(missing) if not place or missing[place - 1] < number - 1]
+    ends = [number + 1 for place, number in enumerate(missing) if missing[place + 1 : place + 2] != [number + 1]]
+    return [range(*each) for each in zip(begins, ends, strict=True)]
 
 
 def _needed(name: str) -> bool:

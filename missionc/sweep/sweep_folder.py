@@ -3,29 +3,27 @@
     says MC701 MC702 MC761 MC762 MC763
 
 ``sweep.json`` says what the sweep is of and is written first, whole. The
-journal ``runs.jsonl`` only ever grows, by a line for each run that is over;
-everything else is made of it, and replaced as a whole. A process that is
-killed may leave half a line at its end: nobody believes it, and the next one
-that opens the journal cuts it off.
+journal ``runs.jsonl`` has a line for each run that is over; everything else is
+made of it, and replaced as a whole.
 """
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from missionc.base.strict_json import NotJsonError, parse_json
-from missionc.diagnostics.code import OTHER_SWEEP, SWEEP_AT_WORK, SWEEP_UNREADABLE
+from missionc.diagnostics.code import OTHER_SWEEP, SWEEP_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.staging import NAME, sweep
 from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
 from missionc.output.folder.write_file import write_file
+from missionc.sweep.append_journal import LARGEST, Journal, locked
 from missionc.sweep.run_grid import Run
 from missionc.sweep.run_result import ERROR, OUTCOMES, RunResult
 
@@ -35,8 +33,6 @@ PLANS = "plans"
 """Where the folders of plans lie, each by the name of its run."""
 MISSION = "mission"
 """Where the mission's own files lie."""
-LARGEST = 1 << 30
-"""Bytes of a journal that is read."""
 SHOWN = 3
 """Differences that a message tells."""
 
@@ -59,6 +55,10 @@ class Row:
             "sizes": dict(self.result.sizes),
         }
 
+    def as_line(self) -> bytes:
+        """The line of the journal."""
+        return json.dumps(self.as_record(), ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode()
+
 
 @dataclass(frozen=True, slots=True)
 class SweepFolder:
@@ -67,26 +67,6 @@ class SweepFolder:
     path: Path
     about: Mapping[str, Any]
     rows: Mapping[Run, Row]
-
-
-class Journal:
-    """The journal, open to be added to. Each line is on its way to the disk before the next run counts as over."""
-
-    def __init__(self, handle: int) -> None:
-        self._handle = handle
-
-    def add(self, row: Row) -> None:
-        """Add a line.
-
-        Raises:
-            OSError: there is no room for it.
-        """
-        line = json.dumps(row.as_record(), ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode() + b"\n"
-        if os.write(self._handle, line) < len(line):
-            raise OSError(28, "No space left on device")
-
-    def sync(self) -> None:
-        os.fsync(self._handle)
 
 
 def read_sweep(path: Path) -> SweepFolder | Diagnostic:
@@ -134,39 +114,10 @@ def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -
 @contextmanager
 def at_work(path: Path) -> Iterator[Journal | Diagnostic]:
     """The journal for whoever is the only one at work in the folder; else what is to be said."""
-    try:
-        handle = os.open(path / JOURNAL, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o666)
-    except OSError as error:
-        yield cannot_write(path / JOURNAL, reason(error))
-        return
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            help_ = "wait until it has ended, or name another folder with `-o`"
-            message = f"another command is at work in `{shown(path)}`"
-            yield Diagnostic(SWEEP_AT_WORK, message, None, help=help_)
-            return
-        _cut(handle)
-        yield Journal(handle)
-    finally:
-        with suppress(OSError):
-            os.close(handle)
-
-
-def _cut(handle: int) -> None:
-    """Cut off half a line at the end of the journal."""
-    size = os.fstat(handle).st_size
-    end = size
-    while end:
-        begin = max(0, end - 4096)
-        place = os.pread(handle, end - begin, begin).rfind(b"\n")
-        if place >= 0:
-            end = begin + place + 1
-            break
-        end = begin
-    if end < size:
-        os.ftruncate(handle, end)
+    with locked(path / JOURNAL, path, "another folder with `-o`") as journal:
+        if isinstance(journal, Journal):
+            journal.cut()
+        yield journal
 
 
 def _about(path: Path) -> dict[str, Any] | Diagnostic:

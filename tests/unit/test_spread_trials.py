@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from missionc.base.limits import Limits
 from missionc.cli.app import main
+from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
+from missionc.diagnostics.model import Diagnostic
 from missionc.output.documents.simulation_json import simulation_record
 from missionc.replay.simulate_folder import Simulated, simulate
 from missionc.simulate.disturbance import Disturbance
+from missionc.simulate.judge_flight import Flight
 from missionc.simulate.trials import Trial
-from missionc.sweep import run_answer, spread_trials, trial_request
+from missionc.sweep import flight_records, flights_journal, run_answer, spread_trials, trial_request
 from missionc.sweep.carry_out_trials import carry_out
 from missionc.sweep.executors import Pool
+from missionc.sweep.flights_journal import FlightsJournal
 from missionc.sweep.spread_trials import NotFlown, SpreadTrials
 from tests.support.small_missions import SMALL
 
@@ -77,6 +82,104 @@ def test_a_worker_that_cannot_fly_says_so(folder: Path) -> None:
         refused = Pool(executor, lambda text: run_answer.other_versions({"missionc": "0.0"}), lambda: 1)
         with pytest.raises(NotFlown, match="other versions"):
             simulate(folder, TRIAL, fly=SpreadTrials(refused, Limits()))
+
+
+def fly(
+    folder: Path, file: Path, asked: list[int], *, trial: Trial = TRIAL, workers: int = 3, most: int = 99
+) -> Simulated:
+    """Fly with a journal; ``asked`` hears of the first flight of each request, and only so many are answered."""
+
+    def answer(text: str) -> str:
+        asked.append(trial_request.read(text).trial.first)
+        return answer_to(text) if len(asked) <= most else run_answer.failed("no more")
+
+    with flights_journal.opened(file) as journal, ThreadPoolExecutor(1) as executor:
+        assert isinstance(journal, FlightsJournal)
+        pool = Pool(executor, answer, lambda: workers)
+        return simulate(folder, trial, fly=SpreadTrials(pool, Limits(), journal=journal))
+
+
+def test_flights_that_a_journal_holds_are_not_flown_again(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(spread_trials, "MOST_TOGETHER", 1)
+    file, asked = tmp_path / "flights.jsonl", list[int]()
+    with pytest.raises(NotFlown, match="did not do"):
+        fly(folder, file, asked, most=3)
+    assert asked[:4] == [1, 2, 3, 4]
+    of, one, two, three = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(of + one + three + two[:50])  # as a process leaves it that was killed; nobody flew the second
+    asked.clear()
+    monkeypatch.setattr(spread_trials, "MOST_TOGETHER", 1000)
+    assert record(fly(folder, file, asked, workers=2)) == record(simulate(folder, TRIAL))
+    assert asked == [2, 4, 7]
+    assert file.read_bytes().startswith(of + one + three + b'{"first":')
+    asked.clear()
+    fewer, more = replace(TRIAL, flights=5), replace(TRIAL, flights=9)
+    assert record(fly(folder, file, asked, trial=fewer)) == record(simulate(folder, fewer))
+    assert asked == []
+    assert record(fly(folder, file, asked, trial=more)) == record(simulate(folder, more))
+    assert asked == [8]
+
+
+def begun(file: Path, like: Flight, **of: str) -> Diagnostic | None:
+    with flights_journal.opened(file) as journal:
+        assert isinstance(journal, FlightsJournal)
+        return journal.begin({"folder": "f00", "seed": "3", "mass": "0.05", **of}, like)
+
+
+def test_a_journal_that_does_not_fit_is_left_as_it_is(folder: Path, tmp_path: Path) -> None:
+    alone = simulate(folder, Trial())
+    assert alone.trials is not None
+    like = alone.trials.flights[0]
+    file, flights = tmp_path / "flights.jsonl", flight_records.written([like], False)
+    assert begun(file, like) is None
+    first = file.read_bytes()
+    line = b'{"first":1,"flights":%s}\n' % flights
+    strange = b'{"first":1,"flights":[{"error":[],"requirements":[],"preferences":[],"room":[],"largest":""}]}\n'
+    for content, code, why in (
+        (b"my notes, and no line end", CHECKPOINT_UNREADABLE, "no line that says what it is of"),
+        (b"my notes\n", CHECKPOINT_UNREADABLE, "line 1"),
+        (b"{}\n", CHECKPOINT_UNREADABLE, "line 1"),
+        (first + b"[]\n", CHECKPOINT_UNREADABLE, "line 2"),
+        (first + line + strange, CHECKPOINT_UNREADABLE, "line 3 is none of a journal of flights: its flights are none"),
+        (first + line.replace(b'"first":1', b'"first":"1"'), CHECKPOINT_UNREADABLE, "line 2"),
+        (first + line.replace(b'"most":', b'"most":"a","usual":'), CHECKPOINT_UNREADABLE, "line 2"),
+        (first.replace(b'"3"', b'"4"') + line, CHECKPOINT_MISMATCH, "its seed is `4`, and here it is `3`"),
+        (first.replace(b',"mass":"0.05"', b""), CHECKPOINT_MISMATCH, "its mass is nothing, and here it is `0.05`"),
+        (first.replace(b"}}", b',"gust":"1"}}'), CHECKPOINT_MISMATCH, "its gust is `1`, and here it is nothing"),
+        (first.replace(b"f00", b"f01"), CHECKPOINT_MISMATCH, "the folder that they were flown from is another one"),
+        (first.replace(b"flights/1", b"flights/9"), CHECKPOINT_MISMATCH, "missionc.flights/9"),
+    ):
+        file.write_bytes(content)
+        wrong = begun(file, like)
+        assert wrong is not None
+        assert wrong.code == code, content
+        assert why in wrong.notes[0]
+        assert file.read_bytes() == content
+    file.write_bytes(first[:9])
+    assert begun(file, like) is None
+    assert file.read_bytes() == first
+    file.write_bytes(first + line + line[:40])
+    assert begun(file, like) is None
+    assert file.read_bytes() == first + line
+
+
+def test_the_command_keeps_flights_in_a_journal(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "flights.jsonl"
+    words = ["simulate", str(folder), "--trials", "3", "--wind", "0.4", "--quiet", "--journal"]
+    assert main([*words, str(file)]) in (0, 3)
+    said, kept = capsys.readouterr().out, file.read_bytes()
+    assert main([*words, str(file)]) in (0, 3)
+    assert capsys.readouterr().out == said
+    assert file.read_bytes() == kept
+    with flights_journal.opened(file):
+        assert main([*words, str(file)]) == 1
+    assert "error[MC763]: another command is at work" in capsys.readouterr().err
+    assert main([*words, str(folder / "manifest.json")]) == 1
+    assert "error[MC702]" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -34,6 +34,7 @@ from missionc.diagnostics.code import (
 )
 from missionc.diagnostics.model import Diagnostic
 from missionc.sweep import run_answer, run_request
+from missionc.sweep.append_journal import Journal
 from missionc.sweep.compare_sweeps import Comparison, compare_sweeps
 from missionc.sweep.group_statistics import groups
 from missionc.sweep.remaining_time import RemainingTime
@@ -42,7 +43,7 @@ from missionc.sweep.run_grid import Grid, Run
 from missionc.sweep.run_process import RunProcesses
 from missionc.sweep.run_request import Flights, Request, Settings
 from missionc.sweep.run_result import OUTCOMES, RunResult
-from missionc.sweep.sweep_folder import JOURNAL, Journal, Row, SweepFolder, at_work, begin, read_sweep
+from missionc.sweep.sweep_folder import JOURNAL, Row, SweepFolder, at_work, begin, read_sweep
 from missionc.sweep.varied_values import Varied, read_varied
 from tests.support.small_missions import CONFLICT, SMALL
 
@@ -199,7 +200,7 @@ def test_the_journal_is_read_up_to_its_last_whole_line_wherever_it_is_cut(tmp_pa
     with at_work(tmp_path / "out") as journal:
         assert isinstance(journal, Journal)
         for each in found:
-            journal.add(each)
+            journal.add(each.as_line())
     whole = (tmp_path / "out" / JOURNAL).read_bytes()
     for length in random.Random(0).sample(range(len(whole) + 1), 40):
         (tmp_path / "out" / JOURNAL).write_bytes(whole[:length])
@@ -208,7 +209,7 @@ def test_the_journal_is_read_up_to_its_last_whole_line_wherever_it_is_cut(tmp_pa
         assert list(read.rows.values()) == found[: whole[:length].count(b"\n")]
         with at_work(tmp_path / "out") as journal:
             assert isinstance(journal, Journal)
-            journal.add(row(Run((("N", "2"),), 0)))
+            journal.add(row(Run((("N", "2"),), 0)).as_line())
         again = read_sweep(tmp_path / "out")
         assert isinstance(again, SweepFolder)
         assert len(again.rows) == len(read.rows) + 1
@@ -525,7 +526,7 @@ def test_a_sweep_that_is_killed_at_any_moment_again_and_again_ends_in_the_same_t
     while killed < 40:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            assert process.wait(draw.uniform(0.2, 6.0)) == 0
+            assert process.wait(draw.uniform(0.2, 6.0 + killed)) == 0
             break
         except subprocess.TimeoutExpired:
             process.kill()

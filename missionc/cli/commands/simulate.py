@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from missionc.base.signals import Stopped
 from missionc.cli import cluster_options, flight_summary
 from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
@@ -39,6 +40,12 @@ DRAWN = 20
 @click.option("--plot", type=picture, metavar="FILE", help="Draw the flights: FILE.svg, FILE.png or FILE.pdf.")
 @cluster_options.jobs
 @cluster_options.cluster
+@click.option(
+    "--journal",
+    type=file_to_write,
+    metavar="FILE",
+    help="Keep flights in FILE as they end; the next time, go on there.",
+)
 @click.option("--quiet", is_flag=True, help="No progress.")
 def command(
     path: Path,
@@ -51,6 +58,7 @@ def command(
     plot: Path | None,
     jobs: int | None,
     cluster: str | None,
+    journal: Path | None,
     quiet: bool,
     **disturbed: Any,
 ) -> Status:
@@ -65,16 +73,19 @@ def command(
         raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
     cluster_options.understood(jobs, cluster)
     allowed = read_limits(limits)
-    refused = _refused(path, trace, plot)
+    refused = _refused(path, trace, plot, journal)
     if refused:
         say([refused], [], form, {"passed": None})
         return Status.MISSION_ERRORS
     trial = Trial(engine, trials, disturbance, seed, DRAWN if plot else 1)
     with _progress(quiet or form == "json", trials) as listen:
-        if jobs is None and cluster is None:
+        if jobs is None and cluster is None and journal is None:
             simulated = simulate(path, trial, allowed, listen)
         else:
-            found = _spread(path, trial, allowed, listen, bool(plot), lambda: cluster_options.opened(jobs, cluster))
+            own = 1 if cluster is None and jobs is None else jobs
+            found = _spread(
+                path, trial, allowed, listen, bool(plot), lambda: cluster_options.opened(own, cluster), journal
+            )
             if isinstance(found, Diagnostic):
                 say([found], [], form, {"passed": None})
                 return Status.MISSION_ERRORS
@@ -109,33 +120,43 @@ def _spread(
     listen: Callable[[int], None],
     curves: bool,
     workers: Callable[[], AbstractContextManager[Pool | Diagnostic]],
+    journal: Path | None,
 ) -> Simulated | Diagnostic:
     """The same flights, on other processes or machines; or why they are not flown there."""
     from missionc.replay.simulate_folder import simulate
+    from missionc.sweep import flights_journal
     from missionc.sweep.spread_trials import NotFlown, SpreadTrials
 
-    with workers() as pool:
-        if isinstance(pool, Diagnostic):
-            return pool
+    with flights_journal.opened(journal) if journal else nullcontext() as kept, workers() as pool:
+        for each in (kept, pool):
+            if isinstance(each, Diagnostic):
+                return each
+        assert not isinstance(kept, Diagnostic)
+        assert not isinstance(pool, Diagnostic)
         try:
-            return simulate(path, trial, limits, listen, SpreadTrials(pool, limits, curves))
+            return simulate(path, trial, limits, listen, SpreadTrials(pool, limits, curves, kept))
         except NotFlown as error:
             return error.finding
+        except Stopped:
+            if kept and kept.over:
+                click.echo(f"{len(kept.over)} flights are kept; the same command goes on there", err=True)
+            raise
 
 
-def _refused(path: Path, trace: Path | None, plot: Path | None) -> Diagnostic | None:
+def _refused(path: Path, trace: Path | None, plot: Path | None, journal: Path | None) -> Diagnostic | None:
     """What forbids writing, said before anything is flown."""
-    if not (trace or plot):
+    if not (trace or plot or journal):
         return None
     from missionc.output.folder.overlap import Output, overlapping
     from missionc.output.folder.write_file import refuse_file
     from missionc.output.plot.plot import missing
 
-    outputs = [Output(flag, file) for flag, file in (("--trace", trace), ("--plot", plot)) if file]
+    named = ("--trace", trace), ("--plot", plot), ("--journal", journal)
+    outputs = [Output(flag, file) for flag, file in named if file]
     return (
         overlapping(outputs, [path])
         or (plot and (missing() or refuse_file(plot)))
-        or (trace and refuse_file(trace))
+        or next(filter(None, (refuse_file(file) for file in (trace, journal) if file)), None)
         or None
     )
 

@@ -1,0 +1,101 @@
+"""A journal: a file that only ever grows, line by line, and is locked by the one command that is at work on it.
+
+in   the file's path, lines
+out  the same lines, and whole ones alone
+
+A process that is killed may leave half a line at its end: nobody believes it, and whoever writes next cuts it off.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from missionc.diagnostics.code import SWEEP_AT_WORK
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.unwritable import cannot_write, reason, shown
+
+LARGEST = 1 << 30
+"""Bytes of a journal that is read."""
+BLOCK = 4096
+"""Bytes that are looked at together for the end of the last line."""
+
+
+class Journal:
+    """The journal, open to be added to. Each line is on its way to the disk before the next one is written."""
+
+    def __init__(self, handle: int) -> None:
+        self._handle = handle
+
+    @property
+    def size(self) -> int:
+        """Bytes, those of half a line included."""
+        return os.fstat(self._handle).st_size
+
+    def read(self) -> bytes:
+        """The whole lines, each with its end.
+
+        Raises:
+            OSError: they cannot be read.
+        """
+        with open(os.dup(self._handle), "rb") as file:
+            file.seek(0)
+            return file.read(self._end())
+
+    def cut(self) -> None:
+        """Cut off half a line at the end."""
+        if self._end() < self.size:
+            os.ftruncate(self._handle, self._end())
+
+    def add(self, line: bytes) -> None:
+        """Add a line; its end is written with it.
+
+        Raises:
+            OSError: there is no room for it.
+        """
+        if os.write(self._handle, line + b"\n") < len(line) + 1:
+            raise OSError(28, "No space left on device")
+
+    def sync(self) -> None:
+        os.fsync(self._handle)
+
+    def _end(self) -> int:
+        """Where the last whole line ends."""
+        end = self.size
+        while end:
+            begin = max(0, end - BLOCK)
+            place = os.pread(self._handle, end - begin, begin).rfind(b"\n")
+            if place >= 0:
+                return begin + place + 1
+            end = begin
+        return 0
+
+
+@contextmanager
+def locked(path: Path, of: Path, another: str) -> Iterator[Journal | Diagnostic]:
+    """The journal at a path for whoever is the only one at work on it, made where there is none; else why not.
+
+    Args:
+        of: what messages say that somebody is at work in.
+        another: how another one is named, in words.
+    """
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o666)
+    except OSError as error:
+        yield cannot_write(path, reason(error))
+        return
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            help_ = f"wait until it has ended, or name {another}"
+            message = f"another command is at work in `{shown(of)}`"
+            yield Diagnostic(SWEEP_AT_WORK, message, None, help=help_)
+            return
+        yield Journal(handle)
+    finally:
+        with suppress(OSError):
+            os.close(handle)

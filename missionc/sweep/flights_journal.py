@@ -1,0 +1,147 @@
+"""The journal of a folder's flights: those that are over, so that the same command goes on where it was interrupted.
+
+in   the file's path, what the flights follow from
+out  the flights that are over, by their numbers; a line more for those that are over next
+says MC706 MC707 MC763
+
+The first line says what the flights are of. Each line after it has the records of some flights with following numbers.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
+from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.unwritable import ANOTHER_FILE, cannot_write, reason, shown
+from missionc.simulate.judge_flight import Flight
+from missionc.sweep import flight_records, wire_text
+from missionc.sweep.append_journal import LARGEST, Journal, locked
+
+SCHEMA = "missionc.flights/1"
+ANOTHER = "another file with `--journal`"
+
+Identity = Mapping[str, str]
+"""What flights follow from, by name, in an order worth telling."""
+
+
+class FlightsJournal:
+    """The journal, open to be added to; ``over`` has the flights that it holds, by their numbers."""
+
+    def __init__(self, path: Path, journal: Journal) -> None:
+        self._path = path
+        self._journal = journal
+        self.over: dict[int, Flight] = {}
+
+    def begin(self, of: Identity, like: Flight) -> Diagnostic | None:
+        """Read what is there, and write the first line where nothing is; or say why it is no such journal.
+
+        Args:
+            like: a flight of the same folder: others have as many agents, and the same requirements.
+        """
+        try:
+            if self._journal.size > LARGEST:
+                return _unreadable(self._path, f"it is larger than {LARGEST:,} bytes")
+            lines = self._journal.read().split(b"\n")[:-1]
+            if not lines and self._journal.size and not self._half(of):
+                return _unreadable(self._path, "it has no line that says what it is of")
+            wrong = self._read(lines, of, like) if lines else None
+            if wrong:
+                return wrong
+            self._journal.cut()
+            if not lines:
+                self._journal.add(_first(of))
+        except OSError as error:
+            return cannot_write(self._path, reason(error), ANOTHER_FILE)
+        return None
+
+    def add(self, first: int, records: bytes, flights: Iterable[Flight]) -> Diagnostic | None:
+        """Some flights more, and their records; ``first`` is the number of the first."""
+        try:
+            self._journal.add(b'{"first":%d,"flights":%s}' % (first, records))
+            self._journal.sync()
+            self.over |= enumerate(flights, first)
+        except OSError as error:
+            return cannot_write(self._path, reason(error), ANOTHER_FILE)
+        return None
+
+    def _half(self, of: Identity) -> bool:
+        """Whether all that is there is the beginning of the first line."""
+        with self._path.open("rb") as file:
+            return _first(of).startswith(file.read())
+
+    def _read(self, lines: list[bytes], of: Identity, like: Flight) -> Diagnostic | None:
+        for number, line in enumerate(lines, 1):
+            try:
+                document = parse_json(line.decode("ascii"))
+                if number == 1:
+                    there = dict(document["run"]) if document["schema"] == SCHEMA else {}
+                    if document["schema"] != SCHEMA:
+                        return _other(
+                            self._path, f"it is written as `{str(document['schema'])[:40]}`, and not `{SCHEMA}`"
+                        )
+                    for what in (*of, *there):
+                        if of.get(what) != there.get(what):
+                            return _other(self._path, _different(what, there.get(what), of.get(what)))
+                else:
+                    first, flights = document["first"], flight_records.flights(document["flights"], like.trace)
+                    if not isinstance(first, int) or not all(_alike(each, like) for each in flights):
+                        raise ValueError("its flights are none of this team")
+                    self.over |= enumerate(flights, first)
+            except (ValueError, KeyError, TypeError, NotJsonError) as error:
+                return _unreadable(self._path, f"its line {number} is none of a journal of flights: {error}")
+        return None
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[FlightsJournal | Diagnostic]:
+    """The journal for whoever is the only one at work on it, not yet begun; else what is to be said."""
+    real = Path(os.path.realpath(path))
+    with locked(real, path, ANOTHER) as journal:
+        yield FlightsJournal(path, journal) if isinstance(journal, Journal) else journal
+
+
+def _first(of: Identity) -> bytes:
+    return wire_text.one_line({"schema": SCHEMA, "run": dict(of)}).encode("ascii")
+
+
+def _alike(flight: Flight, like: Flight) -> bool:
+    """Whether two flights can be counted together, and their figures are numbers."""
+    figures = [value for each in flight.error for value in (each.mean, each.usual, each.most, each.at)]
+    figures += [each.robustness for each in (*flight.requirements, *flight.preferences)]
+    figures += [each.margin for each in flight.room]
+    return (
+        all(isinstance(each, float | int) for each in figures)
+        and len(flight.error) == len(like.error)
+        and [each.name for each in flight.requirements] == [each.name for each in like.requirements]
+        and [each.name for each in flight.preferences] == [each.name for each in like.preferences]
+        and [each.subject for each in flight.room] == [each.subject for each in like.room]
+    )
+
+
+# ---------------------------------------------------------------- messages
+
+
+def _different(what: str, there: object, here: str | None) -> str:
+    if what == "folder":
+        return "the folder that they were flown from is another one, or was compiled anew"
+    values = (f"`{str(value)[:60]}`" if value is not None else "nothing" for value in (there, here))
+    return "its {} is {}, and here it is {}".format(what, *values)
+
+
+def _other(path: Path, why: str) -> Diagnostic:
+    message = f"`{shown(path)}` is a journal of other flights"
+    return Diagnostic(
+        CHECKPOINT_MISMATCH, message, None, notes=(why,), help=f"give the same folder and flags, or {ANOTHER}"
+    )
+
+
+def _unreadable(path: Path, why: str) -> Diagnostic:
+    message = f"`{shown(path)}` is no journal of flights"
+    return Diagnostic(
+        CHECKPOINT_UNREADABLE, message, None, notes=(why[:200],), help=f"name {ANOTHER}; this one is left as it is"
+    )
