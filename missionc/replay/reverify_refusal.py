@@ -24,6 +24,7 @@ from missionc.replay.folder_files import (
     options,
     read_files,
 )
+from missionc.replay.rebuild.manifest_entries import check_manifest_of_proof
 from missionc.replay.reverify import Reverified
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.impossibility.check_refutation import CNF, check_drat, check_refutation, conflict_of
@@ -47,7 +48,8 @@ def reverify_refusal(folder: Path, limits: Limits | None = None) -> Reverified |
         return Reverified(folder, checked.findings)
     of_cover = COVER in found.files
     judged = check_refutation(mission, kernel, found.files, limits) if of_cover else (check_drat(found.files, limits),)
-    certificate = Certificate(mission.name, (*file_checks(found), *judged))
+    files = (*file_checks(found), *check_manifest_of_proof(found, checked, mission.name))
+    certificate = Certificate(mission.name, (*files, *judged))
     findings = () if certificate.passed else (_refused(found, certificate),)
     proven = _proven(conflict_of(found.files, mission) if of_cover else None) + _given(found)
     return Reverified(folder, findings, certificate=certificate, proven=proven if certificate.passed else "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -86,6 +87,38 @@ def test_a_file_that_was_changed_is_named(proved: dict[str, bytes], tmp_path: Pa
     status, said = run(["verify", str(laid(tmp_path / "x", changed))])
     assert status in (1, 5)
     assert ("MC714" in said and f"file `{name}`: its content is not the one that was written" in said) or status == 1
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "why"),
+    [
+        ("mission", "another", "its `mission` is `another`, which cannot be"),
+        ("versions", {"missionc": "1.0"}, "its `versions` do not say which compiler wrote it"),
+        ("versions", {"missionc": "1.0", "python": "a b"}, "its `versions` have `python` at `a b`, which cannot be"),
+        ("options", {"-D FAR": "6.5 m", "nodes": "few"}, "its `options` have `nodes` as `few`, which cannot be"),
+        ("seed", 1, "its keys are not those of a manifest: `seed`"),
+    ],
+)
+def test_an_entry_of_the_manifest_that_cannot_be_is_named(
+    proved: dict[str, bytes], tmp_path: Path, key: str, value: object, why: str
+) -> None:
+    manifest = json.loads(proved["manifest.json"]) | {key: value}
+    status, said = run(
+        ["verify", str(laid(tmp_path / "x", {**proved, "manifest.json": json.dumps(manifest).encode()}))]
+    )
+    assert status == 5
+    assert "MC714" in said
+    assert why in " ".join(said.split())
+
+
+def test_a_file_that_no_proof_has_is_named_though_the_manifest_lists_it(
+    proved: dict[str, bytes], tmp_path: Path
+) -> None:
+    manifest = json.loads(proved["manifest.json"])
+    manifest["files"]["plan.json"] = hashlib.sha256(b"{}").hexdigest()
+    changed = {**proved, "plan.json": b"{}", "manifest.json": json.dumps(manifest).encode()}
+    status, said = run(["verify", str(laid(tmp_path / "x", changed))])
+    assert (status, "plan.json: a folder of a proof holds no such file" in said) == (5, True)
 
 
 def test_what_lies_beside_the_files_is_named(proved: dict[str, bytes], tmp_path: Path) -> None:

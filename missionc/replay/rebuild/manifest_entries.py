@@ -7,7 +7,7 @@ only its types and ranges are looked at.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from missionc.backends.api import CutShort
 from missionc.backends.offers import OFFERS
@@ -30,8 +30,9 @@ from missionc.output.folder.file_names import (
 )
 from missionc.output.folder.manifest import PACKAGES
 from missionc.output.with_alternatives import OPTION
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.provenance import POSES, inputs
-from missionc.replay.folder_files import VEHICLE, options
+from missionc.replay.folder_files import VEHICLE, FolderFiles, options
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder
 from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
@@ -39,27 +40,44 @@ from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import is_version, shown
 from missionc.verify.flight.verify_safe_end import has_safe_end
 from missionc.verify.flight.way_missions import is_whole
+from missionc.verify.impossibility.check_refutation import CNF, DRAT
+from missionc.verify.impossibility.cover_document import COVER
 
 KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
+KEYS_OF_PROOF = ("schema", "mission", "holds", "inputs", "files", "versions", "options")
+"""Of a folder that holds a proof in the place of a plan."""
+PROOFS = (CNF, DRAT, COVER)
 LARGEST_SEED = 2**63 - 1
 
 
 def check_manifest(opened: OutputFolder) -> Iterator[Check]:
     """One check of the head, one of the inputs, one for each file that no compiler writes."""
     yield verdict(MANIFEST, _head(opened))
-    yield from _inputs(opened)
+    yield from _inputs(opened, opened.checked)
     known = _known(opened)
     for name in opened.files:
         if name not in known and not name.startswith((FOLDER, f"{MISSION}/")):
             yield verdict(name, "a folder of this mission holds no such file")
 
 
+def check_manifest_of_proof(found: FolderFiles, checked: Checked, mission: str) -> Iterator[Check]:
+    """The same of a folder that holds a proof that there is no plan; ``mission`` is the name."""
+    head = _keys(found.manifest, KEYS_OF_PROOF) or _wrong(
+        found.manifest, {"mission": found.manifest["mission"] == mission}
+    )
+    yield verdict(MANIFEST, head)
+    yield from _inputs(found, checked)
+    for name in found.files:
+        if name not in PROOFS and not name.startswith(f"{MISSION}/"):
+            yield verdict(name, "a folder of a proof holds no such file")
+
+
 def _head(opened: OutputFolder) -> str:
     """The first entry that cannot be right; empty where there is none."""
     manifest = opened.manifest
-    strange = [key for key in manifest if key not in KEYS] or [key for key in KEYS if key not in manifest]
+    strange = _keys(manifest, KEYS)
     if strange:
-        return f"its keys are not those of a manifest: {shown(strange[0])}"
+        return strange
     seed, cut_short = manifest["seed"], manifest["cut_short"]
     sound = {
         "mission": manifest["mission"] == opened.mission.name,
@@ -67,6 +85,16 @@ def _head(opened: OutputFolder) -> str:
         "seed": isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED,
         "cut_short": cut_short is None or cut_short in [each.value for each in CutShort],
     }
+    return _wrong(manifest, sound)
+
+
+def _keys(manifest: Mapping[str, object], keys: Sequence[str]) -> str:
+    strange = [key for key in manifest if key not in keys] or [key for key in keys if key not in manifest]
+    return f"its keys are not those of a manifest: {shown(strange[0])}" if strange else ""
+
+
+def _wrong(manifest: Mapping[str, object], sound: Mapping[str, bool]) -> str:
+    """The first entry that is not sound, or that cannot be: its versions, its options."""
     wrong = next((key for key, right in sound.items() if not right), None)
     if wrong is not None:
         return f"its `{wrong}` is {shown(manifest[wrong])}, which cannot be"
@@ -102,14 +130,14 @@ def _options(given: object) -> str:
     return ""
 
 
-def _inputs(opened: OutputFolder) -> Iterator[Check]:
+def _inputs(found: OutputFolder | FolderFiles, checked: Checked) -> Iterator[Check]:
     """That the mission was read from these files and no others, and that their hashes are stated."""
-    listed, stated = opened.manifest["files"], opened.manifest["inputs"]
-    read = {f"{MISSION}/{name}": content for name, content in inputs(opened.checked)}
+    listed, stated = found.manifest["files"], found.manifest["inputs"]
+    read = {f"{MISSION}/{name}": content for name, content in inputs(checked)}
     assert isinstance(listed, dict)
     assert isinstance(stated, dict)
     for name, content in read.items():
-        same = opened.files.get(name) == content
+        same = found.files.get(name) == content
         yield verdict(name, "" if same else "it does not hold the text that was read, in UTF-8")
     for name in [f"{MISSION}/{name}" for name in stated] + [name for name in listed if name.startswith(f"{MISSION}/")]:
         if name not in read:
