@@ -16,6 +16,7 @@ from functools import partial
 from inspect import get_annotations
 from operator import attrgetter
 from reprlib import recursive_repr
+from types import MethodType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -56,6 +57,8 @@ class _Init(_Late):
         self.names, self.defaults, self.left = names, defaults, FEW
 
     def __get__(self, instance: object, owner: type) -> Any:
+        if isinstance(instance, type):  # as ``inspect.signature`` of Python 3.13 binds it, to know what a class takes
+            return MethodType(super().__get__(None, instance), instance)
         if instance is None or not self.left:
             return super().__get__(instance, owner)
         self.left -= 1

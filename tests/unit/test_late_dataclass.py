@@ -62,6 +62,14 @@ def test_instances_say_and_hold_the_same(written: Callable[[], type], options: d
     assert inspect.signature(late) == inspect.signature(known)
 
 
+def test_what_a_class_takes_is_known_before_there_is_an_instance() -> None:
+    late, known = both(plain)
+    assert inspect.signature(late) == inspect.signature(known)
+    again, _ = both(plain)
+    bound = again.__dict__["__init__"].__get__(again, type(again))  # as Python 3.13 asks
+    assert inspect.signature(bound) == inspect.signature(known)
+
+
 def test_hashes_follow_what_is_compared() -> None:
     late, known = both(marked, frozen=True)
     assert hash(late("a", 1)) == hash(late("a", 2)) == hash(known("a", 3))
