@@ -26,6 +26,8 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-a
 ASSETS = Path(__file__).resolve().parent / "assets"
 MOST_ROWS = 5000
 """Runs that the page lists; the table has all of them."""
+DARK = ':root[data-theme="dark"]'
+"""Where the report's dark colours begin."""
 HEAD = re.compile(rb"^.*?(?=<svg)", re.DOTALL)
 
 
@@ -62,7 +64,7 @@ def sweep_html(page: Page) -> bytes:
     parts = {
         "POLICY": POLICY,
         "TITLE": html.escape(page.title),
-        "STYLE": asset("style.css").split("\n* {", 1)[0] + (ASSETS / "sweep.css").read_text(encoding="utf-8"),
+        "STYLE": _colours() + (ASSETS / "sweep.css").read_text(encoding="utf-8"),
         "ABOUT": html.escape(f"{page.about}: {_counted(counts(rows))}"),
         "FIGURE": figure or "<p>The figure needs matplotlib: <code>pip install 'missionc[sweep]'</code></p>",
         "COMPARED": _compared(page.comparisons),
@@ -72,6 +74,12 @@ def sweep_html(page: Page) -> bytes:
     pieces = (ASSETS / "sweep.html").read_text(encoding="utf-8").split("%%")
     text = "".join(parts[piece] if number % 2 else piece for number, piece in enumerate(pieces))
     return text.encode("utf-8", "replace")
+
+
+def _colours() -> str:
+    """The colours of the report, light and dark; without a script the system alone says which."""
+    light, dark = asset("style.css").split("\n* {", 1)[0].split(DARK)
+    return f"{light}@media (prefers-color-scheme: dark) {{ :root {dark} }}"
 
 
 def place_of(row: Row, report: str) -> str:

@@ -405,6 +405,9 @@ def test_a_sweep_leaves_a_table_a_page_and_plans_that_verify(swept: Path) -> Non
     assert page.count(f'plans/{read[0]["run"]}/report.html"') > 3
     assert "<script" not in page
     assert "<svg" in page
+    light, dark = page.split("@media (prefers-color-scheme: dark) { :root", 1)
+    assert "--paper: #f4f4f2" in light  # as in a report
+    assert "--paper: #15181b" in dark
 
 
 def test_a_plan_of_a_sweep_has_the_bytes_of_the_same_compilation(swept: Path, tmp_path: Path) -> None:
