@@ -10,7 +10,7 @@ import pytest
 from missionc.backends.clot.cost_graph.cost_graph import formulas_below
 from missionc.kernel.nodes import Atom
 
-pytest.importorskip("torch")
+torch = pytest.importorskip("torch")
 
 from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_graph.cost_graph import build
@@ -137,6 +137,21 @@ def test_every_gradient_is_what_small_differences_say(seed: int) -> None:
         names.add(group.name.split()[0])
         numeric(group, control, here, tiny)
     assert {"speed", "acceleration", "obstacle", "start", "separation"} & names
+
+
+def test_gradients_are_there_though_torch_was_left_without() -> None:
+    """An interruption that comes as a block without gradients is entered leaves the whole process without."""
+    mission, _ = checked(MIXED)
+    costs = Costs(mission, splines(mission), Weights(), Spare())
+    control = shaken(mission, 1)
+    (group,) = (each for each in costs.obstacles(control) if each.name == "obstacles")
+    with torch.no_grad():
+        here = rows(group, control)
+        assert not torch.is_grad_enabled()
+    assert len(here.value)
+    for mine, other in zip(here.gradient, rows(group, control).gradient, strict=True):
+        assert mine.any()
+        assert np.array_equal(mine, other)
 
 
 def numeric(group: Group, control: np.ndarray, here: Rows, tiny: float) -> None:

@@ -63,6 +63,7 @@ class Rows:
         return Rows(self.name, self.weight, self.spare, self.value[where], arguments, gradient)
 
 
+@torch.enable_grad()  # torch may be without: whoever was interrupted as it entered `no_grad` has never left it
 def rows(group: Group, control: Array, near: float = 0.0) -> Rows:
     """What of a group is amiss at these control points, (agents, points, dim), and how that changes.
 
