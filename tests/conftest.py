@@ -22,6 +22,11 @@ ROOT = Path(__file__).resolve().parent.parent
 COVERS = ("missionc.backends.cover.refute", "missionc.backends.cover.least_duration")
 """What asks covers, in more and more cells: whether a mission can be, and how long it takes at least."""
 
+GARBAGE = 50_000, 50, 50
+"""After how many objects garbage is looked for: seldom, since few tests leave much behind."""
+
+gc.disable()  # until all tests are loaded
+
 # The tests run in parallel processes; a thread pool in each of them (torch's) would only make them wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -64,6 +69,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_collection_finish() -> None:
     """What is loaded by now stays until the end: no collection of garbage walks through it again."""
     gc.freeze()
+    gc.set_threshold(*GARBAGE)
+    gc.enable()
 
 
 @pytest.fixture(scope="module")
