@@ -45,7 +45,7 @@ from missionc.verify.impossibility.cover_document import COVER
 
 KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
 KEYS_OF_PROOF = ("schema", "mission", "holds", "inputs", "files", "versions", "options")
-"""Of a folder that holds a proof in the place of a plan."""
+"""The keys of a folder that holds a proof in the place of a plan."""
 PROOFS = (CNF, DRAT, COVER)
 LARGEST_SEED = 2**63 - 1
 
