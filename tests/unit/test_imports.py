@@ -115,11 +115,15 @@ region goal = box (5, 3) to (7.5, 5.5)
 team drone[1] { radius 0.1 m  dynamics single_integrator(speed <= 4 m/s)  start at (1, 1) }
 require visit: eventually[0, 4 s] every drone: goal
 """
+TOGETHER = (
+    ALONE.replace("team drone[1]", "team drone[2]").replace("start at (1, 1)", "start at (1, 1), (1, 2)")
+    + "formation row = line of drone spacing 0.6 m tolerance 0.1 m\nrequire row: eventually[1.2 s, 2.8 s] row\n"
+)
 
 
 @pytest.mark.parametrize(
     ("mission", "preset", "opened"),
-    [((ROOT / "missions/clot_star.mission").read_text(encoding="utf-8"), "sketch", False), (ALONE, "search", True)],
+    [(TOGETHER, "sketch", False), (ALONE, "search", True)],
     ids=["sketch", "search"],
 )
 def test_the_algorithms_of_the_paper_are_loaded_where_they_are_asked_for(
