@@ -14,7 +14,13 @@ from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.verify.certificate import Check, Figure
 from missionc.verify.flight.landing_in_turns import Stop, landing_margins
-from missionc.verify.flight.verify_safe_end import judge_stops, last_to_stand, verify_safe_end, with_turns
+from missionc.verify.flight.verify_safe_end import (
+    failing_stops,
+    judge_stops,
+    last_to_stand,
+    verify_safe_end,
+    with_turns,
+)
 from missionc.verify.tolerances import WAYPOINT
 from tests.support.legal_plans import SPAN, mission_of, moving, still
 
@@ -216,6 +222,21 @@ def test_a_check_says_its_time_on_the_missions_clock() -> None:
     assert certificate.boxes[0].claim.times.tolist() == [0.0, 0.5, 1.5, 2.0, 3.0, 3.5, 4.5]
 
 
+def test_what_is_worst_as_a_stop_begins_is_of_that_stop() -> None:
+    """Stops follow each other on the clock on which they are judged: this one begins there as another ends."""
+    places = [(1.0, 1.0, 1.0)], [(1.0, 0.5, 1.0)], [(1.0, 2.0, 1.0)]
+    stops = [each for at, own in zip((-0.5, 2.0, 4.0), places, strict=True) for each in stop(at, places=own)]
+    check = named(judge_stops(team(TORPID), standing(team(TORPID)), 1.0, stops).checks, "flown world")
+    assert (check.margin, check.at) == pytest.approx((0.48, 2.0))
+    # In the last one it rises, and is too high as it begins to hover.
+    high = straight((1.0, 2.0, 1.0), (0.5, 0.0), (1.0, 0.0))
+    high.coefficients[0, 2, 1] = high.coefficients[1, 2, 2] = 16.0
+    high.coefficients[1, 2, 0] = 1.0
+    stops[2] = Stop(4.0, (high,), ())
+    check = named(judge_stops(team(TORPID), standing(team(TORPID)), 1.0, stops).checks, "flown world")
+    assert (check.margin, check.at) == pytest.approx((10.0 - 17.0 - 0.02, 5.5))
+
+
 @pytest.mark.parametrize(("growth", "age"), [(0.0, 0.0), (0.02, 0.0), (0.02, 5.0)])
 def test_what_moves_and_grows_is_where_it_is_at_the_stop(growth: float, age: float) -> None:
     car = moving(ir.Disc((1.0, 6.0), 0.1), (0.0, 2.0, 4.0), ((0.0, 0.0, 0.0), (0.0, -2.0, 0.0), (0.0, 1.0, 0.0)), "car")
@@ -225,6 +246,71 @@ def test_what_moves_and_grows_is_where_it_is_at_the_stop(growth: float, age: flo
     # It is nearest, 3 m away, in the second stop, after which it grows for 3 s in all.
     assert check.margin == pytest.approx(3.0 - 0.1 - 0.12 - growth * (3.0 + age), abs=1e-4)
     assert check.at == 1.5
+
+
+def car(*times: float, offsets: Sequence[float], shape: ir.Shape | None = None) -> ir.Obstacle:
+    """A disc of 0.1 m at (1, 6), moved along y."""
+    return moving(shape or ir.Disc((1.0, 6.0), 0.1), times, [(0.0, each, 0.0) for each in offsets], "car")
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "margins"),
+    [
+        # From a second before the stop on, for half a second and the hover that is judged with it.
+        (car(0.0, 2.0, 4.0, offsets=(0.0, 0.0, -2.0)), (5.0, 4.5, 3.0)),
+        (car(3.5, 4.0, 4.5, offsets=(0.0, -3.0, 0.0)), (5.0, 5.0, 2.0)),
+        (car(4.25, 4.5, offsets=(0.0, -3.0)), (5.0, 5.0, 2.0)),
+        (car(4.5, 4.75, offsets=(0.0, -3.0)), (5.0, 5.0, 5.0)),
+        (car(2.75, 3.0, offsets=(-3.0, 0.0)), (2.0, 2.0, 5.0)),
+        (car(3.75, 3.875, 4.0, offsets=(0.0, -3.0, 0.0)), (5.0, 5.0, 2.0)),
+        (car(0.0, 8.0, offsets=(-2.0, 2.0)), (3.0, 3.5, 4.5)),
+        (replace(car(0.0, 8.0, offsets=(0.0, 0.0)), growth=0.125), (4.8125, 4.625, 4.375)),
+        (replace(still(ir.Disc((1.0, 6.0), 0.1), "car"), growth=0.125, age=2.0), (4.5625, 4.375, 4.125)),
+    ],
+)
+def test_what_changes_is_looked_at_for_as_long_as_a_stop_and_a_second_last(
+    obstacle: ir.Obstacle, margins: tuple[float, ...]
+) -> None:
+    """The stops begin at 0, 1 and 3 s: they are looked at until 1.5, 2.5 and 4.5 s."""
+    mission = replace(team(TORPID), obstacles=(obstacle,))
+    stops = stop(0.0, 1.0, 3.0, places=PLACES[:1])
+    if obstacle.growth:
+        margins = tuple(5.0 - 0.125 * (end + obstacle.age) for end in (1.5, 2.5, 4.5))
+    for number, margin in enumerate(margins):
+        (check,) = [
+            each
+            for each in judge_stops(mission, standing(mission), 1.0, [stops[number]]).checks
+            if each.name == "flown obstacle"
+        ]
+        assert (check.margin, check.at) == pytest.approx((margin - 0.1 - 0.12, stops[number].at), abs=6e-3), number
+    check = named(judge_stops(mission, standing(mission), 1.0, stops).checks, "flown obstacle")
+    least = min(margins)
+    assert (check.margin, check.at) == pytest.approx((least - 0.22, stops[margins.index(least)].at), abs=6e-3)
+    assert check.subject == "car"
+
+
+def test_of_every_stop_it_is_said_whether_it_fails() -> None:
+    """The first is well; the second begins elsewhere, the third is beside a pole, the fourth meets what moves."""
+    pole = still(ir.Disc((1.0, 4.0), 0.1), "pole")
+    mission = replace(team(TORPID), obstacles=(pole, car(0.0, 3.5, 3.75, 4.0, 4.25, offsets=(0, 0, -5, -5, 0))))
+    moved = [(1.0, 1.0, 1.0), (1.0, 1.0, 1.0 + 4.1e-6), (1.0, 3.9, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0 + 3.9e-6)]
+    stops = [
+        each for at, place in zip((0.0, 0.5, 1.0, 3.0, 4.5), moved, strict=True) for each in stop(at, places=[place])
+    ]
+    assert failing_stops(mission, standing(mission), 1.0, stops) == {1, 2, 3}
+    assert failing_stops(mission, standing(mission), 1.0, stops[:1]) == set()
+    assert failing_stops(mission, standing(mission), 1.0, stops[2:4]) == {0, 1}
+    # On another clock none of them begins where the flight is, but those who stand there.
+    assert failing_stops(replace(mission, obstacles=()), standing(mission), 1.0, stops) == {1, 2}
+
+
+def test_a_stop_fails_by_whom_it_is_off_from_by_too_much() -> None:
+    mission = team(TORPID, TORPID)
+    for index, off, failing in ((0, 3.9e-6, set()), (0, 4.1e-6, {1}), (1, 11.9e-6, set()), (1, 12.1e-6, {1})):
+        places = [list(place) for place in PLACES]
+        places[index][2] += off
+        stops = [*stop(0.0), *stop(1.0, places=places), *stop(2.0)]
+        assert failing_stops(mission, standing(mission), 1.0, stops) == failing
 
 
 def test_whoever_lands_is_clear_by_the_least_of_all_stops() -> None:
