@@ -119,6 +119,10 @@ def test_a_fixed_nose_points_one_way(angle: float, tolerance: float) -> None:
     own.coefficients[1, 3, 7] = -0.25 / 2.0**7
     check = check_flight(MISSION, agent, own, plan())[-1]
     assert (check.margin, check.at, check.passed) == pytest.approx((-0.25, 1.0, False), abs=1e-9)
+    # Each piece is as far off as its own points.
+    own.coefficients[0, 3, 0] = angle - math.copysign(0.375, angle)
+    check = check_flight(MISSION, agent, own, plan())[-1]
+    assert (check.margin, check.at) == pytest.approx((-0.375, 0.0), abs=1e-9)
 
 
 # ------------------------------------------------------------------------------ joints and rest
