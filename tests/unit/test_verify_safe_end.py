@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -102,11 +103,11 @@ def test_moments_follow_each_other_within_the_flight_and_from_the_floor_to_its_e
 
 def test_the_figures_say_how_long_one_waits_and_for_how_long_there_is_none() -> None:
     mission = team(TORPID, TORPID)
-    stops = [*stop(-1.75), *stop(0.5, turns=((0,), (1,))), *stop(1.0, turns=((1,),))]
+    stops = [*stop(-1.75), *stop(0.5, turns=((0,), (1,))), *stop(1.25, turns=((1,),))]
     assert verify_safe_end(mission, standing(mission), 2.0, 0.0, stops).figures == (
         Figure("safe end wait", "flight", 2.25, "s"),
         Figure("safe end hover", "flight", 2.0, "moments"),
-        Figure("safe end without", "flight", 3.0, "s"),
+        Figure("safe end without", "flight", 2.75, "s"),
     )
     ends = [figure.value for figure in verify_safe_end(mission, standing(mission), 2.0, 0.0, stop(3.9995)).figures]
     assert ends == [5.9995, 1.0, 0.0]
@@ -205,6 +206,19 @@ def test_who_started_late_is_off_by_what_it_flies_in_that_time(
     assert [each.turns for each in with_turns(late, whole, 1.0, stops)] == [
         each.turns for each in with_turns(wide, whole, 1.0, stops)
     ]
+
+
+def test_a_stop_beyond_all_measure_is_refused_without_a_warning() -> None:
+    mission = replace(team(TORPID), obstacles=(still(ir.Disc((1.0, 2.0), 0.1, ir.Prism(0.0, 3.0))),))
+    far = straight((1.0, 1.0, 3e38), (0.5, 3e38), (1.0, 0.0))
+    far.coefficients[0, 0, 4] = 3e38
+    endless = Pieces(np.array([3e38, 1.0]), far.coefficients)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for own in (far, endless):
+            checks = judge_stops(mission, standing(mission), 1.0, [Stop(0.0, (own,), ((0,),))]).checks
+            failing = {check.name for check in checks if not check.passed}
+            assert failing >= {"begin", "flown world"}
 
 
 # ------------------------------------------------------------------------------ what is there at a stop

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -200,6 +201,29 @@ def test_a_way_is_flown_by_the_missions_vehicles_among_its_obstacles() -> None:
     assert failing["out flown speed"].margin == pytest.approx(1.25 - 35 / 16, abs=1e-2)
     # It is there at the end of the first half of the way home, where the agent is.
     assert failing["home flown obstacle"].at == pytest.approx(4.0, abs=0.6)
+
+
+def test_a_way_beyond_all_measure_is_refused_without_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("missionc.verify.proof.branch_and_bound.MOST_PARTS", 1000)
+    own = way(Stage.OUT)
+    for index, each in enumerate(own.values()):
+        each.coefficients[:, :3, 1:] = 0.0
+        each.coefficients[:, index, 7] = 3e38
+    endless = {name: Pieces(np.full(2, 3e38), each.coefficients) for name, each in own.items()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = judged(of={**ways(), Stage.OUT: texts(endless)})
+    names = {check.name for check in found.failures}
+    assert names >= {"out joints", "out end", "out flown world"}
+    assert not any(name.startswith("home ") for name in names)
+
+
+def test_what_grows_is_on_the_way_home_as_large_as_at_its_end() -> None:
+    """The way home begins after 8 s, and lasts 8 s."""
+    grows = replace(still(ir.Ball((1.0, 9.0, 1.0), 0.5), "grows"), growth=0.125)
+    own = {check.name: check for check in judged(replace(MISSION, obstacles=(grows,))).checks}
+    assert own["out flown obstacle"].margin == pytest.approx(4.0 - 0.5 - 0.225, abs=1e-3)
+    assert own["home flown obstacle"].margin == pytest.approx(4.0 - 0.5 - 2.0 - 0.225, abs=1e-3)
 
 
 def test_files_of_the_mission_that_cannot_be_read_are_all_that_is_said() -> None:

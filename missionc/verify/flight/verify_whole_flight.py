@@ -126,11 +126,12 @@ def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> 
     same = len(own) == len(read_files) and all(np.array_equal(each.duration, own[0].duration) for each in own)
     checks.append(Check("clock", "polynomials", 0.0, "s", 0.0, same, detail="all files have the same durations"))
     if same:
-        for agent, each in zip(mission.agents, own, strict=True):
-            checks += [*check_smooth(replace(agent, begins=()), each), *_ends(agent, each, way), _yaw(agent, each, way)]
         flown = way_mission(mission, stage, way, float(own[0].times[-1]), 1, math.inf)
         flight = Flight(own[0].duration, np.stack([each.coefficients for each in own]))
         with np.errstate(over="ignore", invalid="ignore"):
+            for agent, each in zip(mission.agents, own, strict=True):
+                checks += check_smooth(replace(agent, begins=()), each)
+                checks += [*_ends(agent, each, way), _yaw(agent, each, way)]
             prove_all(flown, [world(flown, flight)], checks, boxes)
             warnings += check_apart(flown, flight, checks, boxes)
             prove_all(flown, [*downwash(flown, flight), *limits(flown, flight)], checks, boxes)
