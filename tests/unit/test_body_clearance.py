@@ -46,15 +46,43 @@ def past(point: Sequence[float] | Array, along: Array, by: float = 4.0) -> tuple
     return np.array(point) - by * along, np.array(point) + by * along
 
 
-@pytest.mark.parametrize("shape", [TILTED, AT_ONCE])
+@pytest.mark.parametrize(("size", "shape"), [(1.0, TILTED), (1.0, AT_ONCE), (0.125, TILTED)])
 @pytest.mark.parametrize(("middle", "out"), SIDES)
 @pytest.mark.parametrize("moved", [-0.9, 0.0, 0.9])
 def test_along_a_wall_the_bound_is_the_distance(
-    shape: Shape, middle: tuple[float, float], out: Array, moved: float
+    size: float, shape: Polygon, middle: tuple[float, float], out: Array, moved: float
 ) -> None:
     wall = np.array([-out[1], out[0]])
-    lower, seen, share = bounds(shape, *past(np.array(middle) + 0.5 * out + moved * wall, wall), need=0.2)
+    sized = Polygon(tuple((size * x, size * y) for x, y in shape.corners))
+    place = size * (np.array(middle) + moved * wall) + 0.5 * out
+    lower, seen, share = bounds(sized, *past(place, wall), need=0.2)
     assert (lower, seen, share) == pytest.approx((0.3, 0.3, 0.5), abs=1e-9)
+
+
+def test_parts_are_looked_at_each_by_itself() -> None:
+    """Outside each side, at another distance, and inside."""
+    lines, expected = [], []
+    for number, (middle, out) in enumerate(SIDES):
+        wall = np.array([-out[1], out[0]])
+        lines.append(past(np.array(middle) + (number + 1.0) * out, wall))
+        expected.append(number + 1.0)
+        lines.append(past(np.array(middle) - 0.25 * out, wall, 8.0))
+        expected.append(-8.25)
+    curve = Enclosed(np.array(lines).swapaxes(1, 2), np.zeros((len(lines), 2)))
+    item = np.arange(len(lines))[::-1]
+    needs = np.arange(10.0)
+    lower, seen, share = clear_of(TILTED, 2, needs)(item, curve)
+    assert lower == pytest.approx(np.array(expected) - needs[item], abs=1e-9)
+    there = np.where(np.array(expected) < 0, -0.25, expected)
+    assert seen == pytest.approx(there - needs[item], abs=1e-9)
+    assert share.tolist() == [0.5] * len(lines)
+
+
+@pytest.mark.parametrize("shape", [TILTED, AT_ONCE, Polygon(((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)))])
+def test_no_number_on_the_way_is_none(shape: Shape) -> None:
+    with np.errstate(all="raise"):
+        for point in ((2.0, 1.0), (2.0, 3.0), (9.0, 3.0), (3.0, 3.0)):
+            assert np.isfinite(bounds(shape, point, (9.0, 9.0))).all()
 
 
 @pytest.mark.parametrize("shape", [TILTED, AT_ONCE])

@@ -44,6 +44,16 @@ def constant(of: Sequence[float], loose: float = 1.0) -> Margin:
     return lambda item, begin, end: (values[item] - loose * (end - begin), values[item], np.full(item.size, 0.25))
 
 
+def from_a_point(item: Indices, begin: Array, end: Array) -> tuple[Array, Array, Array]:
+    """The distance from 0.3, whose bounds are exact."""
+    ends = np.abs(np.stack([begin, end]) - 0.3)
+    return (
+        np.where((begin <= 0.3) & (end >= 0.3), 0.0, ends.min(axis=0)),
+        ends.min(axis=0),
+        ends.argmin(axis=0) * 1.0,
+    )
+
+
 def rows(parts: Parts) -> list[tuple[float, ...]]:
     """Item, begin, width and bound of each."""
     columns = parts.item, parts.begin, parts.width, parts.lower
@@ -71,15 +81,7 @@ def test_a_margin_is_found_to_a_thousandth_of_it(value: float, width: float) -> 
 def test_the_search_goes_where_the_least_is() -> None:
     """The distance from 0.3, whose bounds are exact, to a thirty-second."""
 
-    def margin(item: Indices, begin: Array, end: Array) -> tuple[Array, Array, Array]:
-        ends = np.abs(np.stack([begin, end]) - 0.3)
-        return (
-            np.where((begin <= 0.3) & (end >= 0.3), 0.0, ends.min(axis=0)),
-            ends.min(axis=0),
-            ends.argmin(axis=0) * 1.0,
-        )
-
-    parts = branch_and_bound(claim_of(1, 1, margin, gap=1 / 32))
+    parts = branch_and_bound(claim_of(1, 1, from_a_point, gap=1 / 32))
     assert rows(parts) == [
         (0.0, 0.0, 0.25, 0.05),
         (0.0, 0.25, 0.0625, 0.0),
@@ -142,6 +144,20 @@ def test_few_parts_are_looked_at_together_and_many_in_chunks(monkeypatch: pytest
     assert parts.begin.tolist() == [number / 16 for number in range(16)]
 
 
+@pytest.mark.parametrize("chunk", [1, 2, 3, 5])
+def test_in_whatever_chunks_parts_cover_every_item(monkeypatch: pytest.MonkeyPatch, chunk: int) -> None:
+    monkeypatch.setattr(search, "CHUNK", chunk)
+    asked: list[list[int]] = []
+    parts = branch_and_bound(claim_of(3, 1, from_a_point, asked, gap=1e-3))
+    assert max(map(len, asked)) <= max(chunk, 3)
+    for item in range(3):
+        begin, width = parts.begin[parts.item == item], parts.width[parts.item == item]
+        assert begin[0] == 0.0
+        assert (begin[1:] == begin[:-1] + width[:-1]).all()
+        assert begin[-1] + width[-1] == 1.0
+    assert parts.lower.min() >= parts.least - 2e-3
+
+
 # ------------------------------------------------------------------------------ who is far
 
 
@@ -187,6 +203,22 @@ def test_where_no_box_tells_all_are_looked_at(monkeypatch: pytest.MonkeyPatch) -
     long = claim_of(2, 12, constant([1.0] * 24, loose=0.0), asked)
     looked_at(monkeypatch, 4, long, asked)
     assert list(map(len, asked)) == [12, 12]
+
+
+def test_chunks_of_subjects_become_twice_as_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of those who are as far the first come last."""
+    asked: list[list[int]] = []
+    count = 200
+    claim = claim_of(count, 1, constant([1.0] * count, loose=0.0), asked, gap=0.5)
+    monkeypatch.setattr(search, "FEW", 4)
+    monkeypatch.setattr(search, "CHUNK", 32)
+    far = np.array([0.25, 0.125])[np.arange(count) % 2]
+    branch_and_bound(replace(claim, far=lambda subject: far[subject]))
+    assert list(map(len, asked)) == [4, 8, 16, *[32] * 5, 12]
+    order = [*range(0, count, 2), *range(1, count, 2)]
+    assert asked[0] == order[-4:]
+    assert asked[1] == order[-12:-4]
+    assert asked[-1] == order[:12]
 
 
 def test_who_is_far_enough_for_what_is_enough_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -50,6 +50,12 @@ def test_a_box_is_better_where_a_curve_is_long() -> None:
     close(found, [1.5], [math.sqrt(90) - 1.5], [0.0])
 
 
+def test_of_who_is_far_by_its_box_the_square_is_not_looked_at() -> None:
+    """Which would say of (40, 10) to (10, 40), more than 10 m off each way, that it is 28.3 m off."""
+    found = asked(at_least(np.array([1.0, 13.0])), [0, 1], curves(*[[(40.0, 10.0), (10.0, 40.0)]] * 2))
+    close(found, [math.sqrt(200) - 1.0, math.sqrt(800) - 13.0], [math.sqrt(1700) - 1, math.sqrt(1700) - 13], [0.0, 0.0])
+
+
 def test_what_points_may_be_off_is_taken_off_a_length_and_added_to_what_is_seen() -> None:
     found = asked(at_least(np.array([1.0])), [0], curves(NEAR, radius=0.125))
     squares = 12 - (2 * 4 + 0.125) * 0.125 - (2 * 3 + 0.125) * 0.125

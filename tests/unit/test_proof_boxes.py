@@ -129,6 +129,9 @@ def test_a_box_is_cut_into_the_longest_parts_that_halving_leads_to() -> None:
         (2, 0.5, 1.0),
     ]
     asked.clear()
+    assert fault(boxes(claim_of(1, 3, asked), (0.0, 0.5, 3.0))) is None
+    assert asked == [(0, 0.0, 0.5), (0, 0.5, 1.0), (1, 0.0, 1.0), (2, 0.0, 1.0)]
+    asked.clear()
     assert fault(boxes(claim_of(1, 1, asked), (0.0, 0.125, 0.8125, 1.0))) is None
     assert asked == [
         (0, 0.0, 0.125),

@@ -160,6 +160,13 @@ def test_a_peak_is_found_within_a_piece_to_a_hundredth() -> None:
     assert (push.value, push.at) == (4.0, 1.0)
 
 
+def test_figures_are_rounded_to_a_thousandth() -> None:
+    own = [replace(each, duration=np.array([0.7, 1.3])) for each in files()]
+    own[1].coefficients[1, 1, 2] = 1.23456 / 2
+    push = judged(own).figures[1]
+    assert (push.value, push.at) == (1.235, 0.7)
+
+
 @pytest.mark.parametrize(
     ("pieces", "vehicle", "told"),
     [(31, ir.PLAIN, False), (32, ir.PLAIN, True), (32, ir.Vehicle("large", memory=9999), False)],

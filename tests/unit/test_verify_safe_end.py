@@ -12,6 +12,7 @@ import pytest
 
 from missionc import ir
 from missionc.base.trace import Array
+from missionc.base.units import Metres
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.verify.certificate import Check, Figure
 from missionc.verify.flight.landing_in_turns import Stop, landing_margins
@@ -206,6 +207,44 @@ def test_who_started_late_is_off_by_what_it_flies_in_that_time(
     assert [each.turns for each in with_turns(late, whole, 1.0, stops)] == [
         each.turns for each in with_turns(wide, whole, 1.0, stops)
     ]
+
+
+def test_whose_nose_alone_turns_is_not_off() -> None:
+    late, punctual = team(replace(TORPID, start_skew=0.5)), team(TORPID)
+    whole, stops = standing(late), stop(0.0, places=PLACES[:1], turns=((0,),))
+    whole["drone[0]"].coefficients[:, 3, 1] = stops[0].pieces[0].coefficients[0, 3, 1] = 1.0
+    column = (still(ir.Disc((1.0, 2.0), 0.1, ir.Prism(0.0, 3.0)), "column"),)
+    margins = [
+        [each.margin for each in judge_stops(replace(one, obstacles=column), whole, 1.0, stops).checks]
+        for one in (late, punctual)
+    ]
+    assert margins[0] == pytest.approx(margins[1], abs=1e-6)
+
+
+def test_at_a_stop_bodies_alone_count_and_what_they_may_miss() -> None:
+    post = still(ir.Disc((1.0, 2.0), 0.1, ir.Prism(0.0, 3.0)), "post")
+    mission = replace(team(TORPID, TORPID), separation=Metres(9.0), clearance=Metres(9.0), obstacles=(post,))
+    truck = replace(car(0.0, 8.0, offsets=(0.0, 0.0)), name="truck")
+    mission = replace(mission, obstacles=(*mission.obstacles, truck))
+    checks = {each.subject: each for each in judge_stops(mission, standing(mission), 1.0, stop(0.0)).checks}
+    assert checks["all pairs"].margin == pytest.approx(2.0 - 0.2 - 0.04, abs=1e-6)
+    assert checks["post"].margin == pytest.approx(1.0 - 0.1 - 0.12, abs=1e-6)
+    assert checks["truck"].margin == pytest.approx(5.0 - 0.1 - 0.12, abs=1e-6)
+    assert {checks[name].detail for name in ("all pairs", "post", "truck")} == {"no bodies touch throughout"}
+
+
+def test_what_moves_is_beside_each_stop_by_itself() -> None:
+    """It is beside the second stop as the first one ends."""
+    mission = replace(team(TORPID), obstacles=(car(0.0, 1.5, 2.0, offsets=(0.0, 0.0, 3.0)),))
+    stops = [*stop(0.0, places=PLACES[:1]), *stop(2.0, places=[(1.0, 5.0, 1.0)])]
+    check = named(judge_stops(mission, standing(mission), 1.0, stops).checks, "flown obstacle")
+    assert (check.margin, check.at) == pytest.approx((4.0 - 0.22, 2.0), abs=1e-6)
+    check = named(judge_stops(mission, standing(mission), 1.0, stops[:1]).checks, "flown obstacle")
+    assert check.margin == pytest.approx(5.0 - 0.22, abs=1e-6)
+    closer = [*stop(0.0, places=PLACES[:1]), *stop(2.0, places=[(1.0, 4.5, 1.0)])]
+    mission = replace(mission, obstacles=(car(0.0, 1.5, 2.0, offsets=(0.0, 0.0, 9.0)),))
+    check = named(judge_stops(mission, standing(mission), 1.0, closer).checks, "flown obstacle")
+    assert (check.margin, check.at) == pytest.approx((5.0 - 0.22, 0.0), abs=1e-6)
 
 
 def test_a_stop_beyond_all_measure_is_refused_without_a_warning() -> None:

@@ -374,18 +374,27 @@ def test_who_has_risen_rises_no_more() -> None:
         replace(agent.pad, risen=risen) for agent, risen in zip(MISSION.agents, (5.0, 7.0), strict=True) if agent.pad
     ]
     agents = (
-        replace(agent, pad=pad, vehicle=replace(VEHICLE, endurance=30.5 - agent.index))
+        replace(agent, pad=pad, vehicle=replace(VEHICLE, endurance=30.0 - agent.index), begins=((0.0,) * 4,))
         for agent, pad in zip(MISSION.agents, pads, strict=True)
     )
     mission = replace(MISSION, agents=tuple(agents), obstacles=(still(DISC, "first"),))
     certificate = judged(mission, {Stage.HOME: ways()[Stage.HOME]})
     assert [row[0] for row in rows(mission, {Stage.HOME: ways()[Stage.HOME]})] == ["sink obstacle"]
+    # Its ways begin at rest, however the mission does.
+    assert [check.name for check in certificate.checks[:6]] == [
+        "out way",
+        *["home file"] * 2,
+        "home clock",
+        "home joints",
+        "home rest",
+    ]
+    assert not named(certificate, "home begins")
     # The mission, the way home, 2 s and 4 s.
     assert certificate.figures == (Figure("whole flight", "floor to floor", 22.0, "s"),)
     detail = "after 7 s of the mission it takes 22 s to the floor; on one charge it flies {} s"
     assert named(certificate, "whole endurance") == [
-        Check("whole endurance", "drone[0]", 1.5, "s", 0.0, True, None, ("drone[0]",), detail.format("30.5")),
-        Check("whole endurance", "drone[1]", 0.5, "s", 0.0, True, None, ("drone[1]",), detail.format("29.5")),
+        Check("whole endurance", "drone[0]", 1.0, "s", 0.0, True, None, ("drone[0]",), detail.format("30")),
+        Check("whole endurance", "drone[1]", 0.0, "s", 0.0, True, None, ("drone[1]",), detail.format("29")),
     ]
 
 

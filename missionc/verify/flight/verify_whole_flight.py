@@ -109,8 +109,8 @@ def whole_phases(mission: Mission, wanted: Mapping[Stage, Way], seconds: float) 
 
 
 def _seconds(mission: Mission, files: Mapping[str, str]) -> float:
-    flown = pieces_of(mission, files) if files else {}
-    return 0.0 if isinstance(flown, Check) or not flown else float(next(iter(flown.values())).times[-1])
+    flown = pieces_of(mission, files)
+    return 0.0 if isinstance(flown, Check) else float(next(iter(flown.values())).times[-1])
 
 
 # ----------------------------------------------------------------------- ways
@@ -180,7 +180,7 @@ def _columns(
     checks += [_turns(mission, hovers)] if len(mission.agents) > 1 else []
     size = mission.dimension
     for name, begin, end in (
-        ("rise", -math.inf, begins[Stage.OUT]),
+        ("rise", begins[Stage.OUT], begins[Stage.OUT]),
         ("sink", begins[Stage.HOME], begins[Stage.HOME] + lasting.settle + lasting.rounds * lasting.sink),
     ):
         for obstacle in mission.obstacles if name == "sink" or not has_risen(mission) else ():
@@ -188,7 +188,7 @@ def _columns(
             for agent in mission.agents:
                 need = max(agent.radius + agent.vehicle.tracking, agent.radius + mission.clearance)
                 point = tuple(hovers[agent.index, :size].tolist())
-                clear = column_clearance(obstacle, point, begin if name == "sink" else end, end)
+                clear = column_clearance(obstacle, point, begin, end)
                 detail = "every body that goes straight up or down above its pad keeps clear of it"
                 found.append(
                     judged(
