@@ -219,6 +219,12 @@ def test_so_is_what_is_long() -> None:
     assert lower == pytest.approx(2.0 - HUGE - err, abs=1e-2)
 
 
+def test_what_is_near_is_off_no_more_for_what_is_far() -> None:
+    places = np.array([[3.0, 0.0], [HUGE, 0.0]])
+    found = box_clear_of(Ball((0.0, 0.0), 1.0), 2)(places, places, np.zeros(2))
+    assert found == pytest.approx([2.0, HUGE - 2.0], abs=1e-3)
+
+
 @pytest.mark.parametrize("point", [(3.0, 4.0), (3.0, 4.0, 0.0)])
 def test_what_control_points_may_be_off_counts_in_every_direction(point: tuple[float, ...]) -> None:
     off = 0.01 * math.sqrt(len(point))

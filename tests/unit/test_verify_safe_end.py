@@ -260,6 +260,20 @@ def test_a_stop_beyond_all_measure_is_refused_without_a_warning() -> None:
             assert failing >= {"begin", "flown world"}
 
 
+def test_in_a_stop_the_fastest_of_it_counts() -> None:
+    """x = 1.6 t**2 for a quarter of a second: 0.8 m/s at its end, of which 0.5 s are 0.4 m."""
+    late, wide = team(replace(TORPID, start_skew=0.5)), team(replace(TORPID, tracking=0.42))
+    own = straight(PLACES[0], (0.25, 0.0), (1.0, 0.0))
+    own.coefficients[0, 0, 2] = 1.6
+    column = (still(ir.Disc((1.0, 3.0), 0.1, ir.Prism(0.0, 3.0)), "column"),)
+    margins = [
+        named(judge_stops(replace(one, obstacles=column), standing(one), 1.0, [Stop(0.0, (own,), ())]).checks, name)
+        for one in (late, wide)
+        for name in ("flown obstacle", "flown world")
+    ]
+    assert [each.margin for each in margins[:2]] == pytest.approx([each.margin for each in margins[2:]], abs=1e-6)
+
+
 # ------------------------------------------------------------------------------ what is there at a stop
 
 
