@@ -237,7 +237,7 @@ def _pair(mission: Mission, first: int, second: int, points: list[list[float]]) 
 
 def _endurance(mission: Mission, lasting: Phases) -> list[Check]:
     """That everybody is on the floor again before its battery is empty; of a mission in flight with what was flown."""
-    aloft = max((agent.pad.risen or 0.0 for agent in mission.agents if agent.pad is not None), default=0.0)
+    aloft = max(agent.pad.risen or 0.0 for agent in mission.agents if agent.pad is not None)
     whole = aloft + lasting.whole
     took = f"after {aloft:g} s of the mission it takes" if has_risen(mission) else "it takes"
     where = "to the floor" if has_risen(mission) else "from the floor to the floor"
