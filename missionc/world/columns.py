@@ -16,7 +16,7 @@ FLOOR = 0.0
 FINE = 0.002
 """Metres between the heights of a column that are looked at: what lies in between is nearer by half of it at most."""
 MOST_HEIGHTS = 1 << 18
-"""Of a column, 524 m of it: of a higher one they are further apart, by which what lies in between may be nearer."""
+"""Heights of a column that are looked at, of 524 m of it: of a higher one they are further apart, which counts."""
 STRIDE = 0.01
 """Metres that a moving obstacle goes between two moments that are looked at; likewise."""
 MOST_MOMENTS = 2000

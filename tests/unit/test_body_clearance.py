@@ -33,7 +33,7 @@ AT_ONCE = Polygon((*TILTED.corners[:2], TILTED.corners[1], *TILTED.corners[2:], 
 
 
 def bounds(shape: Shape, *points: Sequence[float] | Array, need: float = 0.0, radius: float = 0.0) -> tuple[float, ...]:
-    """Of one curve with these control points: the bound, what was seen, and where."""
+    """The bound, what was seen, and where, of one curve with these control points."""
     control = np.array(points).T[None]
     needs = np.array([9.0, need])
     curve = Enclosed(control, np.full(control.shape[:2], radius))

@@ -18,7 +18,7 @@ from missionc.verify.proof.claims import Bounds, Claim, everyone, of_agents
 from missionc.verify.proof.failing_pieces import failing_pieces
 
 Margin = Callable[[Indices, Array, Array], tuple[Array, Array, Array]]
-"""Of items, from a share of the piece to another one."""
+"""The margin of items, from a share of the piece to another one."""
 
 
 def claim_of(
@@ -206,7 +206,7 @@ def test_where_no_box_tells_all_are_looked_at(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_chunks_of_subjects_become_twice_as_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of those who are as far the first come last."""
+    """Those who are as far come in their order, the first of them last."""
     asked: list[list[int]] = []
     count = 200
     claim = claim_of(count, 1, constant([1.0] * count, loose=0.0), asked, gap=0.5)

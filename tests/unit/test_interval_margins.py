@@ -14,7 +14,7 @@ from missionc.verify.proof.interval_margins import at_least, at_most, between, f
 
 
 def curves(*points: Sequence[Sequence[float]], radius: float = 0.0) -> Enclosed:
-    """Of each its control points."""
+    """Curves, each by its control points."""
     made = np.array(points, dtype=np.float64).swapaxes(1, 2)
     return Enclosed(made, np.full(made.shape[:2], radius))
 

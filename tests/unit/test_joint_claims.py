@@ -24,7 +24,7 @@ def flight(
     durations: Sequence[float] = (2.0, 2.0),
     astray: Sequence[float] | None = None,
 ) -> Flight:
-    """Of each agent, where each piece begins, and at how many m/s it goes on along x."""
+    """Where each piece of each agent begins, and at how many m/s it goes on along x."""
     coefficients = np.zeros((len(agents), len(durations), 4, 8))
     for agent, pieces in enumerate(agents):
         for piece, (begin, speed) in enumerate(pieces):

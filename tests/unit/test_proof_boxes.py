@@ -63,7 +63,7 @@ def test_bounds_are_stated_a_billionth_lower(bound: float, written: float) -> No
 
 
 def parts(*rows: tuple[int, float, float, float]) -> Parts:
-    """Of each its item, begin, width and bound."""
+    """Parts, each by its item, begin, width and bound."""
     item, begin, width, lower = (np.array(column) for column in zip(*rows, strict=True))
     return Parts(item, begin.astype(float), width.astype(float), lower.astype(float), 0.0, 0, 0.0)
 
@@ -169,7 +169,7 @@ def test_a_bound_that_is_too_good_is_found_with_its_time() -> None:
 def table(
     lower: Sequence[float], seen: Sequence[float], *, gap: float = 0.125, subjects: int = 2, loose: float = 0.0
 ) -> Claim:
-    """Of items with these bounds and margins, which are seen at a quarter of the piece."""
+    """A claim of items with these bounds, and margins that are seen at a quarter of the piece."""
     bound, margin = np.array(lower, dtype=np.float64), np.array(seen, dtype=np.float64)
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
