@@ -103,8 +103,9 @@ def test_moments_follow_each_other_within_the_flight_and_from_the_floor_to_its_e
 
 
 def test_the_figures_say_how_long_one_waits_and_for_how_long_there_is_none() -> None:
+    """To a millionth of a second."""
     mission = team(TORPID, TORPID)
-    stops = [*stop(-1.75), *stop(0.5, turns=((0,), (1,))), *stop(1.25, turns=((1,),))]
+    stops = [*stop(-1.75), *stop(0.5 + 4e-7, turns=((0,), (1,))), *stop(1.25 + 4e-7, turns=((1,),))]
     assert verify_safe_end(mission, standing(mission), 2.0, 0.0, stops).figures == (
         Figure("safe end wait", "flight", 2.25, "s"),
         Figure("safe end hover", "flight", 2.0, "moments"),
