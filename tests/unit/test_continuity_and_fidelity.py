@@ -347,3 +347,8 @@ def test_what_rounding_may_hide_of_far_points_counts_in_the_tube() -> None:
     planned = plan((far, 2.0, 3.0))
     lower = judged(planned, 1, [(far, 2.0, 3.0), (far, 2.0, 3.0)])
     assert lower == pytest.approx(0.1 - (far + 1) * 2.0**-40, rel=1e-9)
+    claim = of_second(standing(1.0, 2.0), planned)
+    both = np.array([[(far, 2.0, 3.0)] * 2, [(1.0, 2.0, 3.0)] * 2]).swapaxes(1, 2)
+    found = claim.judge(np.array([0, 0]), Enclosed(both, np.zeros((2, 3))))[0]
+    assert found[0] == pytest.approx(0.1 - (far + 1) * 2.0**-40, rel=1e-9)
+    assert found[1] == pytest.approx(0.1 + 1.0 - far, abs=1e-4)

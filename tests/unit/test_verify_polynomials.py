@@ -161,10 +161,10 @@ def test_a_peak_is_found_within_a_piece_to_a_hundredth() -> None:
 
 
 def test_figures_are_rounded_to_a_thousandth() -> None:
-    own = [replace(each, duration=np.array([0.7, 1.3])) for each in files()]
+    own = [replace(each, duration=np.array([0.12345, 1.87655])) for each in files()]
     own[1].coefficients[1, 1, 2] = 1.23456 / 2
     push = judged(own).figures[1]
-    assert (push.value, push.at) == (1.235, 0.7)
+    assert (push.value, push.at) == (1.235, 0.123)
 
 
 @pytest.mark.parametrize(

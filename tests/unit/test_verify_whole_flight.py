@@ -299,7 +299,9 @@ def test_of_those_who_cannot_rise_the_nearest_are_named() -> None:
 
 def test_one_agent_keeps_apart_from_nobody() -> None:
     alone = replace(MISSION, agents=MISSION.agents[:1])
-    assert not named(judged(alone, {}), "column separation")
+    found = judged(alone)
+    assert found.passed
+    assert [len(named(found, name)) for name in ("out clock", "home clock", "column separation")] == [1, 1, 0]
 
 
 DISC = ir.Disc((1.0, 7.0), 0.5, ir.Prism(0.0, 3.0))
