@@ -163,6 +163,17 @@ def test_a_stop_begins_as_the_flight_is_there_and_ends_at_rest(seed: int, ends: 
     assert check.tolerance == pytest.approx(4e-6)
 
 
+def test_where_a_flight_ends_so_does_its_snap() -> None:
+    """Snap of 1.5 m/s**4, for a moment: within a stop of half a second it is worth 1.5 / 2**4 / 840 m."""
+    mission = team(TORPID)
+    whole = {"drone[0]": straight(PLACES[0], (3.0, 0.0), (1e-3, 0.0))}
+    whole["drone[0]"].coefficients[1, 0, 4] = 0.0625
+    stops = stop(2.0 + 0.9998e-3, 2.0 + 0.9991e-3, 2.0 + 0.9989e-3, 1.5, places=PLACES[:1])
+    margins = [named(judge_stops(mission, whole, 1.0, [each]).checks, "begin").margin for each in stops]
+    snap = 1.5 / 2**4 / 840
+    assert margins == pytest.approx([0.0, 0.0, -snap, 0.0], abs=5e-6)
+
+
 def test_the_worst_stop_is_named() -> None:
     mission = team(TORPID)
     stops = [*stop(0.0, places=PLACES[:1]), *stop(1.0, places=[(1.0, 1.25, 1.0)]), *stop(2.0, places=[(1.0, 1.0, 1.1)])]
@@ -193,7 +204,8 @@ def test_who_started_late_is_off_by_what_it_flies_in_that_time(
     late = team(*(replace(TORPID, start_skew=skew) for skew in skews))
     wide = team(*2 * (replace(TORPID, tracking=TORPID.tracking + missed),))
     column = still(ir.Disc((1.0, 2.0), 0.1, ir.Prism(0.0, 3.0)), "column")
-    late, wide = (replace(each, obstacles=(column,)) for each in (late, wide))
+    truck = moving(ir.Disc((1.0, 6.0), 0.1, ir.Prism(0.0, 3.0)), (0.0, 8.0), [(0.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    late, wide = (replace(each, obstacles=(column, truck)) for each in (late, wide))
     whole = {
         "drone[0]": straight(PLACES[0], (3.0, 0.3), (3.0, 1.0)),
         "drone[1]": straight(PLACES[1], (3.0, 0.2), (3.0, 0.2)),
@@ -203,7 +215,12 @@ def test_who_started_late_is_off_by_what_it_flies_in_that_time(
     ways = [
         {(each.name, each.subject): each for each in judge_stops(one, whole, 1.0, stops).checks} for one in (late, wide)
     ]
-    for key in (("landing", "stops"), ("flown obstacle", "column"), ("flown separation", "all pairs")):
+    for key in (
+        ("landing", "stops"),
+        ("flown obstacle", "column"),
+        ("flown obstacle", "truck"),
+        ("flown separation", "all pairs"),
+    ):
         assert ways[0][key].margin == pytest.approx(ways[1][key].margin, abs=2e-5), key
     assert [each.turns for each in with_turns(late, whole, 1.0, stops)] == [
         each.turns for each in with_turns(wide, whole, 1.0, stops)

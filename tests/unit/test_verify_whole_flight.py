@@ -245,6 +245,12 @@ def test_a_way_that_is_not_there_is_one_that_nobody_needs(pads: Sequence[tuple[f
     assert found.figures == (Figure("whole flight", "floor to floor", 25.3, "s"),)
 
 
+def test_a_whole_flight_is_told_to_a_millionth_of_a_second() -> None:
+    longer = {name: replace(own, duration=np.array([2.7182817, 5.0])) for name, own in flown().items()}
+    found = verify_whole_flight(team(pads=STARTS), texts(longer), {})
+    assert found.figures == (Figure("whole flight", "floor to floor", 25.018282, "s"),)
+
+
 # ------------------------------------------------------------------------------ columns
 
 
