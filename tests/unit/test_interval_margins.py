@@ -123,6 +123,8 @@ def test_a_lean_is_that_of_the_farthest_aside_and_the_lowest() -> None:
     close(asked(upright(limit), [1], line), [1.0 - math.atan2(5.0, 2.0)], [1.0 - math.atan2(5.0, 5.0)], [0.0])
     line = curves([(0.0, 0.0, 2.0), (0.0, 3.0, 2.0)])
     close(asked(upright(limit), [0], line), [9.0 - math.atan2(3.0, 2.0)], [9.0 - math.atan2(3.0, 2.0)], [1.0])
+    line = curves([(0.0, 0.0, 0.5), (0.0, 0.5, 0.5)])
+    close(asked(upright(limit), [0], line), [9.0 - math.pi / 4], [9.0 - math.pi / 4], [1.0])
     line = curves([(3.0, 4.0, 5.0), (3.0, 4.0, 5.0)], radius=0.125)
     off = (2 * 3 + 0.125) * 0.125 + (2 * 4 + 0.125) * 0.125
     aside = math.sqrt(25 + off)
