@@ -15,6 +15,8 @@ FLOOR = 0.0
 """Metres: where vehicles stand before they take off."""
 FINE = 0.002
 """Metres between the heights of a column that are looked at: what lies in between is nearer by half of it at most."""
+MOST_HEIGHTS = 1 << 18
+"""Heights of a column that are looked at, of 524 m of it: of a higher one they are further apart, which counts."""
 STRIDE = 0.01
 """Metres that a moving obstacle goes between two moments that are looked at; likewise."""
 MOST_MOMENTS = 2000
@@ -41,8 +43,10 @@ def _column(point: Vector) -> tuple[Array, float]:
     """(heights, dim), metres: its points, and how far they are from each other at most."""
     if len(point) < 3:
         return np.array([point], dtype=np.float64), 0.0
-    heights = np.linspace(FLOOR, point[2], max(2, math.ceil(abs(point[2] - FLOOR) / FINE) + 1))
-    return np.column_stack([np.full(heights.shape, point[0]), np.full(heights.shape, point[1]), heights]), FINE
+    tall = abs(point[2] - FLOOR)
+    fine = max(FINE, tall / MOST_HEIGHTS)
+    heights = np.linspace(FLOOR, point[2], max(2, math.ceil(tall / fine) + 1))
+    return np.column_stack([np.full(heights.shape, point[0]), np.full(heights.shape, point[1]), heights]), fine
 
 
 def _offsets(obstacle: Obstacle, moments: Array, dimension: int) -> Array:

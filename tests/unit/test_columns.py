@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from missionc.ir import Ball, Box, Disc, Polygon, Prism, Shape
-from missionc.world.columns import FINE, STRIDE, column_clearance
+from missionc.world.columns import FINE, MOST_HEIGHTS, STRIDE, column_clearance
 from missionc.world.displacement import displaced, moved
 from missionc.world.signed_distance import signed_distance
 from tests.support.legal_plans import moving, still
@@ -42,3 +42,10 @@ def test_no_height_and_no_moment_is_nearer_than_what_is_said_by_more_than_is_all
         fastest = max((math.dist(*pair) for pair in pairwise(ways)), default=0.0)
         assert said <= seen
         assert seen - said < FINE + STRIDE + z / 59 + (fastest * 3.5 / 59 / min(np.diff(times)) if moves else 0.0)
+
+
+def test_a_column_of_any_height_is_looked_at_more_coarsely_the_higher_it_is() -> None:
+    pole = still(Disc((4.0, 0.0), 1.0, Prism(0.0, 2.0)))
+    assert column_clearance(pole, (0.0, 0.0, FINE * MOST_HEIGHTS), 0.0, 0.0) == pytest.approx(3.0 - FINE / 2)
+    assert column_clearance(pole, (0.0, 0.0, 2 * FINE * MOST_HEIGHTS), 0.0, 0.0) == pytest.approx(3.0 - FINE)
+    assert column_clearance(pole, (0.0, 0.0, 1e38), 0.0, 0.0) == pytest.approx(-1e38 / MOST_HEIGHTS / 2)

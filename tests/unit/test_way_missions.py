@@ -134,6 +134,25 @@ def test_the_mission_of_a_way_is_to_be_there_at_its_end_at_rest() -> None:
     assert [agent.dynamics.top_speed for agent in fast.agents] == [2.0, 2.0]
 
 
+def test_nothing_else_is_asked_of_a_way() -> None:
+    asked = ("formations", "requirements", "preferences", "lets", "resources", "flags", "tolerances")
+    busy = replace(
+        MISSION,
+        objective=ir.Objective.DISTANCE,
+        solve=ir.SolveWith("smt"),
+        **dict.fromkeys(asked, ("something",)),  # type: ignore[arg-type]
+    )
+    made = way_mission(busy, Stage.OUT, WAY, 6.0, 3, 1.5)
+    assert [getattr(made, name) for name in asked] == [()] * len(asked)
+    assert (made.objective, made.solve) == (ir.Objective.NONE, ir.SolveWith())
+    assert (made.clearance, made.regions, made.teams, made.graphs) == (
+        busy.clearance,
+        busy.regions,
+        busy.teams,
+        busy.graphs,
+    )
+
+
 def test_the_way_of_a_plane_mission_is_flown_at_the_height_where_it_begins() -> None:
     made = way_mission(mission_of([(1.0, 1.0), (4.0, 1.0)], 4), Stage.OUT, WAY, 6.0, 3, 1.5)
     assert [agent.altitude for agent in made.agents] == [0.5, 0.7]
@@ -180,3 +199,53 @@ def test_what_grows_and_moves_does_both() -> None:
     assert made.shape.low == pytest.approx((4.0, 4.0, -1.0))
     assert isinstance(made.motion, ir.Path)
     assert made.motion.offsets[0] == (3.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("times", "offsets", "left"),
+    [
+        # The mission lasts 8 s: a turn in that moment is where it is then.
+        ((0.0, 8.0, 10.0), (0.0, 2.0, 3.0), ((0.0, 2.0), (2.0, 3.0))),
+        ((0.0, 7.5, 8.5), (0.0, 1.0, 3.0), ((0.0, 2.0), (0.5, 3.0))),
+        ((9.0, 10.0), (1.0, 3.0), ((0.0, 1.0), (1.0, 1.0), (2.0, 3.0))),
+        ((0.0, 16.0), (0.0, 4.0), ((0.0, 2.0), (8.0, 4.0))),
+    ],
+)
+def test_what_goes_on_turns_when_it_would(
+    times: tuple[float, ...], offsets: tuple[float, ...], left: tuple[tuple[float, float], ...]
+) -> None:
+    truck = moving(BLOCK, times, [(each, 0.0, 0.0) for each in offsets])
+    (made,) = way_mission(replace(MISSION, obstacles=(truck,)), Stage.HOME, WAY, 6.0, 3, 1.5).obstacles
+    assert made.shape == BLOCK
+    assert made.motion == ir.Path(tuple(Seconds(time) for time, _ in left), tuple((x, 0.0, 0.0) for _, x in left))
+
+
+def test_in_a_plane_what_moves_has_no_height() -> None:
+    flat = mission_of([(1.0, 1.0), (4.0, 1.0)], 4, step=2.0)
+    block = ir.Box((5.0, 5.0), (6.0, 6.0))
+    moved = (
+        moving(block, (0.0, 4.0), [(0.0, 0.0), (2.0, 1.0)], "early"),
+        moving(block, (4.0, 12.0), [(1.0, 0.0), (5.0, 2.0)], "late"),
+    )
+    flat = replace(flat, obstacles=moved)
+    early, late = way_mission(flat, Stage.HOME, WAY, 6.0, 3, 1.5).obstacles
+    assert (early.shape, early.motion) == (ir.Box((7.0, 6.0), (8.0, 7.0)), ir.Still())
+    assert late.motion == ir.Path((Seconds(0.0), Seconds(4.0)), ((3.0, 1.0), (5.0, 2.0)))
+    early, late = way_mission(flat, Stage.OUT, WAY, 6.0, 3, 1.5).obstacles
+    assert (early.shape, late.shape) == (block, ir.Box((6.0, 5.0), (7.0, 6.0)))
+    assert (early.motion, late.motion) == (ir.Still(), ir.Still())
+
+
+def test_what_grows_is_on_the_way_out_as_large_as_when_the_mission_begins() -> None:
+    truck = replace(moving(BLOCK, (0.0, 16.0), [(0.0, 0.0, 0.0), (4.0, 0.0, 0.0)]), growth=0.125, age=2.0)
+    mission = replace(MISSION, obstacles=(truck,))
+    (out,) = way_mission(mission, Stage.OUT, WAY, 6.0, 3, 1.5).obstacles
+    assert isinstance(out.shape, ir.Box)
+    assert (out.growth, out.motion) == (0.0, ir.Still())
+    assert out.shape.low == pytest.approx((4.75, 4.75, -0.25))
+    (home,) = way_mission(mission, Stage.HOME, WAY, 6.0, 3, 1.5).obstacles
+    assert isinstance(home.shape, ir.Box)
+    assert home.growth == 0.0
+    # 8 s, 6 s, and the 2 s it had grown before.
+    assert home.shape.low == pytest.approx((3.0, 3.0, -2.0))
+    assert home.motion == ir.Path((Seconds(0.0), Seconds(8.0)), ((2.0, 0.0, 0.0), (4.0, 0.0, 0.0)))

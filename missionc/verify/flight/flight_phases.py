@@ -71,16 +71,14 @@ def phases_of(
         up, down: metres, by agent: the heights to which they rise, and from which they sink.
         duration: seconds of the polynomials.
     """
-    rise = max(_seconds(height - FLOOR, agent, _most(agent, "rise")) for agent, height in zip(agents, up, strict=True))
-    sink = max(
-        _seconds(height - LANDED, agent, _most(agent, "land")) for agent, height in zip(agents, down, strict=True)
-    )
-    return Phases(0.0 if risen else max(rise, RISE), SETTLE, GO, duration, max(sink, SINK), rounds)
+    rise = max(_seconds(height - FLOOR, agent, _rise(agent)) for agent, height in zip(agents, up, strict=True))
+    sink = max(landing_seconds(agent, height) for agent, height in zip(agents, down, strict=True))
+    return Phases(0.0 if risen else max(rise, RISE), SETTLE, GO, duration, sink, rounds)
 
 
 def landing_seconds(agent: Agent, height: float) -> float:
     """For a landing from a height in metres."""
-    return max(_seconds(height - LANDED, agent, _most(agent, "land")), SINK)
+    return max(_seconds(height - LANDED, agent, math.inf if agent.pad is None else agent.pad.land), SINK)
 
 
 def rest_to_rest(distance: float, speed: float, acceleration: float) -> float:
@@ -88,12 +86,12 @@ def rest_to_rest(distance: float, speed: float, acceleration: float) -> float:
     return max(SPEED * abs(distance) / speed, math.sqrt(ACCELERATION * abs(distance) / acceleration))
 
 
-def _most(agent: Agent, word: str) -> float:
-    """m/s: what its vehicle may do, and the mission wants."""
-    wanted = math.inf if agent.pad is None else (agent.pad.rise if word == "rise" else agent.pad.land)
-    return min(agent.vehicle.vertical_speed, wanted)
+def _rise(agent: Agent) -> float:
+    """m/s: what the mission wants on the way up."""
+    return math.inf if agent.pad is None else agent.pad.rise
 
 
-def _seconds(height: float, agent: Agent, speed: float) -> float:
-    """For so many metres, rounded up to a tenth."""
+def _seconds(height: float, agent: Agent, wanted: float) -> float:
+    """For so many metres, no faster than the mission wants and its vehicle may, rounded up to a tenth."""
+    speed = min(agent.vehicle.vertical_speed, wanted)
     return math.ceil(10 * rest_to_rest(height, speed, agent.vehicle.acceleration) - 1e-9) / 10

@@ -102,11 +102,11 @@ def _named(certificate: Certificate) -> Certificate:
 def judge_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> Certificate:
     """Judge stops by themselves, arguments as of ``verify_safe_end``; the boxes are on the clock of all in a row."""
     flown = [whole[agent.name] for agent in mission.agents]
-    off = _begin_off(flown, before, stops)
-    checks = [_begins(agent, flown[agent.index], off[agent.index], stops) for agent in mission.agents]
     boxes: list[Boxes] = []
-    punctual, flight = _as_one(mission, flown, before, stops)
     with np.errstate(over="ignore", invalid="ignore"):
+        off = _begin_off(flown, before, stops)
+        checks = [_begins(agent, flown[agent.index], off[agent.index], stops) for agent in mission.agents]
+        punctual, flight = _as_one(mission, flown, before, stops)
         prove_all(punctual, _claims(punctual, flight), checks, boxes)
         checks = [_on_the_clock(check, flight, stops) for check in checks]
         for obstacle in mission.obstacles:

@@ -109,8 +109,8 @@ def whole_phases(mission: Mission, wanted: Mapping[Stage, Way], seconds: float) 
 
 
 def _seconds(mission: Mission, files: Mapping[str, str]) -> float:
-    flown = pieces_of(mission, files) if files else {}
-    return 0.0 if isinstance(flown, Check) or not flown else float(next(iter(flown.values())).times[-1])
+    flown = pieces_of(mission, files)
+    return 0.0 if isinstance(flown, Check) else float(next(iter(flown.values())).times[-1])
 
 
 # ----------------------------------------------------------------------- ways
@@ -126,11 +126,12 @@ def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> 
     same = len(own) == len(read_files) and all(np.array_equal(each.duration, own[0].duration) for each in own)
     checks.append(Check("clock", "polynomials", 0.0, "s", 0.0, same, detail="all files have the same durations"))
     if same:
-        for agent, each in zip(mission.agents, own, strict=True):
-            checks += [*check_smooth(replace(agent, begins=()), each), *_ends(agent, each, way), _yaw(agent, each, way)]
         flown = way_mission(mission, stage, way, float(own[0].times[-1]), 1, math.inf)
         flight = Flight(own[0].duration, np.stack([each.coefficients for each in own]))
         with np.errstate(over="ignore", invalid="ignore"):
+            for agent, each in zip(mission.agents, own, strict=True):
+                checks += check_smooth(replace(agent, begins=()), each)
+                checks += [*_ends(agent, each, way), _yaw(agent, each, way)]
             prove_all(flown, [world(flown, flight)], checks, boxes)
             warnings += check_apart(flown, flight, checks, boxes)
             prove_all(flown, [*downwash(flown, flight), *limits(flown, flight)], checks, boxes)
@@ -179,7 +180,7 @@ def _columns(
     checks += [_turns(mission, hovers)] if len(mission.agents) > 1 else []
     size = mission.dimension
     for name, begin, end in (
-        ("rise", -math.inf, begins[Stage.OUT]),
+        ("rise", begins[Stage.OUT], begins[Stage.OUT]),
         ("sink", begins[Stage.HOME], begins[Stage.HOME] + lasting.settle + lasting.rounds * lasting.sink),
     ):
         for obstacle in mission.obstacles if name == "sink" or not has_risen(mission) else ():
@@ -187,7 +188,7 @@ def _columns(
             for agent in mission.agents:
                 need = max(agent.radius + agent.vehicle.tracking, agent.radius + mission.clearance)
                 point = tuple(hovers[agent.index, :size].tolist())
-                clear = column_clearance(obstacle, point, begin if name == "sink" else end, end)
+                clear = column_clearance(obstacle, point, begin, end)
                 detail = "every body that goes straight up or down above its pad keeps clear of it"
                 found.append(
                     judged(
@@ -236,7 +237,7 @@ def _pair(mission: Mission, first: int, second: int, points: list[list[float]]) 
 
 def _endurance(mission: Mission, lasting: Phases) -> list[Check]:
     """That everybody is on the floor again before its battery is empty; of a mission in flight with what was flown."""
-    aloft = max((agent.pad.risen or 0.0 for agent in mission.agents if agent.pad is not None), default=0.0)
+    aloft = max(agent.pad.risen or 0.0 for agent in mission.agents if agent.pad is not None)
     whole = aloft + lasting.whole
     took = f"after {aloft:g} s of the mission it takes" if has_risen(mission) else "it takes"
     where = "to the floor" if has_risen(mission) else "from the floor to the floor"
