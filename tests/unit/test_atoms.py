@@ -134,6 +134,8 @@ def test_an_altitude_in_a_plane_is_not_changed_by_any_motion() -> None:
 def test_a_border_that_rounding_decides_is_open() -> None:
     assert signals(least(1.0, DistanceBetween(0, 1)), moving((0, 0, 1, 0), (1, 0, 1, 0)), 0) == [OPEN]
     assert signals(most(0.0, Coordinate(0)), LEAVING, 0) == [OPEN]
+    assert signals(least(1e-12, Coordinate(0)), LEAVING, 0) == [OPEN]
+    assert signals(most(1e-12, Coordinate(0)), LEAVING, 0) == [OPEN]
 
 
 def test_a_level_changes_evenly_between_steps() -> None:

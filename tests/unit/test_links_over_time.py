@@ -101,6 +101,11 @@ def test_a_route_of_two_links_may_be_off_by_the_change_of_both() -> None:
     assert long == Signal(((STEP + BIT, END),), ((0, STEP - BIT),))
 
 
+def test_a_route_of_no_length_is_not_denied_to_who_is_at_the_same_place() -> None:
+    links, end = linked((0, 1, ALWAYS), members=2), [NEVER, ALWAYS]
+    assert route(0.0, 0.0, links, [ALWAYS] * 2, end, along((1, 2), (1, 2))) == [Signal((), ()), ALWAYS]
+
+
 def test_a_route_of_any_length_is_one_of_any_links() -> None:
     links, end = linked((0, 1, ALWAYS), (1, 2, ALWAYS)), [NEVER, NEVER, ALWAYS]
     assert route(0.0, float("inf"), links, [ALWAYS] * 3, end, LEAVING) == [ALWAYS] * 3
