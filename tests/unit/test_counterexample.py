@@ -291,8 +291,8 @@ def test_since_fails_at_the_last_moment_at_which_what_holds_breaks() -> None:
     hold, end = leaf(), leaf()
     since = Until(hold, end, -2, 0)
     root = At(1, Always(since, 3, 3))
-    two = whole((0, STEP), (STEP + HALF, 2 * STEP), (2 * STEP + HALF, END))
-    known = {hold: two, end: whole((0, STEP + 9)), since: NEVER}
+    thrice = whole((0, STEP), (STEP + 9, STEP + HALF), (STEP + HALF + 9, 2 * STEP), (2 * STEP + HALF, END))
+    known = {hold: thrice, end: whole((0, STEP + 9)), since: NEVER}
     assert places(search(root, known).culprits(root)) == [(hold, 1, 2 * STEP + HALF - 1, False)]
     # What broke before the window decides nothing; its end does.
     early = {hold: whole((STEP, END)), end: NEVER, since: NEVER}

@@ -37,6 +37,7 @@ def test_moments_that_so_many_sets_share() -> None:
 def test_sets_that_touch_share_that_moment() -> None:
     assert common(((0, 4),), ((4, 6),)) == ((4, 4),)
     assert common(((0, 4), (6, 9)), ((5, 7),)) == ((6, 7),)
+    assert common(((0, 4), (6, 9)), ((7, 2),)) == ()
 
 
 def test_some_of_the_parts_hold_where_enough_do_and_fail_where_too_many_fail() -> None:

@@ -42,7 +42,7 @@ def merged(spans: Iterable[tuple[int, int]]) -> Spans:
 
 
 def common(one: Spans, other: Spans) -> Spans:
-    """The moments in both."""
+    """The moments in both; none in one that ends before it begins."""
     return at_least(2, (one, other), 0)
 
 
