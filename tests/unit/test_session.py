@@ -200,11 +200,11 @@ def test_what_the_plan_would_come_to_is_told_with_each_change_and_where_it_would
     live.follow(plan(2, 2, 2, 2, 2))
     away = fed(live, first(1, 3, 5), fast(1, (2.9, 1)))
     assert away == [Forecast(2, "there", -1.0, "m", False), 2]
+    # Told once, as long as it stays so.
+    again = fed(live, first(1.5, 3, 5), fast(1.5, (2.9, 1)))
+    assert not any(isinstance(event, Forecast) for event in again)
     live.follow(plan(2, 2, 3, 4, 4.5))
-    assert fed(live, first(1.5, 3.5, 5), fast(1.5, (2.9, 1))) == [
-        (3, "apart", "satisfied", False, "m", False, None),
-        3,
-    ]
+    assert fed(live, first(2, 3.5, 5), fast(2, (2.9, 1)))[-1] == 4
     live.follow(None)
     assert live.plan is None
     assert live.forecast is None

@@ -193,6 +193,12 @@ def test_a_choice_is_said_in_its_own_words(
     assert apart == ([] if said is None else [said])
 
 
+def test_events_and_choices_have_the_name_of_their_requirement() -> None:
+    signature = Signatures(*read(ORDER)).of(moved(UP, DOWN))
+    assert sorted(event.requirement for event in signature.events.values()) == ["go_a", "seen"]
+    assert [options.requirement for options in signature.options.values()] == ["seen"]
+
+
 def test_what_holds_where_nothing_is_asked_is_no_choice() -> None:
     """From 5 s on it is in one of them; what it passed before does not count."""
     text = TEXT.replace("eventually[0, 8 s] (a or b)", "eventually[5 s, 8 s] (a or b)")
