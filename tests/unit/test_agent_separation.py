@@ -123,6 +123,13 @@ def test_what_is_above_the_ceiling_is_not_looked_at_closely() -> None:
     bent = [[[0.0, 1.0, 0.0], [1.0, -2.0, 1.0]]]
     away = [[[0.0, 1.0, 0.0], [10.0, -2.0, 1.0]]]
     relative = Curves(np.array([0.0, 2.0]), np.array([bent, away]))
+    still = np.zeros((1, 1, 2, 3))
+    curves = Curves(relative.times, np.concatenate([still, relative.coefficients]))
+    team_of_three = team([0.0, 0.0], [0.0, 1.0], [0.0, 9.0])
+    both = np.array([0, 0]), np.array([1, 2])
+    bounds = [pair_margins(team_of_three, curves, 0, *both, ceiling)[0] for ceiling in (99.0, 2.0)]
+    assert bounds[0][0] == bounds[1][0]
+    assert bounds[1][1] < bounds[0][1]
     fine, _, _ = relative_margins(relative, np.zeros(2), 99.0)
     coarse, _, _ = relative_margins(relative, np.zeros(2), 2.0)
     assert fine[0] == coarse[0]

@@ -280,6 +280,11 @@ def plan(**agent: object) -> str:
             AS_PLAN,
         ),
         (
+            plan(position=[[1, 1], 7, [1, 1]]),
+            "`drone[0]` has an entry in `position` that is not up to 3 finite numbers",
+            AS_PLAN,
+        ),
+        (
             plan(velocity=[[1, 1], [1, True], [1, 1]]),
             "`drone[0]` has an entry in `velocity` that is not up to 3 finite numbers",
             AS_PLAN,
