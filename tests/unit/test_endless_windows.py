@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.ir.predicates import Compare, Coordinate
@@ -24,7 +27,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.walk import children
+from missionc.kernel.walk import children, postorder
 from missionc.monitoring.live.endless_windows import looking_back
 from missionc.monitoring.monitor import robustness
 from tests.support.random_runs import mission_of
@@ -56,6 +59,7 @@ def words(node: Node) -> str:
             return f"{type(node).__name__.lower()}({parts})"
 
 
+SOURCE = Source("test.mission", "own inner")
 SOME, EVERY = Eventually(B, 0, None), Always(B, 0, None)
 
 
@@ -123,6 +127,17 @@ def test_other_formulas_stay_what_they_are(formula: Node) -> None:
 def test_in_a_mission_of_one_step_nothing_is_put_otherwise() -> None:
     formula = Always(SOME, 0, None)
     assert looking_back(formula, 0) is formula
+
+
+@pytest.mark.parametrize("body", [SOME, Any((A, SOME)), Any((A, Until(C, B, 0, None))), At(1, SOME)], ids=words)
+def test_what_is_put_otherwise_goes_by_the_same_words(body: Node) -> None:
+    own, inner = Span(SOURCE, 0, 3), Span(SOURCE, 4, 7)
+    formula = Always(replace(body, span=inner), 0, None, own)
+    found = looking_back(formula, LAST)
+    assert found is not formula
+    before = {id(node) for node in postorder((formula,))}
+    new = [node for node in postorder((found,)) if id(node) not in before]
+    assert all(node.span == (inner if isinstance(node, At) else own) for node in new)
 
 
 def test_a_formula_that_several_are_asked_is_one() -> None:

@@ -81,6 +81,15 @@ def test_a_step_is_closed_when_all_have_passed_it_or_one_by_more_than_the_wait()
     assert len(fed(patient, said(1, 1.3, 1.0))) == 1
 
 
+def test_a_sample_just_on_time_waits_for_its_step_with_the_others() -> None:
+    """A millionth of a second before it, whether it comes before the step before is closed or after."""
+    on_time = 0.5 - 1e-6
+    assert len(fed(stream(), said(0, 0.0, 0.0), said(0, on_time, 0.0), said(1, 0.0, 0.0), said(1, on_time, 0.0))) == 2
+    assert len(fed(stream(), *BEGIN, said(0, on_time, 0.0), said(1, on_time, 0.0))) == 2
+    early = 0.5 - 1.1e-6
+    assert len(fed(stream(), *BEGIN, said(0, early, 0.0), said(1, early, 0.0))) == 1
+
+
 def test_what_comes_after_its_step_was_closed_is_late() -> None:
     steps = stream()
     fed(steps, *BEGIN, said(0, 1e-6, 1.0), said(0, -0.25, 1.0), said(1, 0.0, 1.0))
