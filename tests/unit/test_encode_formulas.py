@@ -59,7 +59,8 @@ STEPS = 2
 Joint = tuple[Motion, ...]
 
 EXACT: Mapping[str, Flags] = {
-    # In the second cell; on its way to another one; both in the same cell; who is in the second cell is heard.
+    # In the second cell, or of the field in the first; on its way to another one; both in the same cell; heard from the
+    # second cell alone.
     "own": np.array([False, True]),
     "moves": ~np.eye(2, dtype=np.bool_),
     "pair": np.eye(2, dtype=np.bool_),
@@ -78,7 +79,8 @@ class Exact:
         return ~EXACT[kind], EXACT[kind]
 
     def own(self, predicate: Predicate, agent: int) -> Never:
-        return self._of("own", agent)
+        never_true, never_false = self._of("own", agent)
+        return (never_false, never_true) if predicate.region is FIELD else (never_true, never_false)
 
     def moves(self, predicate: Predicate, agent: int) -> Never:
         return self._of("moves", agent)
@@ -227,6 +229,8 @@ def test_of_three_agents_too(node: Node, keep: Callable[[Joint], bool]) -> None:
 
 FLAG = ir.Flag("wet", (0,), BASE, None, SPAN)
 CLEARED = ir.Flag("dry", (0,), BASE, FIELD, SPAN)
+TWICE = ir.Flag("both", (0,), BASE, ir.Region("base too", BASE.shape, SPAN), SPAN)
+"""The same cell sets and clears it: what sets it counts, and then it is cleared where it is set anew."""
 
 
 @pytest.mark.parametrize(
@@ -237,8 +241,11 @@ CLEARED = ir.Flag("dry", (0,), BASE, FIELD, SPAN)
         (Atom(Flagged(FLAG)), lambda m: m[0][0]),
         (At(1, Atom(Flagged(FLAG))), lambda m: False),
         (At(1, Not(Atom(Flagged(FLAG)))), lambda m: True),
-        # The same cell sets and clears it: what sets it counts.
-        (Always(Atom(Flagged(CLEARED)), 2, 2), lambda m: any(m[0])),
+        # The other cell clears it.
+        (Always(Atom(Flagged(CLEARED)), 2, 2), lambda m: m[0][2]),
+        (Always(Not(Atom(Flagged(CLEARED))), 2, 2), lambda m: not m[0][2]),
+        (Always(Atom(Flagged(TWICE)), 2, 2), lambda m: any(m[0])),
+        (Always(Not(Atom(Flagged(TWICE))), 2, 2), lambda m: not any(m[0])),
     ],
 )
 def test_a_flag_is_set_from_when_its_region_sets_it(node: Node, keep: Callable[[Joint], bool]) -> None:

@@ -193,6 +193,13 @@ def test_a_choice_is_said_in_its_own_words(
     assert apart == ([] if said is None else [said])
 
 
+def test_what_only_one_plan_does_has_no_order() -> None:
+    both = [(2, 10), (5, 6), (10, 5), (16, 6), (18, 14)]
+    for alone in (UP, DOWN):
+        for one, other in ((both, alone), (alone, both)):
+            assert not any(" before " in words for words in told_apart(ORDER, moved(one, STILL), moved(other, STILL)))
+
+
 def test_events_and_choices_have_the_name_of_their_requirement() -> None:
     signature = Signatures(*read(ORDER)).of(moved(UP, DOWN))
     assert sorted(event.requirement for event in signature.events.values()) == ["go_a", "seen"]
