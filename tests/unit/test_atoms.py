@@ -139,7 +139,7 @@ def test_a_border_that_rounding_decides_is_open() -> None:
 
 
 def test_a_level_changes_evenly_between_steps() -> None:
-    """Of 10, the second one uses 2 in the first step and then nothing."""
+    """The second one uses 2 of its 10 in the first step and then nothing."""
     fuel = ir.Resource("fuel", (0, 1), 10.0, 10.0, 0.0, 2.0, (), SPAN)
     places = np.array([[(0, 0)] * 3, [(1, 0), (2, 0), (2, 0)]], dtype=np.float64)
     trace = Trace(Seconds(0.5), places, np.zeros_like(places), np.zeros((2, 3)))

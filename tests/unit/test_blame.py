@@ -106,7 +106,7 @@ NEAR, FAR, ODD = (Is(frozenset((agent,))) for agent in range(3))
 
 
 def test_a_formula_counts_by_its_truth_or_its_falsity_or_neither() -> None:
-    """Of ``near and not far``, and of the negation of that where it is asked for."""
+    """Looked at below ``near and not far``, and below the negation of that where it is asked for."""
     not_far, not_near = Not(FAR), Not(NEAR)
     root = All((NEAR, not_far))
     denied = Some((not_near, FAR))

@@ -49,7 +49,7 @@ def search(
     ahead: Mapping[Anything, int] | None = None,
     truths: Mapping[Anything, list[bool]] | None = None,
 ) -> Search:
-    """Of what is not named nothing is known; at the steps it is what it is at their ticks."""
+    """What is not named is not known; at the steps each node is what it is at their ticks."""
     nodes = postorder([root])
     signals = {
         node: each if isinstance(each := known.get(node, Signal((), ())), dict) else {0: each, 1: each, 2: each}

@@ -218,7 +218,7 @@ def test_no_more_is_read_than_anybody_looks_at(
 
 
 def test_one_more_than_fit_is_chosen_of_those_who_are_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of two, there are two choices of one, and one of two."""
+    """Two have two choices of one, and one of two."""
     none = changed("at_most", 0, "agents", to=0)
     monkeypatch.setattr(cover_document, "MOST_CHOICES", 1)
     with pytest.raises(Unreadable):

@@ -140,7 +140,7 @@ def test_who_is_not_asked_is_nowhere() -> None:
 
 
 def clauses(ruled_out: Iterable[int], cells: int, condition: int = FALSE) -> list[list[int]]:
-    """Of a cell, with the literal 2, and of others, from 3 on."""
+    """What is said of a cell with the literal 2 and of others, from 3 on."""
     cnf = Cnf()
     fits = np.ones((2, cells), dtype=np.bool_)
     fits[0, list(ruled_out)] = False

@@ -122,7 +122,7 @@ def filled(columns: Columns, cells: Cells) -> None:
 
 
 def numbers(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[float]:
-    """Of the columns, which are the same in every row."""
+    """The columns, which are the same in every row."""
     assert values.shape[:2] == (4, 2)
     assert (values == values[:1, :1]).all()
     found: list[float] = values[0, 0].tolist()

@@ -93,7 +93,7 @@ TRACE = Trace(
     np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]),
 )
 FUEL = ir.Resource("fuel", (0, 1), 20.0, 30.0, 1.0, 2.0, (), SPAN)
-"""Of 20, one is used each second and two each metre."""
+"""There are 20 at first; one is used each second and two each metre."""
 
 
 def with_trace() -> Motion:
