@@ -73,6 +73,10 @@ def test_rows_in_any_order_and_other_columns_do_not_matter() -> None:
     same(good(text), good(TABLE))
 
 
+def test_spaces_after_commas_do_not_matter_before_quotes_either() -> None:
+    same(good(TABLE.replace(",", ", ").replace("1.1,", '"1.1",')), good(TABLE))
+
+
 def test_a_written_plan_reads_back_the_same_to_the_last_bit() -> None:
     position = wandering(2, 3, 7)
     mission = mission_of(position[:, 0].tolist(), 7, step=0.1)
