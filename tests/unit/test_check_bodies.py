@@ -338,5 +338,16 @@ def test_a_sight_is_hidden_by_what_every_line_goes_through() -> None:
     cut = Difference(wall, Ball((9.0, 9.0), 1.0))
     assert faults(cut, (0, 2)) == ["`it` may hold in cells 0 and 2"]
     assert faults(cut, (0, 2), graph_eyes_0=boxes((1.5, -1, 1.75, 2))) == []
+    # What stands behind both hides nothing, however far their line leads on.
+    behind = cells(boxes((0, 0, 0.1, 0.1), (0.5, 0, 0.6, 0.1), (3.5, 0, 3.6, 0.1)), agents=(0, 1))
+    tall = ir.Sight("eyes", Metres(9.0), (Box((1.5, -9.0), (1.75, 9.0)),), (0, 1), SPAN)
+    for never, said in (
+        ((0, 1), ["`it` may hold in cells 0 and 1"]),
+        ((1, 0), ["`it` may hold in cells 1 and 0"]),
+        ((0, 2), []),
+    ):
+        checked = labels(label("pairs", (0, 1), pairs(3, never), np.zeros((3, 3), dtype=np.bool_)), kind=behind)
+        checked.link(tall, 0, 1)
+        assert checked.faults == said
     # Too thin a wall is not looked at.
     assert faults(Box((1.5, -1.0), (1.5 + 1e-6, 2.0)), (0, 2)) == ["`it` may hold in cells 0 and 2"]

@@ -75,6 +75,7 @@ def test_rows_in_any_order_and_other_columns_do_not_matter() -> None:
 
 def test_spaces_after_commas_do_not_matter_before_quotes_either() -> None:
     same(good(TABLE.replace(",", ", ").replace("1.1,", '"1.1",')), good(TABLE))
+    same(good(TABLE.replace("\n", "\n\n  \n")), good(TABLE))
 
 
 def test_a_written_plan_reads_back_the_same_to_the_last_bit() -> None:

@@ -150,7 +150,6 @@ def _never_until(fails: Spans, absent: Spans, low: int, high: int | None, end: i
     result = [*_eroded(absent, low, high, end), *(fails if low > 0 else common(fails, absent))]
     for first, _ in fails:
         # Whoever comes after `first` is too late: `hold` fails there.
-        if low > 0:
-            result.append((max(0, first - low + 1), first))
+        result.append((max(0, first - low + 1), first))
         result += [(max(0, start - low), first) for start, stop in absent if start <= first <= stop]
     return merged(result)
