@@ -338,6 +338,9 @@ def test_a_sight_is_hidden_by_what_every_line_goes_through() -> None:
     cut = Difference(wall, Ball((9.0, 9.0), 1.0))
     assert faults(cut, (0, 2)) == ["`it` may hold in cells 0 and 2"]
     assert faults(cut, (0, 2), graph_eyes_0=boxes((1.5, -1, 1.75, 2))) == []
+    # A wall has to reach beyond the cells by a little.
+    for low_end, high_end, hides in ((-6e-6, 1 + 6e-6, True), (-2e-6, 2.0, False), (-1.0, 1 + 2e-6, False)):
+        assert (faults(Box((1.5, low_end), (1.75, high_end)), (0, 2)) == []) is hides
     # What stands behind both hides nothing, however far their line leads on.
     behind = cells(boxes((0, 0, 0.1, 0.1), (0.5, 0, 0.6, 0.1), (3.5, 0, 3.6, 0.1)), agents=(0, 1))
     tall = ir.Sight("eyes", Metres(9.0), (Box((1.5, -9.0), (1.75, 9.0)),), (0, 1), SPAN)

@@ -273,6 +273,17 @@ def test_what_cells_say_nothing_of_may_hold_and_may_fail(predicate: Predicate) -
         assert left(node) == those(lambda m: True)
 
 
+def test_a_height_is_ones_own_in_a_volume_alone() -> None:
+    """With the distance of two others it is asked of all three in a volume, and of those two in the plane."""
+    both = Atom(Compare(((1.0, DistanceBetween(1, 2)), (1.0, ir.Altitude())), 0.0, False))
+    mission = mission_of(3, 0)
+    volume = replace(mission, world=ir.World((0.0,) * 3, (3.0,) * 3, SPAN))
+    for made, asked in ((mission, [("pair", 1, 2)]), (volume, [])):
+        labels = Exact()
+        refutation(made, (Goal("it", both, SPAN),), cover(2, 0, 3), labels)
+        assert labels.asked == asked
+
+
 def test_of_agents_that_are_not_asked_nothing_is_known() -> None:
     everything = those(lambda m: True, 2, 0)
     for node in (At(1, HERE), NEAR, Neighbour(RADIO, All(()))):

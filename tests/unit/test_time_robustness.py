@@ -153,5 +153,9 @@ def test_a_delay_says_what_one_step_more_breaks() -> None:
 
 
 def test_who_passes_at_just_what_both_need_may_be_late() -> None:
-    first = east(1, 3, 5, 7, 7, 7, 7)
-    assert delays(team(first, east(*[5.0] * 7, y=4.25)))[0] == Delay("drone[0]", 3.0)
+    mission, trace = team(east(1, 3, 5, 7, 7, 7, 7), east(*[5.0] * 7, y=4.25))
+    assert delays((mission, trace))[0] == Delay("drone[0]", 3.0)
+    # What is curved is found to be so far apart but for a little.
+    heavy = ir.DoubleIntegrator(9.0, 9.0)
+    agents = tuple(replace(agent, dynamics=heavy) for agent in mission.agents)
+    assert delays((replace(mission, agents=agents), trace))[0] == Delay("drone[0]", 3.0)
