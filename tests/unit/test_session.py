@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
@@ -136,6 +137,15 @@ def test_a_line_that_says_nothing_is_counted_and_one_that_cannot_be_used_is_told
     assert fed(live, "[") != []
     assert (live.lines, live.unusable) == (4, 2)
     assert live.notes() == ["2 lines could not be used"]
+
+
+def test_no_number_is_larger_than_the_limit_that_is_given() -> None:
+    checked, _ = driver.live_session(Source("flight.mission", TEXT))
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    narrow = Session(checked.mission, checked.kernel, Limits(magnitude=10.0))
+    (found,) = fed(narrow, first(0, 11, 3))
+    assert found == Unusable(1, "`position` of `drone[0]` is 11; the largest number may be 10")
 
 
 def test_a_sample_too_far_ahead_is_told_by_its_line() -> None:
