@@ -221,6 +221,25 @@ def test_what_the_plan_would_come_to_is_told_with_each_change_and_where_it_would
     assert not live.by_plan
 
 
+TURNING = """mission flight
+time  step 0.5 s, horizon 2 s
+world (0, 0) to (6, 6)
+team drone[1] { dynamics unicycle(speed 0..2 m/s)  start at (3, 3) }
+require faces: drone[0]: always[0, 2 s] heading within 30 deg of 0 deg
+"""
+
+
+def test_who_turns_away_is_told_at_once() -> None:
+    live = session(TURNING)
+    lines = [
+        json.dumps({"t": time, "agent": "drone[0]", "position": [3, 3], "velocity": [0, 0], "heading": heading})
+        for time, heading in ((0.0, 0.0), (0.5, 0.25), (1.0, 1.0))
+    ]
+    assert fed(live, lines[0])[-1] == 0
+    assert fed(live, lines[1]) == [1]
+    assert fed(live, lines[2]) == [(2, "faces", "violated", False, "rad", False, None), 2]
+
+
 def test_all_requirements_together_stand_as_the_worst_of_them() -> None:
     live = session()
     assert live.verdict is Verdict.OPEN
