@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from missionc.ir.predicates import Compare, Coordinate
+from missionc.kernel.nodes import All, Always, At, Atom, Is, Node, Not
+from missionc.kernel.nodes import Any as Some
 from missionc.monitoring.blame import Blame
 from missionc.monitoring.monitor import truth
 from missionc.output.region_roles import region_roles
 from missionc.output.report.report_html import data
+from tests.support.random_runs import mission_of, trace_of
 from tests.support.unpacked_reports import MOTION, RELAY, plotted, unpacked
 
 ABSENT, HELPS, HARMS, NEITHER, OPEN = range(5)
@@ -96,3 +100,41 @@ def test_a_region_is_coloured_by_what_the_goals_want_of_it() -> None:
     assert roles == {"base": "goal", "far": "goal", "spare": "plain", "fire": "avoid"}
     lonely = plotted(RELAY.replace("reach[hops 0..2 on radio] base", "reach[hops 0..2 on radio] far"), MOTION)
     assert region_roles(lonely.mission, lonely.kernel)["base"] == "start"
+
+
+NEAR, FAR, ODD = (Is(frozenset((agent,))) for agent in range(3))
+
+
+def test_a_formula_counts_by_its_truth_or_its_falsity_or_neither() -> None:
+    """Looked at below ``near and not far``, and below the negation of that where it is asked for."""
+    not_far, not_near = Not(FAR), Not(NEAR)
+    root = All((NEAR, not_far))
+    denied = Some((not_near, FAR))
+    opposites: dict[Node, Node] = {FAR: not_far, NEAR: not_near, root: denied}
+    trace = trace_of([[(0.0, 0.0)], [(1.0, 0.0)], [(2.0, 0.0)]])
+    blame = Blame([root], mission_of(3, 0), trace, opposites)
+    assert [blame.sign(root, 1, each) for each in (root, NEAR, FAR, ODD)] == [1, 1, -1, 0]
+    assert [blame.sign(root, -1, each) for each in (root, NEAR, FAR, ODD)] == [-1, -1, 1, 0]
+    assert [blame.sign(root, 0, each) for each in (root, NEAR, FAR)] == [0, 0, 0]
+    # Whatever is asked for both ways counts neither way.
+    both = All((NEAR, not_near))
+    assert Blame([both], mission_of(3, 0), trace, {NEAR: not_near}).sign(both, 1, NEAR) == 0
+
+
+def test_what_is_true_fails_a_goal_where_its_negation_is_asked_for() -> None:
+    east = Atom(Compare(((1.0, Coordinate(0)),), -1.0, False))
+    west = Not(east)
+    goal = At(1, Always(west, 1, 2))
+    trace = trace_of([[(5.0, 0.0)] * 4, [(5.0, 0.0), (0.0, 0.0), (5.0, 0.0), (5.0, 0.0)]])
+    blame = Blame([goal], mission_of(2, 3), trace, {east: west})
+    never = [[False] * 4, [False] * 4]
+    late = [never[0], [False, False, True, False]]
+    assert blame.failing(goal, west).tolist() == late
+    assert blame.failing(goal, east).tolist() == late
+    assert blame.failing(goal, goal).tolist() == [[True, False, False, False]] * 2
+    assert blame.failing(goal, NEAR).tolist() == never
+    assert blame.holds == {goal: False}
+    kept = At(1, Always(west, 1, 1))
+    held = Blame([kept], mission_of(2, 3), trace, {east: west})
+    assert held.holds == {kept: True}
+    assert held.failing(kept, west).tolist() == held.failing(kept, east).tolist() == never

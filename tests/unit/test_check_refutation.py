@@ -47,6 +47,30 @@ def test_a_certificate_passes_every_check(name: str) -> None:
     assert failing(known, known.files) == set()
 
 
+def test_each_check_says_what_it_is_of() -> None:
+    known = certified("corridor_swap")
+    first, second = (known.mission.agents[agent].name for agent in known.cover.asked)
+    found = check_refutation(known.mission, known.kernel, known.files, Limits())
+    kinds = [known.mission.agents[kind.agents[0]].name for kind in known.cover.kinds]
+    visited = [known.mission.agents[agent].name for agent in known.cover.not_both]
+    assert [(check.name, check.subject) for check in found] == [
+        ("bodies", "all"),
+        *((name, kind) for kind in kinds for name in ("cells", "moves", "turns")),
+        *(
+            (name, each)
+            for each in (first, second)
+            for name in ("places", "visits")
+            if name == "places" or each in visited
+        ),
+        ("rooms", "all"),
+        ("pairs", f"{first}, {second}"),
+        ("labels", "all"),
+        ("clauses", CNF),
+        ("proof", DRAT),
+    ]
+    assert {(check.unit, check.margin, check.tolerance, check.detail) for check in found} == {("m", 0.0, 1e-6, "")}
+
+
 @pytest.mark.parametrize("name", ["short_relay", "turn_back_at_once"])
 def test_its_proof_passes_another_checker_too(name: str) -> None:
     files = certified(name).files

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from missionc import ir
+from missionc.base.units import Metres
 from missionc.curves.piecewise_polynomials import Curves
+from missionc.ir import Box
 from missionc.verify.plan.obstacle_clearance import check_obstacles, seen_from
-from tests.support.legal_plans import mission_of, moving
+from missionc.verify.tolerances import CERTAIN, CONTACT
+from tests.support.legal_plans import mission_of, moving, still
 
 TIMES, OFFSETS = (1.0, 2.5, 3.0, 6.0), ((0.0, 0.0), (3.0, 0.0), (3.0, 4.0), (-1.0, 4.0))
 TRUCK = moving(ir.Disc((5.0, 5.0), 0.5), TIMES, OFFSETS)
@@ -45,3 +50,24 @@ def test_the_margin_of_what_moves_is_the_least_of_all_times() -> None:
     assert check.margin == pytest.approx(min(away) - 0.5 - 0.1, abs=1e-3)
     assert check.at == pytest.approx(moments[int(np.argmin(away))], abs=2e-2)
     assert check.agents == ("drone[0]",)
+
+
+def test_a_check_says_how_near_whoever_comes_nearest_and_when() -> None:
+    """Past a wall at y = 3, a body of 0.1 m that is to keep a quarter of a metre: nearest in the second piece."""
+    wall = still(Box((0.0, 3.0), (9.0, 4.0)))
+    mission = mission_of([(1.0, 2.0), (1.0, 1.0)], 2, step=0.5, clearance=0.25, obstacles=[wall])
+    rows = [[[[1.0, 2.0], [2.0, 0.0]], [[2.0, 2.0], [2.0, 0.5]]], [[[1.0, 0.0], [1.0, 0.0]]] * 2]
+    curves = Curves(np.array([0.0, 0.5, 1.0]), np.array(rows))
+    (found,) = check_obstacles(mission, curves)
+    assert (found.name, found.subject, found.unit, found.agents) == ("obstacle", "wall", "m", ("drone[0]",))
+    assert found.detail == "every body stays 0.25 m clear of it throughout"
+    # Three quarters of a metre from the wall at the end.
+    assert found.margin == pytest.approx(0.4, abs=1e-3)
+    assert found.margin <= 0.4
+    assert found.at == pytest.approx(1.0, abs=2e-2)
+    assert (found.passed, found.tolerance) == (True, CONTACT + CERTAIN)
+    (near,) = check_obstacles(replace(mission, clearance=Metres(0.75)), curves)
+    assert not near.passed
+    assert near.margin == pytest.approx(-0.1, abs=1e-3)
+    (allowed,) = check_obstacles(replace(mission, clearance=Metres(0.75)), curves, 0.25)
+    assert (allowed.passed, allowed.tolerance) == (True, 0.25 + CERTAIN)

@@ -8,7 +8,8 @@ import pytest
 
 from missionc.base.source import Source
 from missionc.diagnostics.model import Diagnostic
-from missionc.monitoring.read_flown import FlownSoFar, read_flown
+from missionc.monitoring.read_flown import FlownSoFar, _until, read_flown
+from missionc.monitoring.read_trace import State
 from tests.support.legal_plans import mission_of
 
 MISSION = mission_of([(0, 0), (9, 9)], 8, step=0.5)
@@ -73,6 +74,20 @@ def test_who_is_lost_neither_ends_what_was_flown_nor_the_mission() -> None:
     assert [line_of(each) for each in findings] == [12]
     gone = flown(*going("a", 0.0, 0.5), *going("b", 0.0, 0.2), lost=("a", "b"))
     assert (gone.until, gone.trace.position[:, -1, 0].tolist()) == (4.0, [0.5, 0.2])
+
+
+def test_who_is_lost_stays_where_it_was_seen_last_step_by_step() -> None:
+    samples = [State("a", time, {"x": time}, MISSION.span) for time in (0.0, 0.25, 0.75, 1.0, 2.75)]
+    kept = _until(samples, 2.0, True, 0.5)
+    assert [(state.time, state.numbers["x"]) for state in kept] == [
+        *((time, time) for time in (0.0, 0.25, 0.75, 1.0)),
+        (1.5, 1.0),
+        (2.0, 1.0),
+    ]
+    assert [state.time for state in _until(samples, 1.75, True, 0.5)] == [0.0, 0.25, 0.75, 1.0, 1.5, 1.75]
+    assert _until(samples, 2.0, False, 0.5) == samples[:4]
+    assert _until(samples[:4], 1.0 + 5e-7, True, 0.5) == samples[:4]
+    assert _until([], 2.0, True, 0.5) == []
 
 
 @pytest.mark.parametrize(

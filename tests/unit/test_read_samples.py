@@ -37,6 +37,8 @@ def test_a_line_says_where_an_agent_is_how_fast_and_where_it_faces() -> None:
     )
     assert (whole.agent, whole.time, whole.position, whole.velocity) == (2, 1.5, (1.0, 2.0), (0.5, 0.0))
     assert whole.heading == 0.25
+    (furthest,) = reader().read(json.dumps({"t": 0, "agent": "drone[0]", "position": [1e9, -1e9]}))
+    assert furthest.position == (1e9, -1e9)
     (bare,) = reader().read(json.dumps({"t": 1, "agent": "drone[0]", "position": [1, 2]}))
     assert (bare.agent, bare.velocity) == (0, ())
     assert math.isnan(bare.heading)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +71,11 @@ def test_rows_in_any_order_and_other_columns_do_not_matter() -> None:
     header, *lines = TABLE.strip().splitlines()
     text = "\n".join([header + ",note", *(f"{line},who knows" for line in reversed(lines)), ""])
     same(good(text), good(TABLE))
+
+
+def test_spaces_after_commas_do_not_matter_before_quotes_either() -> None:
+    same(good(TABLE.replace(",", ", ").replace("1.1,", '"1.1",')), good(TABLE))
+    same(good(TABLE.replace("\n", "\n\n  \n")), good(TABLE))
 
 
 def test_a_written_plan_reads_back_the_same_to_the_last_bit() -> None:
@@ -229,3 +235,112 @@ def test_no_text_makes_the_reader_stumble(data: st.DataObject) -> None:
 def test_the_module_reads_no_file(tmp_path: Path) -> None:
     source = Source(str(tmp_path / "is not there"), TABLE)
     assert read_trace(source, MISSION)[1] == []
+
+
+WHOLE = "give every agent a position each 0.1 s at least, from 0 s to 0.2 s"
+AS_PLAN = "give `times` and `agents`, each with `name` and `position`, as `plan.json` does"
+
+
+def plan(**agent: object) -> str:
+    own = {"name": "drone[0]", "position": [[1, 1], [1, 1], [1, 1]]} | agent
+    return json.dumps({"times": [0, 0.1, 0.2], "agents": [own]})
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "help"),
+    [
+        ("", "the first line names no column `agent`, `t`, `x`, `y`", "begin the file with `agent,t,x,y`"),
+        (changed(3, "drone[0],0.1,1.1"), "3 values where the first line names 4 columns", ""),
+        (changed(3, "drone[0],0.1," + "a" * 41 + ",1"), f"`{'a' * 40}` is not a finite number", ""),
+        (changed(3, "drone[7],0.1,1,1"), "the mission has no agent `drone[7]`", ""),
+        (
+            changed(3, "drone[0],0.1,1.1,1\ndrone[0],0.1,1.2,1"),
+            "`drone[0]` is in two places at 0.1 s",
+            WHOLE,
+        ),
+        (changed(4, ""), "`drone[0]` is last seen at 0.1 s; the mission lasts 0.2 s", WHOLE),
+        (changed(2, ""), "`drone[0]` is first seen at 0.1 s; the mission begins at 0 s", WHOLE),
+        (changed(3, ""), "`drone[0]` is not seen from 0 s to 0.2 s, longer than a step", WHOLE),
+        ("agent,t,x,y\n", "the trace says nothing of `drone[0]`", WHOLE),
+        (
+            changed(3, "drone[0],0.1,1e200,1"),
+            "`x` of `drone[0]` is 1e+200 at 0.1 s; the largest number may be 1e+09",
+            "give positions in metres from an origin nearby, or allow more with `--limit magnitude=…`",
+        ),
+        (
+            changed(3, "drone[0],-2e9,1,1"),
+            "`t` of `drone[0]` is -2e+09 at -2e+09 s; the largest number may be 1e+09",
+            None,
+        ),
+        ("[]", "the plan has no lists `times` and `agents`", AS_PLAN),
+        ('{"times": {}, "agents": []}', "the plan has no lists `times` and `agents`", AS_PLAN),
+        ('{"times": [], "agents": [{}]}', "an agent has no name", AS_PLAN),
+        ('{"times": [], "agents": [7]}', "an agent has no name", AS_PLAN),
+        (plan(position=None), "`drone[0]` has no list `position`", AS_PLAN),
+        (plan(velocity=7), "`drone[0]` has no list `velocity`", AS_PLAN),
+        (plan(yaw=[0.0]), "`drone[0]` has 1 entries in `yaw`; there are 3 times", AS_PLAN),
+        (
+            plan(position=[[1, 1], [1, "x"], [1, 1]]),
+            "`drone[0]` has an entry in `position` that is not up to 3 finite numbers",
+            AS_PLAN,
+        ),
+        (
+            plan(position=[[1, 1], 7, [1, 1]]),
+            "`drone[0]` has an entry in `position` that is not up to 3 finite numbers",
+            AS_PLAN,
+        ),
+        (
+            plan(velocity=[[1, 1], [1, True], [1, 1]]),
+            "`drone[0]` has an entry in `velocity` that is not up to 3 finite numbers",
+            AS_PLAN,
+        ),
+        (plan(yaw=[0, None, 0]), "`drone[0]` has an entry in `yaw` that is not up to 1 finite numbers", AS_PLAN),
+        (
+            plan(position=[[1, 1], [1], [1, 1]]),
+            "`drone[0]` has a position without x and y; the world has 2 coordinates",
+            "",
+        ),
+        (
+            json.dumps({"times": [0, None], "agents": [{"name": "drone[0]", "position": [[1, 1], [1, 1]]}]}),
+            "a time is not a finite number",
+            AS_PLAN,
+        ),
+    ],
+)
+def test_what_is_wrong_is_said_with_a_way_out(text: str, message: str, help: str | None) -> None:
+    first = bad(text)[0]
+    assert first.message == message
+    if help is not None:
+        assert first.help == help
+
+
+def test_a_mission_that_asks_for_headings_has_to_be_told_them() -> None:
+    asked = ir.Holds(ir.Facing(0.0, 1.0), MISSION.span)
+    mission = replace(
+        MISSION, requirements=(ir.Requirement("faces", ir.OfAgent(1, asked, MISSION.span), MISSION.span),)
+    )
+    (found,) = bad(TABLE, mission)
+    assert found.message == "the trace does not say where `drone[1]` faces, which the mission asks for"
+    assert found.help == "give every agent its `yaw` at each time, in rad"
+    assert line_of(found) == 5
+    lines = TABLE.strip().splitlines()
+    turned = "\n".join([lines[0] + ",yaw", *(f"{line},{number / 4}" for number, line in enumerate(lines[1:]))])
+    assert good(turned, mission).heading.tolist() == [[0.0, 0.25, 0.5], [0.75, 1.0, 1.25]]
+
+
+def test_a_heading_is_kept_until_the_next_one_and_positions_are_between_two() -> None:
+    rows = ["agent,t,x,y,yaw", "drone[0],0,1,1,1", "drone[0],0.75,4,1,2", "drone[0],1.25,4,3,3", "drone[0],2,4,3,4"]
+    mission = mission_of([[1.0, 1.0]], 2)
+    trace = good("\n".join(rows), mission)
+    assert trace.heading.tolist() == [[1.0, 2.0, 4.0]]
+    assert trace.position[0] == pytest.approx(np.array([[1, 1], [4, 2], [4, 3]]))
+
+
+def test_a_heading_is_that_of_the_motion_and_before_any_that_of_the_first() -> None:
+    rows = [(1, 1), (1, 1), (1, 2), (1, 2), (0, 2), (0, 2)]
+    text = "agent,t,x,y\n" + "\n".join(f"drone[0],{time},{x},{y}" for time, (x, y) in enumerate(rows))
+    trace = good(text, mission_of([[1.0, 1.0]], 5))
+    up, left = math.pi / 2, math.pi
+    assert trace.heading[0] == pytest.approx([up, up, up, left, left, left])
+    still = "agent,t,x,y\n" + "\n".join(f"drone[0],{time},1,1" for time in range(3))
+    assert good(still, mission_of([[1.0, 1.0]], 2)).heading.tolist() == [[0.0] * 3]

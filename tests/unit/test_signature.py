@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from missionc.ir import Mission
 from missionc.kernel.choices import Asked, branches, made_once, without
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import truth
-from missionc.monitoring.signature import Signatures, differences
+from missionc.monitoring.signature import Event, Signatures, _several, differences
 from missionc.pipeline.front_end import check
 
 TEXT = """mission sides
@@ -43,7 +45,7 @@ def read(text: str) -> tuple[Mission, Kernel]:
     return checked.mission, checked.kernel
 
 
-def moved(*paths: list[tuple[float, float]], steps: int = 8) -> Trace:
+def moved(*paths: Sequence[tuple[float, float]], steps: int = 8) -> Trace:
     """Agents that go from corner to corner, one a step, and stay at the last."""
     rows: list[Array] = []
     for path in paths:
@@ -154,3 +156,79 @@ def test_a_formula_without_a_branch_holds_where_another_one_does() -> None:
         assert tuple(bool(truth(narrower, mission, trace)[0, 0]) for trace in (up, down)) == holds
     assert without(formula, {}) is formula
     assert without(formula, {Asked(choice.node, 1): frozenset({0})}) is formula
+
+
+def test_an_order_is_that_of_events_that_never_hold_at_once() -> None:
+    _, kernel = read(ORDER)
+    (asked, *_) = [each for goal in kernel.requirements for each in made_once(goal.formula)]
+
+    def event(*steps: int) -> Event:
+        flags = np.zeros(9, dtype=np.bool_)
+        flags[list(steps)] = True
+        return Event("it", asked, asked.node, flags, frozenset((0,)))
+
+    assert event(1, 2).before(event(3, 4))
+    assert event(1, 3).before(event(2, 4))
+    assert not event(3, 4).before(event(1, 2))
+    assert not event(1, 4).before(event(2, 3))
+    assert not event(2, 3).before(event(2, 4))
+    assert not event(1, 3).before(event(3, 4))
+    assert not event().before(event(3))
+    assert not event(3).before(event())
+
+
+@pytest.mark.parametrize(
+    ("formula", "one", "other", "said"),
+    [
+        ("rover[0]: eventually[0, 8 s] (a or (b and x >= 0))", UP, DOWN, "`either` by `b and x >= 0` instead of `a`"),
+        ("rover[0]: eventually[0, 8 s] (a or  b)", DOWN, UP, "`either` by `a` instead of `b`"),
+        ("rover[0]: always[4 s, 8 s] (a or b)", UP, DOWN, None),
+    ],
+)
+def test_a_choice_is_said_in_its_own_words(
+    formula: str, one: Sequence[tuple[float, float]], other: Sequence[tuple[float, float]], said: str | None
+) -> None:
+    text = TEXT.replace("rover[0]: eventually[0, 8 s] (a or b)", formula)
+    apart = [words for words in told_apart(text, moved(one, STILL), moved(other, STILL)) if "`either`" in words]
+    assert apart == ([] if said is None else [said])
+
+
+def test_what_only_one_plan_does_has_no_order() -> None:
+    both = [(2, 10), (5, 6), (10, 5), (16, 6), (18, 14)]
+    for alone in (UP, DOWN):
+        for one, other in ((both, alone), (alone, both)):
+            assert not any(" before " in words for words in told_apart(ORDER, moved(one, STILL), moved(other, STILL)))
+
+
+def test_events_and_choices_have_the_name_of_their_requirement() -> None:
+    signature = Signatures(*read(ORDER)).of(moved(UP, DOWN))
+    assert sorted(event.requirement for event in signature.events.values()) == ["go_a", "seen"]
+    assert [options.requirement for options in signature.options.values()] == ["seen"]
+
+
+def test_what_holds_where_nothing_is_asked_is_no_choice() -> None:
+    """From 5 s on it is in one of them; what it passed before does not count."""
+    text = TEXT.replace("eventually[0, 8 s] (a or b)", "eventually[5 s, 8 s] (a or b)")
+    early = [(2, 10), (5, 14), (10, 15), (17, 14), (17, 10), (17, 6)]
+    assert not any("`either`" in words for words in told_apart(text, moved(DOWN, STILL), moved(early, STILL)))
+
+
+def test_several_are_named_and_of_more_than_three_how_many() -> None:
+    assert [_several(["a", "b", "c", "d", "e"][:count]) for count in range(1, 6)] == [
+        "a",
+        "a and b",
+        "a, b and c",
+        "a, b and 2 more",
+        "a, b and 3 more",
+    ]
+
+
+def test_all_who_pass_an_obstacle_elsewhere_are_named_together() -> None:
+    low = [(2, 5), (5, 4), (10, 3), (14, 5), (17, 14)]
+    high = [(2, 5), (5, 14), (10, 17), (14, 15), (17, 14)]
+    assert told_apart(ORDER, moved(UP, high), moved(ROUND, low))[-1] == (
+        "rover[0] and rover[1]: `pillar` on their left instead of right"
+    )
+    assert told_apart(ORDER, moved(ROUND, low), moved(UP, high))[-1] == (
+        "rover[0] and rover[1]: `pillar` on their right instead of left"
+    )

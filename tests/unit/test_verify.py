@@ -42,6 +42,7 @@ def test_a_trace_of_another_shape_is_refused_before_anything_else_is_asked() -> 
     certificate = verify(pair(), NOTHING, straight([PAIR[0]]))
     assert failing(certificate) == {"shape"}
     assert len(certificate.checks) == 1
+    assert certificate.mission == "made"
 
 
 def test_a_trace_with_a_value_that_is_no_number_is_refused() -> None:

@@ -158,17 +158,14 @@ class Search:
             if low < 0:
                 return self._after(place, hold, self._window(place.tick, low, high)[0]) or goals
             last = min(self._window(place.tick, low, high)[1], last_asked(self.ahead[hold], self.end))
-            asked = ((place.tick, last),) if place.tick <= last else ()
-            breaks = common(self.when(hold, place.agent, place.value), asked)
+            breaks = common(self.when(hold, place.agent, place.value), ((place.tick, last),))
             if breaks and not (goals and breaks[0][0] >= goals[0].tick and self._is_so(goals[0])):
                 return [place.to(hold, tick=breaks[0][0])]
         return goals
 
     def _after(self, place: _Place, hold: Node, first: int) -> list[_Place]:
         """The last moment from ``first`` on at which what has to hold since then does not."""
-        breaks = (
-            common(self.when(hold, place.agent, place.value), ((first, place.tick),)) if first <= place.tick else ()
-        )
+        breaks = common(self.when(hold, place.agent, place.value), ((first, place.tick),))
         return [place.to(hold, tick=breaks[-1][1])] if breaks else []
 
     def _is_so(self, place: _Place) -> bool:

@@ -42,7 +42,7 @@ def merged(spans: Iterable[tuple[int, int]]) -> Spans:
 
 
 def common(one: Spans, other: Spans) -> Spans:
-    """The moments in both."""
+    """The moments in both; none in one that ends before it begins."""
     return at_least(2, (one, other), 0)
 
 
@@ -148,11 +148,8 @@ def _never_until(fails: Spans, absent: Spans, low: int, high: int | None, end: i
         absent: when ``goal`` surely does not.
     """
     result = [*_eroded(absent, low, high, end), *(fails if low > 0 else common(fails, absent))]
-    before = 0
-    for first, last in fails:
-        # From `before` up to here, `hold` is first known to fail at `first`.
-        if low > 0:
-            result.append((max(before, first - low + 1), first))
-        result += [(max(before, start - low), first) for start, stop in absent if start <= first <= stop]
-        before = last
+    for first, _ in fails:
+        # Whoever comes after `first` is too late: `hold` fails there.
+        result.append((max(0, first - low + 1), first))
+        result += [(max(0, start - low), first) for start, stop in absent if start <= first <= stop]
     return merged(result)
