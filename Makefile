@@ -32,7 +32,7 @@ check: ## format, lint, types, import contracts, tests
 	$(BIN)/ruff check .
 	$(BIN)/mypy --num-workers $(WORKERS)
 	$(BIN)/lint-imports
-	$(BIN)/pytest -n $$(($(WORKERS) + 1)) -m "not slow" # one more than cores: some wait, for a browser or a clock
+	$(BIN)/pytest -n $$(($(WORKERS) + 1)) --dist worksteal -m "not slow" # one more than cores: some wait, for a browser or a clock
 
 docs: venv ## the documentation as a site, in build/site
 	$(BIN)/python -m website

@@ -38,6 +38,10 @@ MOST_TOGETHER = 1000
 """Flights of one request: each costs a worker as much time as a hundred flights, however few are in it."""
 
 
+MOST_LOST = 400
+"""Likewise where a journal keeps them: those under way are lost with a process that is killed."""
+
+
 class NotFlown(Exception):
     """A worker did not fly what it was given; ``finding`` says why."""
 
@@ -88,9 +92,10 @@ class SpreadTrials:
 
     def _asked(self, opened: OutputFolder, trial: Trial, gaps: Sequence[range]) -> dict[Future[str], Trial]:
         """The requests for these flights, as many for every worker, with the flights of each."""
+        together = min(MOST_LOST, MOST_TOGETHER) if self.journal else MOST_TOGETHER
         workers = max(1, self.pool.workers())
         count = sum(map(len, gaps))
-        size = max(1, -(-count // (-(-count // (MOST_TOGETHER * workers)) * workers))) if count else 1
+        size = max(1, -(-count // (-(-count // (together * workers)) * workers))) if count else 1
         parts = [
             replace(trial, first=begin, flights=min(size, gap.stop - begin), kept=1)
             for gap in gaps

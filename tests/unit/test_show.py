@@ -85,3 +85,8 @@ def test_what_is_no_leaf_has_a_name_that_whoever_needs_it_says() -> None:
 def test_a_weight_and_a_length_have_at_most_twelve_digits() -> None:
     assert (asked(None), asked(1 / 3)) == ("require", "prefer[0.333333333333]")
     assert (metres(0.1 + 0.2, 1e9), metres(2.0, math.inf)) == ("0.3..1000000000 m", "2.. m")
+
+
+def test_an_inequality_has_its_weights_but_for_one() -> None:
+    terms = (1.0, "x"), (2.5, "y"), (-1.0, "z")
+    assert Words(mission_of(3, 4)).inequality(terms, -4.0, ">=") == "(x + 2.5*y + -1*z + -4 >= 0)"
