@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytest.importorskip("torch")
+
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds

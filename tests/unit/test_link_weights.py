@@ -187,6 +187,8 @@ def test_routes_weigh_what_networkx_says() -> None:
 
 @pytest.mark.parametrize("backend", ["smt", "hybrid"])
 def test_each_backend_that_plans_hops_keeps_a_bound_in_a_weight(backend: str) -> None:
+    if backend != "smt":
+        pytest.importorskip("torch")
     lines = (
         "graph net = proximity 3 m weight delay 2 { drone to tower 5, tower to drone 5 }",
         "require go: drone[0]: eventually[0, 8 s] x >= 5.2 m",
