@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from missionc.base.limits import Limits
+from missionc.base.signals import Stopped
 from missionc.cli.app import main
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
@@ -180,6 +181,22 @@ def test_the_command_keeps_flights_in_a_journal(
     assert "error[MC763]: another command is at work" in capsys.readouterr().err
     assert main([*words, str(folder / "manifest.json")]) == 1
     assert "error[MC702]" in capsys.readouterr().err
+
+
+def test_whoever_interrupts_is_told_how_many_flights_are_kept(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*arguments: object) -> None:
+        (flying,) = (each for each in arguments if isinstance(each, SpreadTrials))
+        assert flying.journal is not None
+        flying.journal.over |= dict.fromkeys(range(1, 8), None)  # type: ignore[arg-type]
+        raise Stopped(2)
+
+    monkeypatch.setattr("missionc.replay.simulate_folder.simulate", interrupted)
+    words = ["simulate", str(folder), "--trials", "9", "--wind", "0.4", "--quiet", "--journal", str(tmp_path / "kept")]
+    with pytest.raises(Stopped):
+        main(words)
+    assert "7 flights are kept; the same command goes on there" in capsys.readouterr().err
 
 
 @pytest.mark.slow
