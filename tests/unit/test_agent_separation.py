@@ -75,6 +75,13 @@ def test_pairs_that_may_come_near_are_named_piece_by_piece() -> None:
     assert all((0, 1) in zip(first.tolist(), second.tolist(), strict=True) for _, first, second in nearest)
 
 
+def test_the_nearest_pair_is_found_on_both_sides_of_the_origin() -> None:
+    rests = [[[-4.0, 0.0]] * 2, [[4.0, 0.0]] * 2]
+    mission = team(*[path[0] for path in rests], steps=1)
+    ((_, first, second),) = near_pairs(mission, motion(mission, straight(rests, 0.5)), spare=None)
+    assert (first.tolist(), second.tolist()) == ([0], [1])
+
+
 def test_who_rests_is_near_whom_it_is_within_what_they_need() -> None:
     rests = [[[5.0, 5.0]] * 2, [[5.75, 5.0]] * 2, [[8.0, 5.0]] * 2]
     mission = team(*[path[0] for path in rests], steps=1)
