@@ -155,3 +155,17 @@ def test_parts_are_taken_of_whole_formulas_and_of_those_at_one_agent() -> None:
         [-np.inf] * 2,
     ]
     assert (bounds(All(())), bounds(Any(()))) == ([np.inf], [-np.inf])
+
+
+@pytest.mark.parametrize(("doubts", "faster"), [((0.0, 0.0), True), ((1.0, 0.0), False), ((0.0, 1.0), False)])
+def test_who_may_be_nearer_than_seen_is_not_said_to_be_faster_than_its_vehicle(
+    doubts: tuple[float, float], faster: bool
+) -> None:
+    """1.5 m in half a second, of a vehicle of 2 m/s, where a metre of it may be a mistake."""
+    mission = replace(mission_of(1, 2), step=Seconds(0.5))
+    (agent,) = mission.agents
+    slow = replace(mission, agents=(replace(agent, dynamics=ir.SingleIntegrator(2.0)),))
+    judge = LiveJudge(slow, Kernel((Goal("it", At(0, A), SPAN),), ()))
+    for x, doubt in zip((1.0, 2.5), doubts, strict=True):
+        judge.advance(np.array([[x, 1.0]]), np.zeros((1, 2)), doubt=np.array([doubt]))
+    assert (0 in judge.outrun) is faster
