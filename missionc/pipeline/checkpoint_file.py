@@ -59,10 +59,18 @@ def from_bytes(content: bytes, name: str, run: Identity) -> Snapshot | Diagnosti
         return unreadable(name, str(wrong) or type(wrong).__name__)
     if schema != SCHEMA:
         return _of_another(name, f"it is written as `{schema[:40]}`, this version writes `{SCHEMA}`", "")
-    for what in (*run, *saved_run):
-        if run.get(what) != saved_run.get(what):
-            return _different(name, what, saved_run.get(what), run.get(what))
-    return Snapshot(arrays, words)
+    different = difference(saved_run, run)
+    return _different(name, *different) if different else Snapshot(arrays, words)
+
+
+def difference(saved: Mapping[str, object], now: Identity) -> tuple[str, str] | None:
+    """The first thing in which two runs differ: its name, and a sentence; None where there is none."""
+    for what in (*now, *saved):
+        if now.get(what) != saved.get(what):
+            values = (saved.get(what), now.get(what))
+            there, here = (f"`{str(value)[:60]}`" if value is not None else "nothing" for value in values)
+            return what, f"its {what} is {there}, and here it is {here}"
+    return None
 
 
 def _arrays(content: bytes) -> dict[str, Array]:
@@ -110,11 +118,10 @@ def unreadable(name: str, why: str) -> Diagnostic:
     )
 
 
-def _different(name: str, what: str, saved: object, now: str | None) -> Diagnostic:
+def _different(name: str, what: str, why: str) -> Diagnostic:
     if what == "mission":
         return _of_another(name, "the mission is another one, or has changed since", "")
-    there, here = (f"`{str(value)[:60]}`" if value is not None else "nothing" for value in (saved, now))
-    return _of_another(name, f"its {what} is {there}, and here it is {here}", f"give the run the same {what}, or ")
+    return _of_another(name, why, f"give the run the same {what}, or ")
 
 
 def _of_another(name: str, why: str, instead: str) -> Diagnostic:

@@ -1,7 +1,7 @@
-"""A journal: a file that only ever grows, line by line, and is locked by the one command that is at work on it.
+"""An append-only journal: lines that are never changed, in a file that is locked by who is at work on it.
 
 in   the file's path, lines
-out  the same lines, and whole ones alone
+out  the same lines
 
 A process that is killed may leave half a line at its end: nobody believes it, and whoever writes next cuts it off.
 """
@@ -36,19 +36,20 @@ class Journal:
         return os.fstat(self._handle).st_size
 
     def read(self) -> bytes:
-        """The whole lines, each with its end.
+        """All that is there: lines, each with its end, and perhaps half of one.
 
         Raises:
-            OSError: they cannot be read.
+            OSError: it cannot be read.
         """
         with open(os.dup(self._handle), "rb") as file:
             file.seek(0)
-            return file.read(self._end())
+            return file.read()
 
     def cut(self) -> None:
         """Cut off half a line at the end."""
-        if self._end() < self.size:
-            os.ftruncate(self._handle, self._end())
+        end = self._end()
+        if end < self.size:
+            os.ftruncate(self._handle, end)
 
     def add(self, line: bytes) -> None:
         """Add a line; its end is written with it.

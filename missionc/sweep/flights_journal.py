@@ -1,4 +1,4 @@
-"""The journal of a folder's flights: those that are over, so that the same command goes on where it was interrupted.
+"""The journal of Monte Carlo trials: flights that are over, so that a command that was interrupted resumes there.
 
 in   the file's path, what the flights follow from
 out  the flights that are over, by their numbers; a line more for those that are over next
@@ -10,23 +10,21 @@ The first line says what the flights are of. Each line after it has the records 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.strict_json import parse_json
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.unwritable import ANOTHER_FILE, cannot_write, reason, shown
+from missionc.pipeline.checkpoint_file import Identity, difference
 from missionc.simulate.judge_flight import Flight
 from missionc.sweep import flight_records, wire_text
 from missionc.sweep.append_journal import LARGEST, Journal, locked
 
 SCHEMA = "missionc.flights/1"
 ANOTHER = "another file with `--journal`"
-
-Identity = Mapping[str, str]
-"""What flights follow from, by name, in an order worth telling."""
 
 
 class FlightsJournal:
@@ -46,8 +44,8 @@ class FlightsJournal:
         try:
             if self._journal.size > LARGEST:
                 return _unreadable(self._path, f"it is larger than {LARGEST:,} bytes")
-            lines = self._journal.read().split(b"\n")[:-1]
-            if not lines and self._journal.size and not self._half(of):
+            *lines, half = self._journal.read().split(b"\n")
+            if not (lines or _first(of).startswith(half)):
                 return _unreadable(self._path, "it has no line that says what it is of")
             wrong = self._read(lines, of, like) if lines else None
             if wrong:
@@ -69,31 +67,17 @@ class FlightsJournal:
             return cannot_write(self._path, reason(error), ANOTHER_FILE)
         return None
 
-    def _half(self, of: Identity) -> bool:
-        """Whether all that is there is the beginning of the first line."""
-        with self._path.open("rb") as file:
-            return _first(of).startswith(file.read())
-
     def _read(self, lines: list[bytes], of: Identity, like: Flight) -> Diagnostic | None:
-        for number, line in enumerate(lines, 1):
-            try:
-                document = parse_json(line.decode("ascii"))
-                if number == 1:
-                    there = dict(document["run"]) if document["schema"] == SCHEMA else {}
-                    if document["schema"] != SCHEMA:
-                        return _other(
-                            self._path, f"it is written as `{str(document['schema'])[:40]}`, and not `{SCHEMA}`"
-                        )
-                    for what in (*of, *there):
-                        if of.get(what) != there.get(what):
-                            return _other(self._path, _different(what, there.get(what), of.get(what)))
-                else:
-                    first, flights = document["first"], flight_records.flights(document["flights"], like.trace)
-                    if not isinstance(first, int) or not all(_alike(each, like) for each in flights):
-                        raise ValueError("its flights are none of this team")
-                    self.over |= enumerate(flights, first)
-            except (ValueError, KeyError, TypeError, NotJsonError) as error:
-                return _unreadable(self._path, f"its line {number} is none of a journal of flights: {error}")
+        number = 1
+        try:
+            other = _not_of(lines[0], of)
+            if other:
+                return _other(self._path, other)
+            for line in lines[1:]:
+                number += 1
+                self.over |= _flights(line, like)
+        except (ValueError, KeyError, TypeError) as error:
+            return _unreadable(self._path, f"its line {number} is none of a journal of flights: {error}")
         return None
 
 
@@ -107,6 +91,24 @@ def opened(path: Path) -> Iterator[FlightsJournal | Diagnostic]:
 
 def _first(of: Identity) -> bytes:
     return wire_text.one_line({"schema": SCHEMA, "run": dict(of)}).encode("ascii")
+
+
+def _not_of(line: bytes, of: Identity) -> str:
+    """Why a first line is one of other flights; empty where it is not."""
+    document = parse_json(line.decode("ascii"))
+    if document["schema"] != SCHEMA:
+        return f"it is written as `{str(document['schema'])[:40]}`, and not `{SCHEMA}`"
+    what, why = difference(dict(document["run"]), of) or ("", "")
+    return "the folder that they were flown from is another one, or was compiled anew" if what == "folder" else why
+
+
+def _flights(line: bytes, like: Flight) -> dict[int, Flight]:
+    """The flights of a line, by their numbers."""
+    document = parse_json(line.decode("ascii"))
+    first, flights = document["first"], flight_records.flights(document["flights"], like.trace)
+    if not isinstance(first, int) or not all(_alike(each, like) for each in flights):
+        raise ValueError("its flights are none of this team")
+    return dict(enumerate(flights, first))
 
 
 def _alike(flight: Flight, like: Flight) -> bool:
@@ -124,13 +126,6 @@ def _alike(flight: Flight, like: Flight) -> bool:
 
 
 # ---------------------------------------------------------------- messages
-
-
-def _different(what: str, there: object, here: str | None) -> str:
-    if what == "folder":
-        return "the folder that they were flown from is another one, or was compiled anew"
-    values = (f"`{str(value)[:60]}`" if value is not None else "nothing" for value in (there, here))
-    return "its {} is {}, and here it is {}".format(what, *values)
 
 
 def _other(path: Path, why: str) -> Diagnostic:

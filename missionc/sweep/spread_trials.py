@@ -11,6 +11,7 @@ journal has of them need not be flown again.
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Callable, Container, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -95,7 +96,8 @@ class SpreadTrials:
         together = min(MOST_LOST, MOST_TOGETHER) if self.journal else MOST_TOGETHER
         workers = max(1, self.pool.workers())
         count = sum(map(len, gaps))
-        size = max(1, -(-count // (-(-count // (together * workers)) * workers))) if count else 1
+        rounds = math.ceil(count / (together * workers))
+        size = math.ceil(count / max(1, rounds * workers)) or 1
         parts = [
             replace(trial, first=begin, flights=min(size, gap.stop - begin), kept=1)
             for gap in gaps

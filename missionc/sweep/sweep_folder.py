@@ -1,4 +1,4 @@
-"""The folder of a sweep: what it is of, a journal of the runs that are over, and the lock of who is at work in it.
+"""The folder of a parameter sweep: what it is of, a journal of the runs that are over, and who is at work in it.
 
     says MC701 MC702 MC761 MC762 MC763
 
@@ -23,6 +23,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.staging import NAME, sweep
 from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
 from missionc.output.folder.write_file import write_file
+from missionc.sweep import wire_text
 from missionc.sweep.append_journal import LARGEST, Journal, locked
 from missionc.sweep.run_grid import Run
 from missionc.sweep.run_result import ERROR, OUTCOMES, RunResult
@@ -57,7 +58,7 @@ class Row:
 
     def as_line(self) -> bytes:
         """The line of the journal."""
-        return json.dumps(self.as_record(), ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode()
+        return wire_text.one_line(self.as_record()).encode("ascii")
 
 
 @dataclass(frozen=True, slots=True)
