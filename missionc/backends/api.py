@@ -44,6 +44,8 @@ class CutShort(Enum):
     TIME = "time limit"
     MEMORY = "memory limit"
     SIGNAL = "interruption"
+    UNFINISHED = "unfinished search"
+    DEFECT = "defect of the compiler"
 
     @property
     def note(self) -> str:

@@ -15,8 +15,9 @@ from importlib.util import find_spec
 import click
 
 from missionc.base.signals import stop_again
-from missionc.cli.exit_status import Status, defect, out_of_memory, say
+from missionc.cli.exit_status import Status, out_of_memory, say
 from missionc.cli.streams import Unsaid, speaking
+from missionc.diagnostics.defect import defect
 from missionc.diagnostics.sanitize import plain
 from missionc.diagnostics.suggest import nearest
 from missionc.syntax.read_file import nowhere

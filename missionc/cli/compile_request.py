@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, assert_never
 from missionc.backends.api import Budget, Impossible, NotFound, Progress, Scope
 from missionc.backends.options import Options
 from missionc.base.limits import Limits
+from missionc.base.signals import stop_again
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import emit_stages, stage_names, summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.progress import shown
+from missionc.diagnostics.defect import improvement_failed
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 from missionc.pipeline import driver
@@ -175,6 +177,7 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
     checkpoints = kept_run.checkpoints(budget.limits)
     if isinstance(checkpoints, Diagnostic):
         return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
+    output = PlanFolder(folder, request.force)
     compiled = driver.plan(
         checked,
         request.options,
@@ -184,8 +187,9 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
         request.throughout,
         request.explain_limit,
         request.alternatives,
+        output.write,
     )
-    answer = _answer(request, compiled, folder)
+    answer = _answer(request, compiled, output)
     if kept_run.wrong:
         findings = (*answer.compiled.findings, kept_run.wrong)
         return CompileResult(replace(answer.compiled, findings=findings), Status.MISSION_ERRORS, answer.output)
@@ -203,7 +207,36 @@ def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tu
     return outputs, [*(Path(source.name) for source in checked.sources), *resumed]
 
 
-def _answer(request: CompileRequest, compiled: Compiled, folder: Path | None) -> CompileResult:
+@dataclass(slots=True)
+class PlanFolder:
+    """The folder of a compilation: written with the first verified plan, and again with each better one.
+
+    Args:
+        path: None if no folder is to be written.
+        force: whether a folder that was there before the compilation may be replaced.
+    """
+
+    path: Path | None
+    force: bool
+    kept: Compiled | None = None
+    """The result that the folder holds."""
+
+    def write(self, compiled: Compiled) -> Diagnostic | None:
+        """Write the files of a result, unless they are there already; what went wrong, if anything did."""
+        from missionc.output.folder.file_names import MANIFEST
+        from missionc.output.folder.write_folder import write_folder
+
+        before = dict(self.kept.files) if self.kept else {}
+        if self.path is None or not compiled.files or dict(compiled.files) == before:
+            return None
+        manifest = self.path / MANIFEST
+        own = bool(before) and manifest.is_file() and manifest.read_bytes() == before[MANIFEST]
+        wrong = write_folder(self.path, compiled.files, self.force or own)
+        self.kept = self.kept if wrong else compiled
+        return wrong
+
+
+def _answer(request: CompileRequest, compiled: Compiled, folder: PlanFolder) -> CompileResult:
     """What was planned, written."""
     match compiled.outcome:
         case Refused():
@@ -223,24 +256,31 @@ def _answer(request: CompileRequest, compiled: Compiled, folder: Path | None) ->
             assert_never(compiled.outcome)
 
 
-def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: Path | None) -> CompileResult:
+def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: PlanFolder) -> CompileResult:
     """The folder, whole or not at all; then the map of a plan."""
-    from missionc.output.folder.write_file import write_file
-    from missionc.output.folder.write_folder import write_folder
-
-    plot = request.plot if isinstance(compiled.outcome, Verified) else None
-    picture = _picture(request, compiled, plot) if plot else b""
-    written = folder if compiled.files else None
-    wrong = write_folder(written, compiled.files, request.force) if written else None
+    wrong = folder.write(compiled)
+    if wrong and folder.kept:
+        kept = replace(folder.kept, findings=(*folder.kept.findings, wrong))
+        return CompileResult(kept, Status.MISSION_ERRORS, str(folder.path))
     if wrong:
         return _refused(compiled, wrong)
-    if isinstance(picture, Diagnostic):
-        wrong = picture
-    elif plot:
-        wrong = write_file(plot, picture)
+    if request.plot and isinstance(compiled.outcome, Verified):
+        wrong = _draw(request, compiled, request.plot)
     if wrong:
         compiled, status = replace(compiled, findings=(*compiled.findings, wrong)), Status.MISSION_ERRORS
-    return CompileResult(compiled, status, str(written or ""))
+    return CompileResult(compiled, status, str(folder.path or "") if compiled.files else "")
+
+
+def _draw(request: CompileRequest, compiled: Compiled, plot: Path) -> Diagnostic | None:
+    """Write the picture as requested; what went wrong, if anything did."""
+    from missionc.output.folder.write_file import write_file
+
+    try:
+        picture = _picture(request, compiled, plot)
+    except Exception as error:
+        stop_again()
+        return improvement_failed("drawing the plan", error)
+    return picture if isinstance(picture, Diagnostic) else write_file(plot, picture)
 
 
 def _picture(request: CompileRequest, compiled: Compiled, plot: Path) -> bytes | Diagnostic:

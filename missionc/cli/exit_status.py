@@ -6,13 +6,12 @@ import os
 import sys
 from collections.abc import Iterable
 from enum import IntEnum
-from pathlib import Path
 from shutil import get_terminal_size
 
 import click
 
 from missionc.cli.streams import HUNG_UP, NOT_SAID
-from missionc.diagnostics.code import INTERNAL, OUT_OF_MEMORY
+from missionc.diagnostics.code import OUT_OF_MEMORY
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import render_json, render_text, wrapped
 from missionc.diagnostics.sanitize import as_json, plain
@@ -65,21 +64,6 @@ def say_line(line: str) -> None:
     words = text.lstrip(" ")
     begin = len(text) - len(words)
     click.echo(" " * begin + wrapped(words, width, begin + 2, begin))
-
-
-def defect(error: Exception) -> Diagnostic:
-    """What is said of an error that nobody foresaw: which, and where."""
-    place = error.__traceback__
-    while place and place.tb_next:
-        place = place.tb_next
-    where = f"{Path(place.tb_frame.f_code.co_filename).name}:{place.tb_lineno}" if place else "nowhere"
-    return Diagnostic(
-        INTERNAL,
-        f"a defect of the compiler: {type(error).__name__} at {where}",
-        None,
-        notes=(str(error)[:200],) if str(error) else (),
-        help="report it with the mission, the command and `missionc --version`; MISSIONC_TRACEBACK=1 shows more",
-    )
 
 
 def out_of_memory() -> Diagnostic:

@@ -144,6 +144,7 @@ PROBLEM_TOO_LARGE = Code("MC606", "the problem is too large")
 SOLVER_GAVE_UP = Code("MC607", "the solver gave up")
 NOT_TOLERATED = Code("MC608", "the plans that were found tolerate no such delay")
 NO_MOTION = Code("MC609", "no motion of these agents satisfies the mission")
+IMPROVEMENT_FAILED = Code("MC613", "a step after the plan failed", warning=True)
 
 # 7xx: output
 OUTPUT_EXISTS = Code("MC701", "the output exists")

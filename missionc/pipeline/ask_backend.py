@@ -10,19 +10,29 @@ import time
 from dataclasses import replace
 from functools import partial
 
-from missionc.backends.api import Backend, Budget, CutShort, NotFound, Outcome, Planned, Progress, Reason, Report
+from missionc.backends.api import (
+    Backend,
+    Budget,
+    CutShort,
+    NotFound,
+    Outcome,
+    Planned,
+    Progress,
+    Reason,
+    Report,
+    UnusableSnapshot,
+)
 from missionc.backends.options import Options
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline.certify_plan import to_draw
+from missionc.pipeline.incumbent import CUT_SHORT, Incumbent
 from missionc.pipeline.plan_with_margin import plan_with_margin
 from missionc.pipeline.run_limited import Ended, within
 
 KEPT_BACK = 0.25
 """The share kept back from a search that refuses nothing, and so may take all the time: for why it found no plan."""
-
-CUT_SHORT = {Reason.TIME: CutShort.TIME, Reason.MEMORY: CutShort.MEMORY}
 
 
 def ask_backend(
@@ -33,29 +43,40 @@ def ask_backend(
     budget: Budget,
     explain_limit: Seconds,
     moment: float,
+    incumbent: Incumbent,
     covers: bool = True,
     calm: float = 1.0,
 ) -> Outcome:
-    """A backend's answer; the last plan that it had, where a limit ended the search for a better one.
+    """A backend's answer; the last plan that it had, if a limit or a defect ended the search for a better one.
+
+    Args:
+        incumbent: receives each plan that the search goes on to improve.
 
     Raises:
-        UnusableSnapshot: the run that is to go on cannot.
+        UnusableSnapshot: the run to be resumed cannot be.
     """
-    plans: list[Planned] = []
     stage = "lower"
 
     def listen(progress: Progress) -> None:
         nonlocal stage
         stage = progress.stage
         budget.listen(progress)
+        incumbent.look()
 
     until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
-    asked_of = replace(budget, deadline=until, listen=listen, found=plans.append)
-    answer = within(
-        moment, partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=covers, calm=calm)
-    )
-    if plans and isinstance(answer, Ended | NotFound) and answer.reason in CUT_SHORT:
-        return _cut_short(plans[-1], CUT_SHORT[answer.reason])
+    asked_of = replace(budget, deadline=until, listen=listen, found=incumbent.found)
+    work = partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=covers, calm=calm)
+    try:
+        answer = within(moment, work)
+    except UnusableSnapshot:
+        raise
+    except Exception as error:
+        if incumbent.latest is None:
+            raise
+        incumbent.failed("improving the plan", error)
+        return _cut_short(incumbent.latest, CutShort.DEFECT)
+    if incumbent.latest and isinstance(answer, Ended | NotFound):
+        return _cut_short(incumbent.latest, CUT_SHORT.get(answer.reason, CutShort.UNFINISHED))
     return not_found(answer, stage) if isinstance(answer, Ended) else answer
 
 

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 from missionc.backends.api import (
     Backend,
     Budget,
+    CutShort,
     Impossible,
     NotFound,
     Planned,
@@ -46,12 +47,13 @@ from missionc.pipeline import no_plan
 from missionc.pipeline.alternatives.weighs_options import weighs_options
 from missionc.pipeline.ask_backend import ask_backend, not_found
 from missionc.pipeline.ask_bound import BoundSide
-from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
+from missionc.pipeline.certify_plan import certify_plan, reserved_time
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
+from missionc.pipeline.incumbent import Incumbent, cut_short, discard, improved
 from missionc.pipeline.plan_calmly import plan_calmly
-from missionc.pipeline.plan_throughout import plan_throughout
+from missionc.pipeline.plan_throughout import acceptable, falls_short, plan_throughout
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.read_motion import read_motion
 from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
@@ -158,6 +160,7 @@ def plan(
     throughout: Throughout = Throughout.WANTED,
     explain_limit: Seconds = NO_EXPLANATION,
     alternatives: int = 1,
+    secure: Callable[[Compiled], object] = discard,
 ) -> Compiled:
     """A verified plan of a checked mission, or what stands in its way.
 
@@ -171,6 +174,8 @@ def plan(
             plans are asked for (``plan_throughout``), without checkpoints.
         explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
         alternatives: how many plans are wanted that differ from each other; there may be fewer.
+        secure: receives each verified plan as soon as it exists, each one better than the one before. The last of them
+            is the answer, whatever becomes of the steps that follow it.
 
     Raises:
         ValueError: several plans are wanted, and slower ones.
@@ -178,17 +183,27 @@ def plan(
     if alternatives > 1 and options.stretch != 1:
         raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
     began = time.monotonic()
+
+    def keep(compiled: Compiled) -> None:
+        if isinstance(compiled.outcome, Verified) and acceptable(compiled.outcome, throughout):
+            secure(cut_short(compiled, CutShort.UNFINISHED))
+
     with limited(budget.memory_bytes):
-        first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, explain_limit)
+        first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, explain_limit, secure=keep)
         again = partial(_plan, checkpoints=Checkpoints(), exports=exports, explain_limit=NO_EXPLANATION)
         first, calm = plan_calmly(first, checked, again, options, budget, began)
+        if falls_short(first, throughout):
+            keep(first)
         plan_again = partial(again, calm=calm)
-        first = plan_throughout(first, checked, plan_again, options, budget, throughout, began)
+        further = partial(plan_throughout, first, checked, plan_again, options, budget, throughout, began)
+        first = improved("planning for the time between the samples", first, further)
         if alternatives == 1 or not isinstance(first.outcome, Verified):
             return first
+        keep(first)
         from missionc.pipeline.alternatives.ranked_plans import with_alternatives  # for those who ask for them
 
-        return with_alternatives(first, alternatives, options, budget, exports, throughout)
+        more = partial(with_alternatives, first, alternatives, options, budget, exports, throughout)
+        return improved("planning alternatives", first, more)
 
 
 def plan_by(
@@ -209,9 +224,10 @@ def _plan(
     asked_for: Kernel | None = None,
     only: Backend | None = None,
     calm: float = 1.0,
+    secure: Callable[[Compiled], object] = discard,
 ) -> Compiled:
     """``plan``, once. A plan that does not pass verification ends the engine that found it; the others go on."""
-    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for, only, calm)
+    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for, only, calm, secure)
     choice, refused = checked.choice, first.outcome
     if choice is None or not isinstance(refused, Unverified):
         return first
@@ -219,7 +235,7 @@ def _plan(
     if others in ((), choice.engines) or checkpoints.asked or asked() or time.monotonic() >= budget.deadline:
         return first
     rest = replace(checked, choice=replace(choice, engines=others))
-    retry = _plan(rest, options, budget, checkpoints, exports, NO_EXPLANATION, asked_for, calm=calm)
+    retry = _plan(rest, options, budget, checkpoints, exports, NO_EXPLANATION, asked_for, calm=calm, secure=secure)
     if not isinstance(retry.outcome, Verified):
         return first
     report, planner = retry.outcome.report, retry.outcome.plan.backend
@@ -241,6 +257,7 @@ def _plan_by_all(
     asked_for: Kernel | None,
     only: Backend | None,
     calm: float,
+    secure: Callable[[Compiled], object],
 ) -> Compiled:
     """``plan``, once, by all engines that were chosen, or by another one.
 
@@ -249,7 +266,7 @@ def _plan_by_all(
     """
     watch = Stopwatch(list(checked.seconds))
 
-    def ended(outcome: CompileOutcome, *findings: Diagnostic) -> Compiled:
+    def ended(outcome: CompileOutcome, *findings: Diagnostic, checked: Checked = checked) -> Compiled:
         return Compiled(checked, outcome, (*checked.findings, *findings), tuple(watch.seconds))
 
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
@@ -269,44 +286,60 @@ def _plan_by_all(
     whole = replace(run_budget, deadline=run_budget.deadline - reserved)
     bound = BoundSide(mission, kernel, options, whole)
     whole = replace(whole, enough=bound.enough)
+
+    def certified(planned: Planned, stages: Stopwatch, bound: BoundSide | None) -> Compiled:
+        home = certify_plan(checked, planned, options, run_budget, stages, exports, bound)
+        return ended(home.outcome, *home.findings, checked=home.checked)
+
+    incumbent = Incumbent(lambda planned: certified(planned, Stopwatch(), None), secure)
     try:
         covers = asked_for is None and calm == 1
-        outcome = ask_backend(
-            backend, mission, asked_for or kernel, options, whole, explain_limit, moment, covers=covers, calm=calm
-        )
+        asked_of = partial(ask_backend, backend, mission, asked_for or kernel, options, whole, explain_limit, moment)
+        outcome = asked_of(incumbent, covers=covers, calm=calm)
     except UnusableSnapshot as wrong:
         return ended(Refused(), unusable(checkpoints.name, wrong))
     watch.seconds.extend(outcome.report.seconds)
     if isinstance(outcome, Planned):
         hold()
-        if weighs_options(mission, outcome, choice):
-            from missionc.pipeline.alternatives.compare_options import compare_options  # for those who have any
 
+        def brought_home(planned: Planned) -> Compiled:
+            home = within(moment, partial(incumbent.timed, planned, lambda each: certified(each, watch, bound)))
+            if isinstance(home, Ended):
+                late = no_plan.not_brought_home(home, planned, watch.seconds)
+                home = ended(late, no_plan.not_found(checked, late, None))
+            return home
+
+        compares = weighs_options(mission, outcome, choice)
+        home = incumbent.attempt("certifying a later plan", partial(brought_home, outcome))
+        home = incumbent.keep(home, final=not compares)
+        if compares and not isinstance(home.outcome, NotFound):
+            from missionc.pipeline.alternatives.compare_options import with_best_option  # for those who have any
+
+            to_compare = replace(whole, deadline=run_budget.deadline - incumbent.reserve(reserved))
             planner = outcome.report.engine or choice.backend
-            with watch.stage("compare"):
-                outcome = compare_options(mission, kernel, outcome, planner, options, whole, moment)
-        write = partial(certify_plan, checked, outcome, options, run_budget, watch, exports, bound)
-        home = within(moment, write)
-        if isinstance(home, Certified):
-            checked = home.checked
-            return ended(home.outcome, *home.findings)
-        outcome = no_plan.not_brought_home(home, outcome, watch.seconds)
-        return ended(outcome, no_plan.not_found(checked, outcome, None))
+            compare = partial(
+                with_best_option, home, checked, outcome, brought_home, planner, options, to_compare, moment, watch
+            )
+            home = incumbent.keep(incumbent.attempt("comparing options", compare), final=True)
+        return replace(home, findings=(*home.findings, *incumbent.findings))
     explained = None
     if explain_limit > 0 and (isinstance(outcome, Impossible) or outcome.best is not None):
         hold()
         from missionc.pipeline.relax.search_relaxations import explain
 
-        with watch.stage("explain"):
-            asked_next = _for_trials(backend, outcome, options)
-            why = within(moment, partial(explain, checked, outcome, asked_next, options, whole, explain_limit))
-        explained = None if isinstance(why, Ended) else why
+        try:
+            with watch.stage("explain"):
+                asked_next = _for_trials(backend, outcome, options)
+                why = within(moment, partial(explain, checked, outcome, asked_next, options, whole, explain_limit))
+            explained = None if isinstance(why, Ended) else why
+        except Exception as error:
+            incumbent.failed("explaining the result", error)
     finding = (
         no_plan.impossible(mission, outcome, explained)
         if isinstance(outcome, Impossible)
         else no_plan.not_found(checked, outcome, explained)
     )
-    return with_manifest(replace(ended(outcome, finding), explained=explained), options)
+    return with_manifest(replace(ended(outcome, finding, *incumbent.findings), explained=explained), options)
 
 
 def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Options) -> Backend:

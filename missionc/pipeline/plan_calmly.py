@@ -17,6 +17,7 @@ from missionc.base.units import Seconds
 from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.lower.tighten import with_flyable_speeds
 from missionc.pipeline.checked import Checked
+from missionc.pipeline.incumbent import noted
 from missionc.pipeline.plan_with_margin import FASTER
 from missionc.pipeline.results import Compiled, Refused, Verified
 
@@ -58,10 +59,7 @@ def plan_calmly(
         more = replace(budget, deadline=now + (until - now) / 2, keep=forget, resume=None)
         retry = plan_again(checked, options, more, calm=calm)
         if isinstance(retry.outcome, Verified):
-            report = retry.outcome.report
-            note = f"the first plan cannot be flown; this one can, at {calm:g} of the speeds of its vehicles"
-            outcome = replace(retry.outcome, report=replace(report, notes=(*report.notes, note)))
-            return replace(retry, outcome=outcome), calm
+            return noted(retry, f"the first plan cannot be flown; this one can, at {calm:g} of the top speeds"), calm
         if not isinstance(retry.outcome, Refused):
             break  # who is slower still is nowhere in time either
     return first, 1.0

@@ -26,6 +26,7 @@ from missionc.lower.hold_throughout import hold_throughout
 from missionc.lower.tighten import tightened_alone
 from missionc.pipeline import no_plan
 from missionc.pipeline.checked import Checked
+from missionc.pipeline.incumbent import noted
 from missionc.pipeline.results import Compiled, Refused, Verified
 
 LEAST_TIME, TIMES = Seconds(5.0), 3.0
@@ -116,12 +117,17 @@ BETWEEN = Short("hold between its steps", "holds throughout")
 DELAYS = Short("tolerate the delays", "tolerates the delays, which says nothing about whether there is one")
 
 
-def _falls_short(compiled: Compiled, throughout: Throughout) -> Short | None:
+def falls_short(compiled: Compiled, throughout: Throughout) -> Short | None:
     """What a plan is short of that keeps everything at the steps, with everybody on time."""
     if isinstance(compiled.outcome, Verified):
         wanted = throughout is not Throughout.AT_STEPS
         return BETWEEN if wanted and compiled.outcome.certificate.at_steps_alone else None
     return DELAYS if any(each.code is NOT_TOLERATED for each in compiled.findings) else None
+
+
+def acceptable(verified: Verified, throughout: Throughout) -> bool:
+    """Whether a verified plan may be given out as it is, should no better one be found."""
+    return throughout is not Throughout.REQUIRED or not verified.certificate.at_steps_alone
 
 
 def plan_throughout(
@@ -138,7 +144,7 @@ def plan_throughout(
     Args:
         began: when the first one was asked for, on the clock of ``time.monotonic``.
     """
-    short = _falls_short(first, throughout)
+    short = falls_short(first, throughout)
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     if short is None or mission is None or kernel is None or choice is None:
         return first
@@ -157,9 +163,11 @@ def plan_throughout(
         near = repair if attempt.repaired else None
         retry = plan_again(by, options, more, asked_for=asked_for, only=near)
         tried += 1
-        if isinstance(retry.outcome, Verified) and _falls_short(retry, throughout) is None:
+        if isinstance(retry.outcome, Verified) and falls_short(retry, throughout) is None:
             note = f"the first plan does not {short.no}; {'repaired it' if attempt.repaired else 'this one'} does"
-            return _noted(replace(retry, checked=replace(retry.checked, choice=choice)), note, engine)
+            report = retry.outcome.report
+            outcome = replace(retry.outcome, report=replace(report, engine=report.engine or engine))
+            return noted(replace(retry, checked=replace(retry.checked, choice=choice), outcome=outcome), note)
         failing |= _failing(retry)
     return _fallen_short(first, short, throughout, f"{tried} plans were asked for: none {short.none}")
 
@@ -203,15 +211,6 @@ def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: 
     return hold_throughout(mission, tighter, names)
 
 
-def _noted(compiled: Compiled, note: str, engine: str = "") -> Compiled:
-    """With a note, and who found the plan at first where it does not say who did."""
-    outcome = compiled.outcome
-    assert isinstance(outcome, Verified)
-    report = outcome.report
-    report = replace(report, notes=(*report.notes, note), engine=report.engine or engine)
-    return replace(compiled, outcome=replace(outcome, report=report))
-
-
 def _fallen_short(first: Compiled, short: Short, throughout: Throughout, note: str) -> Compiled:
     """The first plan as it is given out, where no further one did better."""
     outcome, mission = first.outcome, first.checked.mission
@@ -222,6 +221,6 @@ def _fallen_short(first: Compiled, short: Short, throughout: Throughout, note: s
         return replace(first, findings=tuple(late))
     if throughout is Throughout.REQUIRED:
         refused = no_plan.not_between(mission, outcome.certificate)
-        noted = (replace(each, notes=(*each.notes, note)) for each in refused)
-        return replace(first, outcome=Refused(), findings=(*first.checked.findings, *noted))
-    return _noted(first, note)
+        with_note = (replace(each, notes=(*each.notes, note)) for each in refused)
+        return replace(first, outcome=Refused(), findings=(*first.checked.findings, *with_note))
+    return noted(first, note)

@@ -39,6 +39,7 @@ def said(*words: str) -> tuple[int, dict[str, Any]]:
         status = main([*words, "--format", "json"])
     assert status not in (Status.DEFECT, Status.USAGE), (words, out.getvalue(), err.getvalue())
     document: dict[str, Any] = json.loads(out.getvalue())
+    assert not [each for each in document["diagnostics"] if each["code"] == "MC613"], (words, document["diagnostics"])
     return status, document
 
 

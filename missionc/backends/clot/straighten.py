@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from missionc.backends.acceptance import attempt
-from missionc.backends.api import Attempt, Budget, Planned
+from missionc.backends.api import Attempt, Budget, Planned, Progress
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import METRES, STRAIGHT, Spare, Weights, spare, with_room
 from missionc.backends.clot.optimise.control_points import splines, trace
@@ -63,6 +63,7 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
     account = Account()
 
     def in_time() -> bool:
+        budget.listen(Progress("straighten"))
         return time.monotonic() < budget.deadline and not asked()
 
     with account.stage("straighten"), one_thread(), enough_memory():

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Self
 from lsprotocol.converters import get_converter
 
 from missionc.backends.offers import OFFERS
-from missionc.cli.exit_status import defect
 from missionc.cli.studio.compilation import Compilation
 from missionc.cli.studio.mission_lists import SHELVES, listed
 from missionc.cli.studio.open_mission import OpenMission
@@ -24,6 +23,7 @@ from missionc.cli.studio.words import words
 from missionc.cli.studio.workplace import Workplace
 from missionc.cli.watch.planner_process import Ended
 from missionc.diagnostics.code import OUTPUT_EXISTS
+from missionc.diagnostics.defect import defect
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import counts
 from missionc.lsp.open_text import LIMITS, OpenText

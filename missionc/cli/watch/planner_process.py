@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING, Self
 from missionc.base.signals import HANDLED, Stopped, end_with_parent, stoppable
 from missionc.base.units import Seconds
 from missionc.cli.compile_request import CompileRequest
-from missionc.cli.exit_status import Status, defect, say
+from missionc.cli.exit_status import Status, say
 from missionc.cli.progress import EVERY, words
+from missionc.diagnostics.defect import defect
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import render_text
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import heapq
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import count, islice
 
@@ -27,6 +27,9 @@ from missionc.monitoring.signature import Signature, Signatures, differences
 from missionc.pipeline.alternatives.plan_restricted import plan_restricted
 from missionc.pipeline.alternatives.quality import amount, objective_value, quality
 from missionc.pipeline.alternatives.restriction import Restriction, restrictions
+from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Stopwatch
+from missionc.pipeline.results import Compiled, Verified
 from missionc.pipeline.run_limited import Ended
 
 MOST = 3
@@ -37,6 +40,41 @@ LOOKED_AT = 16
 
 LEAST_WORK, TIMES = 8.0, 1.0
 """Units of ``work`` of all of them: so many, or so many times the work of the plan."""
+
+
+def with_best_option(
+    first: Compiled,
+    checked: Checked,
+    planned: Planned,
+    certify: Callable[[Planned], Compiled],
+    engine: str,
+    options: Options,
+    budget: Budget,
+    moment: float,
+    watch: Stopwatch,
+) -> Compiled:
+    """A compilation whose plan is the best of those with other options and orders.
+
+    Args:
+        first: the compilation of the plan that was found first.
+        checked: the mission that was planned.
+        planned: that plan.
+        certify: verifies a better plan and makes its files.
+        engine: as for ``compare_options``.
+        moment: as for ``compare_options``.
+    """
+    mission, kernel = checked.mission, checked.kernel
+    assert mission is not None
+    assert kernel is not None
+    with watch.stage("compare"):
+        best = compare_options(mission, kernel, planned, engine, options, budget, moment)
+    if best.trace is not planned.trace or best.report.cut_short is not planned.report.cut_short:
+        return certify(best)
+    if not isinstance(first.outcome, Verified):
+        return first
+    notes = first.outcome.report.notes
+    report = replace(best.report, notes=(*notes, *(each for each in best.report.notes if each not in notes)))
+    return replace(first, outcome=replace(first.outcome, report=report), seconds=tuple(watch.seconds))
 
 
 def compare_options(

@@ -31,9 +31,10 @@ from missionc.monitoring.signature import Signature, Signatures, differences
 from missionc.pipeline.alternatives.plan_restricted import plan_restricted
 from missionc.pipeline.alternatives.quality import Quality, quality
 from missionc.pipeline.alternatives.restriction import Restriction, restrictions
-from missionc.pipeline.certify_plan import Certified, certify_plan, reserved_time
+from missionc.pipeline.certify_plan import Certified, certify_plan
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import Stopwatch
+from missionc.pipeline.incumbent import RESERVE
 from missionc.pipeline.results import Verified
 from missionc.pipeline.run_limited import within
 
@@ -119,7 +120,8 @@ def search_alternatives(
     backend = load_engines((first.plan.backend,), options)
     search = _Search(mission, kernel, Signatures(mission, kernel))
     search.add(Planned(first.plan.trace, first.report), budget.seed, Restriction(), first)
-    kept_back = (wanted + 1) * reserved_time(len(mission.agents), mission.steps, budget.deadline - time.monotonic())
+    took = dict(watch.seconds)
+    kept_back = (wanted + 1) * RESERVE * (took["verify"] + took["emit"])
     until = budget.deadline - min(kept_back, (budget.deadline - time.monotonic()) / 2)
     tries, late = 0, False
     while not isinstance(backend, Diagnostic) and not _enough(len(search.candidates), wanted, tries):
