@@ -68,6 +68,10 @@ class Span:
     def text(self) -> str:
         return self.source.text[self.start : self.end]
 
+    def part(self, start: int, end: int) -> Span:
+        """Other characters of the same source, read with the same indices."""
+        return Span(self.source, start, end, self.turns)
+
     def to(self, other: Span) -> Span:
         """From the start of this span to the end of the other."""
-        return Span(self.source, self.start, other.end, self.turns)
+        return self.part(self.start, other.end)

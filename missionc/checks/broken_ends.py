@@ -69,8 +69,8 @@ def _culprit(intervals: Intervals, known: dict[Node, Interval], root: Node) -> C
     """Down from a requirement to what its bound is the bound of."""
     place = Culprit(root, 0, FIRST, True, root.span)
     while True:
-        wanted = _bound(known, place)
-        below = (each for each in _below(intervals, place) if abs(_bound(known, each)) == abs(wanted))
+        wanted = -_bound(known, place) if isinstance(place.node, Not) else _bound(known, place)
+        below = (each for each in _below(intervals, place) if _bound(known, each) == wanted)
         following = next(below, None)
         if following is None:
             return place
@@ -96,19 +96,21 @@ def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
 def _finding(
     mission: Mission, goal: Goal, culprit: Culprit, intervals: Intervals, known: dict[Node, Interval]
 ) -> Diagnostic:
+    amount = abs(_bound(known, culprit))
+    if amount == np.inf:
+        return _whatever_the_motion(goal, culprit)
     verb, step = ("start", 0) if culprit.column == FIRST else ("finish", mission.steps)
-    agents, notes = _because(mission, culprit, intervals, abs(_bound(known, culprit)))
+    agents, notes = _because(mission, culprit, intervals, amount)
     names = [f"`{mission.agents[agent].name}`" for agent in agents]
     places = {agent: _place(mission, agent, culprit.column) for agent in agents}
     written: dict[object, list[str]] = {}
     for agent, place in places.items():
         if place is not None:
             written.setdefault(place.span, []).append(f"`{mission.agents[agent].name}`")
-    amount = abs(_bound(known, culprit))
-    by = f", by {metres(amount)}" if ROUNDING < amount < np.inf else ""
+    by = f", by {metres(amount)}" if amount > ROUNDING else ""
     spread = any(intervals.radius[agent, culprit.column] > 0 for agent in agents)
     at_best = " at best, wherever in their regions they are" if spread and by else ""
-    verdict = "false" if culprit.upper is not says_opposite(culprit.node) else "true, which it must not be,"
+    verdict = _verdict(culprit)
     finishing = listed(names) + (f" {verb}es" if verb == "finish" else f" {verb}s") if len(names) == 1 else ""
     return Diagnostic(
         CONTRADICTION,
@@ -120,6 +122,20 @@ def _finding(
         ),
         tuple(notes),
         f"{verb} elsewhere, or let the requirement's window leave out {seconds(mission, step)}",
+    )
+
+
+def _verdict(culprit: Culprit) -> str:
+    return "false" if culprit.upper is not says_opposite(culprit.node) else "true, which it must not be,"
+
+
+def _whatever_the_motion(goal: Goal, culprit: Culprit) -> Diagnostic:
+    """A requirement that hangs on nothing that moves: the number of agents, who they are, a window without steps."""
+    return Diagnostic(
+        CONTRADICTION,
+        f"requirement `{goal.name}` cannot be satisfied, whatever the motion",
+        Label(culprit.words or goal.span, f"always {_verdict(culprit).rstrip(',')}"),
+        help="drop this part, or require something that depends on the motion",
     )
 
 

@@ -43,17 +43,17 @@ class Look:
 
 
 def check_horizons(mission: Mission) -> list[Diagnostic]:
-    """Each outermost window that looks past the mission's last step."""
+    """Each outermost window that looks past the mission's last step; of one text, that which looks furthest first."""
     looks = {formula: _look(formula) for formula in formulas(mission)}
     seen: set[Formula] = set()
-    return in_text_order(
-        [
-            _past_the_end(mission, goal, _chain(formula, looks), looks)
-            for goal in goals(mission)
-            for formula in outermost_windows(goal.formula, looks, seen)
-            if looks[formula].total > mission.steps
-        ]
-    )
+    late = [
+        (goal, formula)
+        for goal in goals(mission)
+        for formula in outermost_windows(goal.formula, looks, seen)
+        if looks[formula].total > mission.steps
+    ]
+    late.sort(key=lambda each: -looks[each[1]].total)
+    return in_text_order([_past_the_end(mission, goal, _chain(formula, looks), looks) for goal, formula in late])
 
 
 def steps_ahead(roots: Iterable[Formula]) -> dict[Formula, Look]:

@@ -172,4 +172,4 @@ def operator_words(formula: Apply) -> Span:
     closing = re.match(r"\s*\]", whole.source.text[end : whole.end])
     if closing and not whole.source.text[bounds.start : end].endswith("]"):
         end += closing.end()
-    return Span(whole.source, whole.start + word.start(), end) if word else whole
+    return whole.part(whole.start + word.start(), end) if word else whole

@@ -18,7 +18,6 @@ from missionc.backends.api import (
     Outcome,
     Planned,
     Progress,
-    Reason,
     Report,
     UnusableSnapshot,
 )
@@ -55,11 +54,11 @@ def ask_backend(
     Raises:
         UnusableSnapshot: the run to be resumed cannot be.
     """
-    stage = "lower"
+    now = Progress("lower")
 
     def listen(progress: Progress) -> None:
-        nonlocal stage
-        stage = progress.stage
+        nonlocal now
+        now = progress
         budget.listen(progress)
         incumbent.look()
 
@@ -77,7 +76,7 @@ def ask_backend(
         return _cut_short(incumbent.latest, CutShort.DEFECT)
     if incumbent.latest and isinstance(answer, Ended | NotFound):
         return _cut_short(incumbent.latest, CUT_SHORT.get(answer.reason, CutShort.UNFINISHED))
-    return not_found(answer, stage) if isinstance(answer, Ended) else answer
+    return not_found(answer, now) if isinstance(answer, Ended) else answer
 
 
 def _cut_short(plan: Planned, why: CutShort) -> Planned:
@@ -85,10 +84,11 @@ def _cut_short(plan: Planned, why: CutShort) -> Planned:
     return replace(plan, report=replace(report, notes=(*report.notes, why.note), cut_short=why))
 
 
-def not_found(ended: Ended, stage: str) -> NotFound:
-    """A limit came before there was a plan. Which stage was under way when time ended depends on the machine alone."""
-    timed = ended.reason is Reason.TIME
-    return NotFound(ended.reason, ended.reason.value if timed else ended.during(stage), Report())
+def not_found(ended: Ended, now: Progress) -> NotFound:
+    """A limit came before there was a plan, or a candidate for one; with the stage that was under way."""
+    engine = f" of the backend `{now.engine}`" if now.engine else ""
+    which = f" (round {now.round})" if now.round > 1 else ""
+    return NotFound(ended.reason, f"{ended.during(now.stage)}{engine}{which}; no candidate was finished", Report())
 
 
 def _to_search(deadline: float, explain_limit: Seconds) -> float:

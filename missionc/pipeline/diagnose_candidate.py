@@ -37,13 +37,13 @@ class Diagnosis:
 
 
 def diagnose(mission: Mission, kernel: Kernel, best: Attempt) -> Diagnosis:
-    """Who is late, who is in whose way, and which requirements ask for the same agents."""
+    """Who is late, who is in whose way, and which requirements fail at the same agents."""
     met, late = meetings(mission, best), late_agents(mission, kernel, best)
     notes = [
         *_some([each.says for each in late], "agent is late", "agents are late"),
         *_some([each.says for each in met], "pair meets", "pairs meet"),
         *_some(_touching(mission, best), "agent touches an obstacle", "agents touch an obstacle"),
-        *_some(_competing(best.violated), "pair of requirements competes", "pairs of requirements compete"),
+        *_some(_failing_together(best.violated), "pair of requirements fails", "pairs of requirements fail"),
     ]
     return Diagnosis(tuple(notes), _advice(mission, best.violated, late, met), bool(late and not met))
 
@@ -62,10 +62,10 @@ def _touching(mission: Mission, best: Attempt) -> list[str]:
     ]
 
 
-def _competing(violated: Sequence[Judgement]) -> list[str]:
-    """Requirements that both fail because of the same agents."""
+def _failing_together(violated: Sequence[Judgement]) -> list[str]:
+    """Pairs of requirements that fail at the same agents. They need not conflict: one may imply the other."""
     return [
-        f"`{one.name}` and `{other.name}` compete for {listed(shared)}"
+        f"`{one.name}` and `{other.name}` both fail at {listed(shared)}"
         for one, other in combinations(violated, 2)
         if (shared := [f"`{name}`" for name in one.agents if name in other.agents])
     ]

@@ -146,7 +146,7 @@ def check_within(
     if isinstance(checked, Checked):
         return checked
     name = file.name if isinstance(file, Source) else str(file)
-    outcome = not_found(checked, "check")
+    outcome = not_found(checked, Progress("check"))
     unread = Checked(name, ())
     return Compiled(unread, outcome, (no_plan.not_found(unread, outcome, None),), ())
 

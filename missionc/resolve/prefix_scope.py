@@ -62,10 +62,10 @@ def _denies(formula: ast.Apply) -> bool:
 
 def _ends_early(context: Context, formula: ast.Apply, prefix: ast.Apply, body: ast.Formula) -> None:
     source, begin = formula.span.source, prefix.span.start
-    words = Span(source, begin, begin + len(source.text[begin : body.span.start].rstrip().rstrip("(").rstrip()))
+    words = body.span.part(begin, begin + len(source.text[begin : body.span.start].rstrip().rstrip("(").rstrip()))
     after = source.text[words.end : prefix.span.end]
-    whole = Span(source, prefix.span.end - len(after.lstrip()), formula.span.end)
-    left = Span(source, formula.span.start, prefix.span.end)
+    whole = formula.span.part(prefix.span.end - len(after.lstrip()), formula.span.end)
+    left = formula.span.part(formula.span.start, prefix.span.end)
     asked = excerpt(Span(source, whole.start, prefix.span.end))
     right = f"{formula.operator}[…] {_right(formula)}"
     context.report(

@@ -340,7 +340,7 @@ def _quantified(context: Context, formula: ast.Quantified) -> Typed:
 
 def _recurrent(context: Context, formula: ast.Quantified, length: ast.Name) -> Typed:
     """``every patrol: f``, where the name is that of a parameter: a period."""
-    word = Span(formula.span.source, formula.span.start, formula.span.start + len(formula.kind))
+    word = formula.span.part(formula.span.start, formula.span.start + len(formula.kind))
     period = ast.Period(length.span, length)
     return _apply(context, ast.Apply(formula.span, formula.kind, word, (formula.body,), period))
 

@@ -40,7 +40,8 @@ def resolve_resource(context: Context, resource: ast.Resource) -> ir.Resource:
             continue
         key = rate.name.text, unit or Dimension.NUMBER
         if key in given:
-            said_twice(context, f"`{excerpt(given[key].span)}`", rate.span, given[key].span)
+            sum_of_both = "write their sum, or leave one of them out" if rate.name.text == "drain" else None
+            said_twice(context, f"`{excerpt(given[key].span)}`", rate.span, given[key].span, help=sum_of_both)
         given.setdefault(key, rate)
         values.setdefault(key, _per(rate, value))
     start = values.get(("start", Dimension.NUMBER), REPORTED)
@@ -74,7 +75,10 @@ def resolve_flag(context: Context, flag: ast.Flag) -> ir.Flag:
         if word not in MARKS:
             unknown_word(context, mark.name, MARKS, "`flag`", "setting")
         elif word in marks:
-            said_twice(context, f"`{word}`", mark.span, marks[word].span)
+            one, other = marks[word].within.text, mark.within.text
+            either = f"for both regions declare `region either = {one} + {other}`, and write `{word} in either`"
+            union = None if one == other else either
+            said_twice(context, f"`{word}`", mark.span, marks[word].span, help=union)
         else:
             marks[word] = mark
     if "set" not in marks and all(mark.name.text in MARKS for mark in flag.marks):

@@ -90,14 +90,16 @@ def unknown_word(context: Context, name: ast.Name, known: Sequence[str], owner: 
     return near
 
 
-def said_twice(context: Context, what: str, span: Span, first: Span, fix: Fix | None = None) -> None:
+def said_twice(
+    context: Context, what: str, span: Span, first: Span, fix: Fix | None = None, help: str | None = None
+) -> None:
     context.report(
         code.DECLARED_AGAIN,
         f"{what} is said twice; once is allowed",
         span,
         beside="said again",
         labels=(Label(first, "said here first"),),
-        help="leave one of them out",
+        help=help or "leave one of them out",
         fix=fix,
     )
 

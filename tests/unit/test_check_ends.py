@@ -120,3 +120,20 @@ def test_regions_that_no_choice_mends_are_said_and_others_are_not() -> None:
     assert finding.primary is not None
     assert "at best, wherever in their regions they are" in finding.primary.message
     assert found(other + "near", "always[0, 5 s] connected(radio)") == []
+
+
+@pytest.mark.parametrize(
+    ("formula", "words"),
+    [
+        ("drone[0]: once[2 s, 3 s] near", "once[2 s, 3 s] near"),
+        (
+            "(drone[0]: eventually[2 s, 4 s] once[1 s, 3 s] near) and (drone[0]: base since[2 s, 3 s] near)",
+            "base since[2 s, 3 s] near",
+        ),
+    ],
+)
+def test_what_no_motion_changes_is_not_blamed_on_a_start_or_a_finish(formula: str, words: str) -> None:
+    (finding,) = found("start in near", formula)
+    assert finding.message == "requirement `r` cannot be satisfied, whatever the motion"
+    assert finding.primary is not None
+    assert (finding.primary.span.text, finding.primary.message) == (words, "always false")

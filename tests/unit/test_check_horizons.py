@@ -117,3 +117,12 @@ def test_a_shared_formula_is_looked_at_once() -> None:
     looks = steps_ahead(goal.formula for goal in goals(mission))
     assert looks[mission.requirements[0].formula].total == 17
     assert len(looks) < 60
+
+
+def test_one_text_that_looks_too_far_for_several_members_is_one_finding_with_the_longest_horizon() -> None:
+    alike = text("require r[i in 0..2]: drone[i]: eventually[0, 25 s] goal")
+    assert only(alike, BEYOND_HORIZON).notes[1:] == ("it is so with every `i`",)
+    growing = only(text("require r[i in 0..2]: drone[i]: eventually[0, 18 s + i * 2 s] goal"), BEYOND_HORIZON)
+    assert growing.help == "write `horizon 22 s`, or shorten a window"
+    each = text("require r: for i in 0..2: drone[i]: always[0, 10 s] (base implies eventually[0, 15 s] goal)")
+    assert only(each, BEYOND_HORIZON).notes[1:] == ("it is so with every `i`",)

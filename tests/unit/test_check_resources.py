@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.diagnostics.code import CONTRADICTION, NOT_ITS_OWN, RUNS_OUT
+from missionc.diagnostics.code import CONTRADICTION, DECLARED_AGAIN, NOT_ITS_OWN, RUNS_OUT
 from tests.support.check_findings import found, only, text
 
 CHARGED = "require charged: every drone: always[0, 20 s] battery >= 5"
@@ -80,3 +80,10 @@ def test_a_value_that_it_never_has_is_found() -> None:
     asked = "require full: some drone: eventually[0, 20 s] battery > 40"
     finding = only(text(battery("start 30, drain 1 per s"), asked), CONTRADICTION)
     assert finding.labels == ()
+
+
+def test_a_flag_that_is_set_twice_is_told_how_to_unite_the_regions() -> None:
+    finding = only(text("flag carries of drone { set in base, set in goal }"), DECLARED_AGAIN)
+    assert finding.help == "for both regions declare `region either = base + goal`, and write `set in either`"
+    united = "region either = base + goal\nflag carries of drone { set in either }"
+    assert found(text(united), DECLARED_AGAIN) == []
