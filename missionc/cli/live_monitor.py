@@ -144,7 +144,7 @@ class _Voice:
     def sum_up(self) -> None:
         """How every goal stands, and what became of the samples."""
         session, name = self.session, self.session.mission.name
-        seen, notes = len(session.standings) and session.judge.now + 1, session.notes()
+        seen, notes = session.steps.closed, session.notes()
         verdict = "not decided" if session.verdict is Verdict.OPEN else session.verdict.value
         if self.json:
             records = [
