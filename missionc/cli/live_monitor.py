@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import nullcontext, suppress
 
 import click
@@ -73,6 +73,15 @@ def run(
             page.end("the mission is over" if session.over else "the stream has ended")
             voice.wait()
     return Status.MISSION_ERRORS if broken else STATUS[session.verdict]
+
+
+def tell_findings(findings: Sequence[Diagnostic], form: str) -> None:
+    """Findings on standard error, or as a record."""
+    if findings and form == "json":
+        _line({"diagnostics": render_json(findings)})
+    elif findings:
+        terminal = sys.stderr.isatty()
+        click.echo(render_text(findings, in_colour(terminal), columns(terminal)), err=True, color=True)
 
 
 class _Voice:
@@ -144,7 +153,7 @@ class _Voice:
     def sum_up(self) -> None:
         """How every goal stands, and what became of the samples."""
         session, name = self.session, self.session.mission.name
-        seen, notes = len(session.standings) and session.judge.now + 1, session.notes()
+        seen, notes = session.steps.closed, session.notes()
         verdict = "not decided" if session.verdict is Verdict.OPEN else session.verdict.value
         if self.json:
             records = [
@@ -171,11 +180,7 @@ class _Voice:
 
     def fail(self, finding: Diagnostic) -> None:
         """A finding, on the stream for findings."""
-        if self.json:
-            _line({"diagnostics": render_json([finding])})
-        else:
-            terminal = sys.stderr.isatty()
-            click.echo(render_text([finding], in_colour(terminal), columns(terminal)), err=True, color=True)
+        tell_findings([finding], "json" if self.json else "text")
 
     def _say(self, step: int, words: str, record: dict[str, object]) -> None:
         if self.json:

@@ -115,8 +115,7 @@ def monitored_lines(monitored: Monitored) -> list[str]:
     mission = monitored.checked.mission
     if not monitored.ok or mission is None:
         return []
-    verdict = "satisfied" if monitored.satisfied else "violated"
-    lines = [f"{mission.name}: {verdict}", *judgement_lines(monitored.requirements, mission.step)]
+    lines = [f"{mission.name}: {monitored.verdict}", *judgement_lines(monitored.requirements, mission.step)]
     if monitored.preferences:
         lines += ["preferences", *judgement_lines(monitored.preferences, mission.step)]
     return [*lines, *between_lines(monitored.between)]
@@ -219,7 +218,7 @@ def _engine(compiled: Compiled) -> str | None:
 
 def monitored_document(monitored: Monitored) -> dict[str, object]:
     return {
-        "satisfied": monitored.satisfied if monitored.ok else None,
+        "satisfied": monitored.satisfied,
         "requirements": [each.as_record() for each in monitored.requirements],
         "preferences": [each.as_record() for each in monitored.preferences],
         "between_steps": [_between(each) for each in monitored.between],

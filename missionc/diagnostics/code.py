@@ -14,11 +14,16 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """A stable name for a kind of finding, and the phrase that heads its page."""
+    """A stable name for a kind of finding, and the phrase that heads its page.
+
+    ``about_planning``: the mission has a meaning, and only a plan for it is impossible. A recorded flight is judged all
+    the same, and the finding is a warning there.
+    """
 
     name: str
     title: str
     warning: bool = False
+    about_planning: bool = False
 
     @property
     def severity(self) -> Severity:
@@ -94,44 +99,44 @@ NOT_ITS_FLAG = Code("MC405", "this flag is for another backend")
 NO_DEVICE = Code("MC406", "no such device here")
 
 # 5xx: the world
-OUTSIDE_WORLD = Code("MC501", "a start or finish outside the world")
-IN_OBSTACLE = Code("MC502", "a start or finish in an obstacle")
-AGENTS_OVERLAP = Code("MC503", "two agents in one place")
-REGION_OUTSIDE_WORLD = Code("MC504", "a region outside the world")
-REGION_IN_OBSTACLE = Code("MC505", "a region inside an obstacle")
+OUTSIDE_WORLD = Code("MC501", "a start or finish outside the world", about_planning=True)
+IN_OBSTACLE = Code("MC502", "a start or finish in an obstacle", about_planning=True)
+AGENTS_OVERLAP = Code("MC503", "two agents in one place", about_planning=True)
+REGION_OUTSIDE_WORLD = Code("MC504", "a region outside the world", about_planning=True)
+REGION_IN_OBSTACLE = Code("MC505", "a region inside an obstacle", about_planning=True)
 GRAPH_TOO_SMALL = Code("MC506", "a graph over too few agents")
 FORMATION_TOO_SMALL = Code("MC507", "a formation over too few agents")
-FORMATION_TOO_TIGHT = Code("MC508", "a formation its own separation forbids")
-TOO_FAR = Code("MC509", "a goal out of reach in the time")
-CONTRADICTION = Code("MC510", "requirements that contradict on their face")
+FORMATION_TOO_TIGHT = Code("MC508", "a formation its own separation forbids", about_planning=True)
+TOO_FAR = Code("MC509", "a goal out of reach in the time", about_planning=True)
+CONTRADICTION = Code("MC510", "requirements that contradict on their face", about_planning=True)
 VACUOUS = Code("MC511", "a requirement that cannot be violated", warning=True)
 NO_AREA = Code("MC512", "a shape without area")
 TOO_MANY_AGENTS = Code("MC513", "too many agents")
 ESCAPES_AT_ONCE = Code("MC514", "an escape of no distance", warning=True)
 REACHES_ITSELF = Code("MC515", "a route that ends where it starts", warning=True)
-NO_ROOM = Code("MC516", "a region too small for its agents")
+NO_ROOM = Code("MC516", "a region too small for its agents", about_planning=True)
 NEVER_HOLDS = Code("MC517", "a comparison that can never hold", warning=True)
 FASTER_THAN_VEHICLE = Code("MC518", "faster than the vehicle flies", warning=True)
-NO_FLYING_ROOM = Code("MC519", "no room for the vehicle to fly")
-OUTSIDE_FLYING_ROOM = Code("MC520", "a start or finish where the vehicle does not fly")
+NO_FLYING_ROOM = Code("MC519", "no room for the vehicle to fly", about_planning=True)
+OUTSIDE_FLYING_ROOM = Code("MC520", "a start or finish where the vehicle does not fly", about_planning=True)
 ASKS_NOTHING = Code("MC521", "a requirement that starts satisfy", warning=True)
-OUTLASTS_VEHICLE = Code("MC522", "a mission that outlasts its vehicle")
-LANE_NODE_MISPLACED = Code("MC541", "a node of a roadmap where no agent may be")
-LANE_BLOCKED = Code("MC542", "a lane through an obstacle")
-NOT_ON_LANES = Code("MC543", "a start or finish that no lane leads to")
-PADS_TOO_NEAR = Code("MC544", "pads too near to rise from at once")
-UNUSABLE_PAD = Code("MC545", "a pad that its vehicle cannot rise from")
+OUTLASTS_VEHICLE = Code("MC522", "a mission that outlasts its vehicle", about_planning=True)
+LANE_NODE_MISPLACED = Code("MC541", "a node of a roadmap where no agent may be", about_planning=True)
+LANE_BLOCKED = Code("MC542", "a lane through an obstacle", about_planning=True)
+NOT_ON_LANES = Code("MC543", "a start or finish that no lane leads to", about_planning=True)
+PADS_TOO_NEAR = Code("MC544", "pads too near to rise from at once", about_planning=True)
+UNUSABLE_PAD = Code("MC545", "a pad that its vehicle cannot rise from", about_planning=True)
 UNUSABLE_POSES = Code("MC546", "measured poses that cannot be used")
 PAD_ELSEWHERE = Code("MC547", "an agent that stands elsewhere than its pad", warning=True)
 SIGHT_PAST_MOTION = Code("MC530", "a sight past an obstacle that moves")
-RUNS_OUT = Code("MC531", "a resource that runs out")
-ONE_WAY_LAMBDA2 = Code("MC536", "`lambda2` of links that lead one way")
-BARRED = Code("MC551", "a goal that no passage leads to")
-JUMP = Code("MC552", "an `until` that takes a jump")
-RESTLESS = Code("MC553", "a stay that the lowest speed forbids")
-CROWDED = Code("MC554", "more agents than a region has room for")
-NO_FIT = Code("MC555", "a formation that fits nowhere")
-STUCK = Code("MC556", "a formation that fits through no passage")
+RUNS_OUT = Code("MC531", "a resource that runs out", about_planning=True)
+ONE_WAY_LAMBDA2 = Code("MC536", "`lambda2` of links that lead one way", about_planning=True)
+BARRED = Code("MC551", "a goal that no passage leads to", about_planning=True)
+JUMP = Code("MC552", "an `until` that takes a jump", about_planning=True)
+RESTLESS = Code("MC553", "a stay that the lowest speed forbids", about_planning=True)
+CROWDED = Code("MC554", "more agents than a region has room for", about_planning=True)
+NO_FIT = Code("MC555", "a formation that fits nowhere", about_planning=True)
+STUCK = Code("MC556", "a formation that fits through no passage", about_planning=True)
 DEAD_BRANCH = Code("MC557", "an alternative that can never hold", warning=True)
 
 # 6xx: outcome of planning

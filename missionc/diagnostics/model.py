@@ -31,7 +31,7 @@ class Diagnostic:
     ``message`` is one phrase in the user's numbers and units, without a final
     stop; ``labels`` are the other places that make it wrong; ``help`` is one
     way out in the imperative. ``primary`` is absent only where the finding is
-    about no text (an unreadable file, say).
+    about no text (an unreadable file, say). ``as_warning``: it stops nothing here, whatever its code says.
     """
 
     code: Code
@@ -41,10 +41,11 @@ class Diagnostic:
     notes: tuple[str, ...] = ()
     help: str = ""
     fix: Fix | None = None
+    as_warning: bool = False
 
     @property
     def severity(self) -> Severity:
-        return self.code.severity
+        return Severity.WARNING if self.as_warning else self.code.severity
 
     @property
     def words(self) -> str:

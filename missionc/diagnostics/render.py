@@ -50,6 +50,9 @@ class Finding(Protocol):
     def code(self) -> Code: ...
 
     @property
+    def severity(self) -> Severity: ...
+
+    @property
     def message(self) -> str: ...
 
     @property
@@ -119,7 +122,7 @@ def wrapped(text: str, width: int, indent: int, first: int = 0) -> str:
 
 def counts(findings: Iterable[Finding]) -> str:
     """``2 errors, 1 warning``"""
-    severities = [finding.code.severity for finding in findings]
+    severities = [finding.severity for finding in findings]
     parts = [
         f"{number} {severity.value}{'s' if number > 1 else ''}"
         for severity in Severity
@@ -133,7 +136,7 @@ def render_json(findings: Sequence[Finding]) -> list[dict[str, object]]:
     return [
         {
             "code": finding.code.name,
-            "severity": finding.code.severity.value,
+            "severity": finding.severity.value,
             "message": finding.message,
             **_place(finding.primary.span if finding.primary else None),
             "labels": [{"message": label.message, **_place(label.span)} for label in _labels(finding)],
@@ -165,8 +168,8 @@ def _place(span: Span | None) -> dict[str, object]:
 
 
 def _finding(finding: Finding, colour: bool, width: int) -> str:
-    paint = Paint(colour, RED if finding.code.severity is Severity.ERROR else YELLOW)
-    head = f"{finding.code.severity.value}[{finding.code.name}]"
+    paint = Paint(colour, RED if finding.severity is Severity.ERROR else YELLOW)
+    head = f"{finding.severity.value}[{finding.code.name}]"
     message = wrapped(": " + plain(finding.message), width, 2, len(head))
     lines = [f"{paint(paint.severity, head)}{paint(BOLD, message)}"]
     labels = [*([finding.primary] if finding.primary else []), *finding.labels]

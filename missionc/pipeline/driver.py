@@ -374,7 +374,7 @@ def live_session(
         KeyError: the mission has no agent of that name.
     """
     limits = limits or Limits()
-    checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND)
+    checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND, judging=True)
     if checked.mission is None or checked.kernel is None:
         return checked, None
     from missionc.monitoring.live.session import Session
@@ -404,7 +404,7 @@ def monitor(
         continuous: whether a requirement must hold between the steps too, along the motion from state to state.
     """
     limits = limits or Limits()
-    checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND)
+    checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND, judging=True)
     if checked.mission is None or checked.kernel is None:
         return Monitored(checked, (), (), checked.findings)
     from missionc.monitoring.monitor import monitor as judge

@@ -75,6 +75,7 @@ def check(
     before: Callable[[str], None] = ignore,
     load: Loader | None = None,
     begun: bool = False,
+    judging: bool = False,
 ) -> Checked:
     """Every finding that needs no solving, and the mission as meant where there is no error.
 
@@ -90,6 +91,7 @@ def check(
         load: finds what the mission includes; read from beside it if left out.
         begun: the mission is being flown; whether its starts and its whole time fit the world as it reads now is not
             asked.
+        judging: a flight is judged by the mission, and nothing planned: findings about planning are warnings.
 
     Raises:
         ValueError: there is no such profile.
@@ -116,6 +118,8 @@ def check(
         return included
 
     def so_far(findings: list[Diagnostic]) -> Checked:
+        if judging:
+            findings = [replace(each, as_warning=each.code.about_planning) for each in findings]
         return Checked(
             name,
             no_more_than_are_read(in_file_order(once_for_all_turns(findings), sources)),
@@ -158,9 +162,9 @@ def check(
         if backend != ANY_BACKEND:
             choice, more = choose_backend(mission, None if backend == "auto" else backend)
             findings += more
-        if has_errors(findings):
+        if has_errors([each for each in findings if not (judging and each.code.about_planning)]):
             kernel = None
-        elif kernel is not None and ground is not None:
+        elif kernel is not None and ground is not None and not has_errors(findings):
             findings += check_ends(mission, kernel, ground)
     return replace(so_far(findings), program=program, mission=mission, choice=choice, kernel=kernel)
 
@@ -194,7 +198,7 @@ def no_more_than_are_read(findings: tuple[Diagnostic, ...]) -> tuple[Diagnostic,
     left = len(findings) - MOST_FINDINGS
     if left <= 0:
         return findings
-    errors_first = sorted(range(len(findings)), key=lambda number: findings[number].code.warning)
+    errors_first = sorted(range(len(findings)), key=lambda number: not has_errors([findings[number]]))
     *shown, last = (findings[number] for number in sorted(errors_first[:MOST_FINDINGS]))
     more = f"{left} more findings are not shown" if left > 1 else "1 more finding is not shown"
     return (*shown, replace(last, notes=(*last.notes, more)))

@@ -229,9 +229,9 @@ class Compiled:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Monitored:
-    """How a trace does. Where there are errors among the findings, nothing was judged.
+    """The judgement of a trace. If there are errors among the findings, nothing was judged.
 
-    ``between`` is what becomes of the satisfied requirements between the steps, where that was asked.
+    ``between`` says for each satisfied requirement whether it holds between the steps, if that was asked.
     """
 
     checked: Checked
@@ -242,21 +242,31 @@ class Monitored:
 
     @property
     def ok(self) -> bool:
-        """Whether mission and trace could be read, and fit each other."""
+        """Whether mission and trace could be read, and fit each other; what only a planner minds is a warning."""
         return not has_errors(list(self.findings))
 
     @property
-    def satisfied(self) -> bool:
-        """Whether every requirement holds; between the steps too, where that was asked."""
-        return (
-            self.ok and all(each.satisfied for each in self.requirements) and all(each.holds for each in self.between)
-        )
+    def satisfied(self) -> bool | None:
+        """Whether every requirement holds; between the steps too, if that was asked.
+
+        None if nothing was judged, and if no requirement is violated but one is not decided between the steps.
+        """
+        if not self.ok:
+            return None
+        if not all(each.satisfied for each in self.requirements) or any(each.fails for each in self.between):
+            return False
+        return True if all(each.holds for each in self.between) else None
+
+    @property
+    def verdict(self) -> str:
+        """The answer in words: ``satisfied``, ``violated`` or ``not decided``."""
+        return {True: "satisfied", False: "violated", None: "not decided"}[self.satisfied]
 
     def __str__(self) -> str:
         mission = self.checked.mission
         if not self.ok or mission is None:
             return below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
-        head = f"{mission.name}: {'satisfied' if self.satisfied else 'violated'}"
+        head = f"{mission.name}: {self.verdict}"
         return below(self.findings, head, *judgement_lines(self.requirements, mission.step))
 
     _repr_pretty_ = printed

@@ -69,6 +69,10 @@ class Between:
     def holds(self) -> bool:
         return self.verdict is Verdict.HOLDS
 
+    @property
+    def fails(self) -> bool:
+        return self.verdict is Verdict.FAILS
+
 
 @dataclass(frozen=True, slots=True)
 class Delay:

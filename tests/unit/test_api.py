@@ -83,6 +83,64 @@ def test_monitor_judges_a_trace_as_often_as_it_is_asked(tmp_path: Path, capsys: 
     assert capsys.readouterr() == ("", "")
 
 
+SLOW = """mission slow
+time  step 1 s, horizon 3 s
+world (0, 0) to (10, 10)
+region goal = box (8, 0) to (9, 2)
+agent cart { radius 0.2 m  dynamics single_integrator(speed <= 1 m/s)  start at (1, 1) }
+require go: cart: eventually[0, 3 s] goal
+"""
+NEVER = SLOW.replace("eventually[0, 3 s] goal", "always[0, 3 s] goal")
+"""Of the first, no plan gets there in time; of the second, no start is in the goal."""
+
+
+@pytest.mark.parametrize(("text", "satisfied", "code"), [(SLOW, True, "MC509"), (NEVER, False, "MC510")])
+def test_a_trace_is_judged_whatever_can_be_planned(text: str, satisfied: bool, code: str, tmp_path: Path) -> None:
+    flown = tmp_path / "flown.csv"
+    flown.write_text("agent,t,x,y\n" + "".join(f"cart,{t},{x},1\n" for t, x in enumerate((1, 3.5, 6, 8.5))))
+    judged = missionc.monitor(source(text), flown)
+    assert judged.ok
+    assert judged.satisfied is satisfied
+    assert judged.findings[0].code.name == code
+    assert {finding.severity for finding in judged.findings} == {missionc.Severity.WARNING}
+    assert not missionc.check(source(text)).ok
+
+
+def test_a_mission_without_a_meaning_judges_no_trace(tmp_path: Path) -> None:
+    flown = tmp_path / "flown.csv"
+    flown.write_text("agent,t,x,y\ncart,0,1,1\n")
+    judged = missionc.monitor(source(SLOW.replace("[0, 3 s]", "[0, 4 s]")), flown)
+    assert [finding.code.name for finding in judged.findings] == ["MC301"]
+    assert not judged.ok
+    assert judged.satisfied is None
+
+
+BORDER = """mission border
+time  step 1 s, horizon 3 s
+world (0, 0) to (10, 10)
+region dock = box (4, 4) to (5, 5)
+agent cart { dynamics single_integrator(speed <= 5 m/s)  start at (5, 5) }
+require stay: cart: always[0, 3 s] dock
+"""
+
+
+@pytest.mark.parametrize(
+    ("places", "satisfied"),
+    [
+        ([(5, 5)] * 4, True),  # at rest on the border, which belongs to the dock
+        ([(5, 4), (5, 4.5), (5, 5), (5, 4)], None),  # along it, where rounding decides
+        ([(5, 5), (5, 5), (6, 5), (5, 5)], False),
+    ],
+)
+def test_between_the_steps_there_are_three_answers(
+    places: list[tuple[float, float]], satisfied: bool | None, tmp_path: Path
+) -> None:
+    flown = tmp_path / "flown.csv"
+    flown.write_text("agent,t,x,y\n" + "".join(f"cart,{t},{x},{y}\n" for t, (x, y) in enumerate(places)))
+    judged = missionc.monitor(source(BORDER), flown, continuous=True)
+    assert judged.satisfied is satisfied
+
+
 def test_every_public_name_is_there_and_no_other() -> None:
     assert all(getattr(missionc, name) is not None for name in missionc.__all__)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):

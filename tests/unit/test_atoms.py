@@ -133,9 +133,21 @@ def test_an_altitude_in_a_plane_is_not_changed_by_any_motion() -> None:
 
 def test_a_border_that_rounding_decides_is_open() -> None:
     assert signals(least(1.0, DistanceBetween(0, 1)), moving((0, 0, 1, 0), (1, 0, 1, 0)), 0) == [OPEN]
-    assert signals(most(0.0, Coordinate(0)), LEAVING, 0) == [OPEN]
     assert signals(least(1e-12, Coordinate(0)), LEAVING, 0) == [OPEN]
     assert signals(most(1e-12, Coordinate(0)), LEAVING, 0) == [OPEN]
+
+
+def test_who_rests_exactly_on_a_border_is_on_its_side_throughout() -> None:
+    """As at the step: within what is closed, outside what is open; the other one moves along the border."""
+    along = moving((0, 0, 0, 0), (0, 0, 1, 0))
+    assert signals(most(0.0, Coordinate(0)), along, 0) == [ALWAYS]
+    assert signals(Compare(((1.0, Coordinate(0)),), 0.0, True), along, 0) == [NEVER]
+    hall = ir.Region("hall", ir.Box((0.0, 0.0), (9.0, 9.0)), SPAN)
+    assert signals(Inside(hall, body=False), along, 0, 1) == [ALWAYS, OPEN]
+    here, there = np.array([0]), np.array([1])
+    radio = ir.Proximity("radio", Metres(1.0), (0, 1), SPAN)
+    assert link_signals(radio, here, there, moving((0, 0, 0, 0), (1, 0, 0, 0))) == [NEVER]
+    assert link_signals(radio, here, there, moving((0, 0, 0, 1), (1, 0, 0, 1))) == [OPEN]
 
 
 def test_a_level_changes_evenly_between_steps() -> None:
@@ -232,7 +244,7 @@ def signs(*margins: Callable[[Array], Array], rate: float = 1.0) -> tuple[list[S
         return np.array([margins[each](second) for each, second in zip(item, local, strict=True)])
 
     rates = np.full((len(margins), 1), rate)
-    return atoms._signals(margin, rates, LEAVING, 0), looked
+    return atoms._signals(margin, rates, LEAVING, -1, np.zeros(rates.shape, dtype=np.bool_), LEAVING.slack), looked
 
 
 def before_half(second: Array) -> Array:

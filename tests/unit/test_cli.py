@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -389,6 +390,46 @@ def test_monitor_needs_no_backend(tmp_path: Path, capsys: Captured) -> None:
     (tmp_path / "a.csv").write_text(parked())
     assert main(["monitor", str(mission), str(tmp_path / "a.csv"), "--format", "json"]) == 3
     assert json.loads(capsys.readouterr().out)["preferences"][0]["satisfied"] is True
+
+
+UNREACHABLE = """mission slow
+time  step 1 s, horizon 3 s
+world (0, 0) to (10, 10)
+region goal = box (8, 0) to (9, 2)
+agent cart { radius 0.2 m  dynamics single_integrator(speed <= 1 m/s)  start at (1, 1) }
+require wait: (cart: goal) until[0, end] (cart: x <= 8)
+"""
+
+
+@pytest.mark.parametrize(("places", "status"), [((1, 1, 1, 1), 0), ((8.5, 9.5, 9.5, 9.5), 3)])
+def test_recorded_and_live_judge_alike_what_no_planner_can_plan(
+    places: tuple[float, ...], status: int, folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = UNREACHABLE.replace("start at (1, 1)", "start at (20, 1)")
+    mission, told = write("slow.mission", text), list(enumerate(places))
+    trace = write("flown.csv", "agent,t,x,y\n" + "".join(f"cart,{t},{x},1\n" for t, x in told))
+    lines = "".join(json.dumps({"t": t, "agent": "cart", "position": [x, 1]}) + "\n" for t, x in told)
+    for words in ([trace], [trace, "--format", "json"], ["--live"], ["--live", "--format", "json"]):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(lines.encode())))
+        assert main(["monitor", mission, *words]) == status
+        streams = capsys.readouterr()
+        if "json" in words:
+            assert '"code": "MC501", "severity": "warning"' in " ".join(streams.out.split())
+        else:
+            assert "warning[MC501]" in streams.err
+
+
+def test_a_trace_along_a_border_ends_with_4(folder: Path, capsys: Captured) -> None:
+    mission = write(
+        "edge.mission", UNREACHABLE.replace("(cart: goal) until[0, end] (cart: x", "cart: always[0, end] (x")
+    )
+    trace = write("edge.csv", "agent,t,x,y\ncart,0,8,1\ncart,1,8,2\ncart,2,8,1\ncart,3,8,1\n")
+    assert main(["monitor", mission, trace]) == 0
+    capsys.readouterr()
+    assert main(["monitor", mission, trace, "--continuous"]) == 4
+    assert capsys.readouterr().out.startswith("slow: not decided\n  wait  satisfied")
+    assert main(["monitor", mission, trace, "--continuous", "--format", "json"]) == 4
+    assert json.loads(capsys.readouterr().out)["satisfied"] is None
 
 
 # --------------------------------------------------- defects, colours, signals

@@ -62,8 +62,8 @@ def test_of_who_is_not_seen_for_longer_than_a_step_the_nearest_sample_is_known()
     assert state.doubt.tolist() == [0.5, 0.0]
     assert state.velocity[0].tolist() == [0.0, 0.0]
     # A hole of just one step is none.
-    _, whole = fed(stream(), said(0, 0.25, 1.0), said(1, 0.0, 0.0), said(1, 0.5, 1.0), said(0, 0.75, 2.0))
-    assert (whole.missing, whole.position[0].tolist()) == ((), [1.5, 3.0])
+    *_, whole = fed(stream(), said(0, 0.25, 1.0), said(1, 0.0, 0.0), said(1, 0.5, 1.0), said(0, 0.75, 2.0))
+    assert (whole.step, whole.missing, whole.position[0].tolist()) == (1, (), [1.5, 3.0])
 
 
 def test_of_who_was_never_seen_nothing_is_known() -> None:

@@ -129,6 +129,39 @@ def test_who_is_missing_is_told_and_who_is_back() -> None:
     assert fed(session(), first(0, 5, 5), first(0.75, 5, 5))[0] == Presence(0, ("drone[1]",), ())
 
 
+BETWEEN = """mission between
+time  step 1 s, horizon 2 s
+world (0, 0) to (10, 10)
+region goal = box (4, 4) to (6, 6)
+team drone[2] { radius 0.1 m  dynamics single_integrator(speed <= 9 m/s)  start in goal }
+require keep: every drone: always[0, 2 s] goal
+"""
+
+
+def test_a_state_between_samples_decides_nothing_for_good_while_a_sample_of_it_may_come() -> None:
+    """The first drone is outside at 1 s alone; that sample comes after the one of 1.5 s."""
+    live = session(BETWEEN)
+    fed(live, first(0, 5, 5), fast(0, (5.5, 5.5)), first(0.5, 5.9, 5), fast(1, (5.5, 5.5)))
+    assert fed(live, first(1.5, 5.9, 5)) == [1]
+    assert live.standings[0].most == 0.5
+    assert fed(live, first(1, 6.8, 5)) == [(1, "keep", "violated", False, "m", False, None), 1]
+    assert live.standings[0].most == pytest.approx(-0.8)
+    fed(live, first(2, 5, 5), fast(2, (5.5, 5.5)))
+    assert (live.over, live.verdict) == (True, Verdict.VIOLATED)
+
+
+def test_a_state_between_samples_is_taken_for_good_when_the_wait_is_over() -> None:
+    live = session(BETWEEN)
+    fed(live, first(0, 5, 5), fast(0, (5.5, 5.5)), first(0.5, 5.9, 5), fast(1, (5.5, 5.5)))
+    fed(live, first(1.5, 6.5, 5))
+    # On the way it was at (6.2, 5), which a further sample may deny.
+    assert live.verdict is Verdict.OPEN
+    fed(live, fast(2, (5.5, 5.5)), first(2.25, 6.5, 5))
+    assert live.verdict is Verdict.OPEN
+    assert fed(live, first(2.5, 6.5, 5))[0] == (1, "keep", "violated", False, "m", False, None)
+    assert (live.steps.closed, live.steps.settled) == (3, 2)
+
+
 def test_a_line_that_says_nothing_is_counted_and_one_that_cannot_be_used_is_told() -> None:
     live = session()
     assert fed(live, "", "  \n") == []
@@ -162,12 +195,12 @@ def test_notes_say_what_became_of_samples() -> None:
     live = session()
     fed(live, first(0, 3, 3), fast(0, (2, 1)), first(-1, 3, 3), first(0.4, 3, 3), first(0.2, 3, 3), first(0.2, 3, 3))
     assert live.notes() == [
-        "1 sample came after their step was closed, and were dropped",
+        "1 sample came after their step was settled, and were dropped",
         "1 sample were of an agent and a time that had one, and were dropped",
         "1 sample came out of order, and were sorted in",
     ]
     live.steps.fates[Fate.LATE] = 2
-    assert live.notes()[0] == "2 samples came after their step was closed, and were dropped"
+    assert live.notes()[0] == "2 samples came after their step was settled, and were dropped"
 
 
 def test_clocks_are_put_right_and_the_wait_is_the_one_that_is_given() -> None:

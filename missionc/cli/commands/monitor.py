@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from importlib.util import find_spec
@@ -93,7 +92,7 @@ def command(
     say(judged.findings, summary.monitored_lines(judged), form, summary.monitored_document(judged))
     if not judged.ok:
         return Status.MISSION_ERRORS
-    return Status.DONE if judged.satisfied else Status.VIOLATED
+    return {True: Status.DONE, False: Status.VIOLATED, None: Status.UNDECIDED}[judged.satisfied]
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,9 +141,7 @@ def _live(file: Path, overrides: dict[str, str], limits: Limits, form: str, aske
         return Status.MISSION_ERRORS
     from missionc.cli import live_monitor  # numpy, which no other use of this module loads before it has to
 
-    if form == "text":
-        say(checked.findings, [], form, {})
-        sys.stdout.flush()
+    live_monitor.tell_findings(checked.findings, form)
     shown = FlightPage(session.mission, checked.kernel) if asked.page else None
     if shown and session.plan:
         shown.set_plan(session.plan)

@@ -14,6 +14,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterable
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -82,6 +83,12 @@ class LiveJudge:
         self.bounds = np.tile([-np.inf, np.inf], (len(self.goals), 1))
         self.outrun: set[int] = set()
 
+    def copy(self) -> LiveJudge:
+        """Another judge in the same state, which goes on by itself."""
+        shared: list[object] = [self.mission, self.goals, self.asked, *self.asked, *self.asked.values()]
+        shared += [*self.histories, *self.state.levels, *self.state.flags]
+        return deepcopy(self, {id(each): each for each in shared})
+
     # ------------------------------------------------------------------ a step
 
     def advance(
@@ -127,7 +134,7 @@ class LiveJudge:
     def _standing(self, number: int, goal: Goal, faster: bool) -> Standing:
         column = self.columns[goal.formula].steps(0, 1)[:, 0, 0]
         least, most, coasted = float(column[LEAST]), float(column[MOST]), float(column[COASTED_MOST])
-        if not faster and self.now < self.last:
+        if not faster and (self.now < self.last or self.state.doubt.any()):
             least, most = max(least, self.bounds[number, 0]), min(most, self.bounds[number, 1])
         self.bounds[number] = least, most
         verdict = Verdict.SATISFIED if least > 0 else Verdict.VIOLATED if most < 0 else Verdict.OPEN

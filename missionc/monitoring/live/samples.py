@@ -1,13 +1,17 @@
-"""Samples of single agents, as they come, put together to the team's states at the mission's steps.
+"""Team states at the mission's steps, assembled from samples of single agents as they come.
 
-A step is closed when every agent has a sample at it or after it, or when some sample is later than it by more than
-the wait. Between two samples an agent moves straight, if they are a step apart at most. Of an agent without them its
-nearest sample is known, and how far it gets in between at its top speed: it is missing at that step.
+Between two samples that are at most one step apart an agent moves straight. Of an agent without such samples the
+nearest one is known, and how far the agent gets from there at its top speed: it is missing at that step.
+
+A step is *closed* when every agent has a sample at it or after it, or when some sample is later than it by more than
+the wait. It is *settled* when no sample that comes within the wait can change it: every agent has a sample at the
+step itself, or the stream is past the next sample of the agent by the wait. Until then a state between samples has the
+doubt of a sample that may still come, so that whatever is derived from it holds with that sample as well.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left, insort
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -46,7 +50,7 @@ class Fate(Enum):
     """What becomes of a sample that is not simply the agent's newest."""
 
     LATE = "late"
-    """Its step was closed: it is dropped."""
+    """Its step was settled: it is dropped."""
     DOUBLED = "doubled"
     """There is one of the agent at that time, which counts: it is dropped."""
     AHEAD = "ahead"
@@ -57,7 +61,10 @@ class Fate(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepState:
-    """The team at one step: arrays as of ``LiveJudge.advance``, and the agents that are missing (mission indices)."""
+    """The team at one step: arrays as of ``LiveJudge.advance``, and the agents that are missing (mission indices).
+
+    ``settled``: no sample that comes within the wait changes it any more.
+    """
 
     step: int
     position: Array
@@ -65,6 +72,7 @@ class StepState:
     heading: Array
     doubt: Array
     missing: tuple[int, ...]
+    settled: bool = True
 
 
 @dataclass(slots=True)
@@ -73,6 +81,19 @@ class _Track:
 
     times: list[float] = field(default_factory=list)
     samples: list[Sample] = field(default_factory=list)
+
+    def reaches(self, time: float) -> bool:
+        """Whether there is a sample at a time or after it."""
+        return bool(self.times) and self.times[-1] >= time - ON_TIME
+
+    def since(self, time: float) -> float:
+        """The time of the first sample at a time or after it; infinite if there is none."""
+        place = bisect_left(self.times, time - ON_TIME)
+        return self.times[place] if place < len(self.times) else np.inf
+
+    def has(self, time: float) -> bool:
+        """Whether there is a sample at a time."""
+        return self.since(time) <= time + ON_TIME
 
 
 class SampleSteps:
@@ -98,20 +119,23 @@ class SampleSteps:
         self.ahead: dict[int, tuple[float, Sample]] = {}
         self.tracks = [_Track() for _ in mission.agents]
         self.top_speed = [agent.dynamics.top_speed for agent in mission.agents]
-        self.next = 0
+        self.closed = self.settled = 0
+        """The first step that is not closed, and the first that is not settled."""
         self.newest = -np.inf
-        self.ready = 0
         self.fates: Counter[Fate] = Counter()
         self.late: Counter[int] = Counter()
-        self._before: Array | None = None
+        self._reached = self._known = 0
+        """How many agents have a sample at or after the step that closes next; at the step that settles next."""
+        self._settles_at: float | None = None
+        self._places: dict[int, Array] = {}
 
     @property
     def over(self) -> bool:
-        """Whether every step of the mission is closed."""
-        return self.next > self.mission.steps
+        """Whether every step of the mission is settled."""
+        return self.settled > self.mission.steps
 
     def add(self, sample: Sample) -> Iterator[StepState]:
-        """The steps that a sample closes, in order."""
+        """The steps that a sample closes or settles; each is settled once, in order, perhaps as it is closed."""
         time = sample.time - self.skew.get(sample.agent, 0.0)
         confirmed = self._is_far(time)
         if confirmed and not self._is_confirmed(sample.agent, time):
@@ -138,8 +162,8 @@ class SampleSteps:
         )
 
     def _take(self, sample: Sample, time: float) -> Iterator[StepState]:
-        track = self.tracks[sample.agent]
-        if time <= self._time(self.next - 1) + (ON_TIME if self.next else -np.inf):
+        track, now = self.tracks[sample.agent], self._time(self.settled)
+        if self.settled and time <= self._time(self.settled - 1) + ON_TIME:
             self.fates[Fate.LATE] += 1
             self.late[sample.agent] += 1
             return
@@ -148,76 +172,120 @@ class SampleSteps:
         if any(abs(each - time) <= ON_TIME / 2 for each in near):
             self.fates[Fate.DOUBLED] += 1
             return
-        was_ready = bool(track.times) and track.times[-1] >= self._time(self.next) - ON_TIME
+        reached, known = track.reaches(self._time(self.closed)), track.has(now)
         if place < len(track.times):
             self.fates[Fate.REORDERED] += 1
-        insort(track.times, time)
+        track.times.insert(place, time)
         track.samples.insert(place, sample)
         self.newest = max(self.newest, time)
-        self.ready += not was_ready and time >= self._time(self.next) - ON_TIME
-        yield from self._closed()
+        self._reached += track.reaches(self._time(self.closed)) - reached
+        self._known += track.has(now) - known
+        if time <= now + self.mission.step:
+            self._settles_at = None
+        yield from self._ready()
 
     def finish(self) -> Iterator[StepState]:
-        """The steps that the stream has reached when it ends."""
-        while not self.over and self._time(self.next) <= self.newest + ON_TIME:
-            yield self._close()
+        """The steps that the stream has reached when it ends: all are settled."""
+        while not self.over and self._time(self.settled) <= self.newest + ON_TIME:
+            yield self._settle()
 
     def _time(self, step: int) -> float:
         return step * float(self.mission.step)
 
-    def _closed(self) -> Iterator[StepState]:
+    def _ready(self) -> Iterator[StepState]:
         while not self.over:
-            waited = self.newest > self._time(self.next) + self.wait + ON_TIME
-            if self.ready < len(self.tracks) and not waited:
+            if self._is_settled():
+                yield self._settle()
+            elif self._is_closed():
+                yield self._close()
+            else:
                 return
-            yield self._close()
+
+    def _is_closed(self) -> bool:
+        waited = self.newest > self._time(self.closed) + self.wait + ON_TIME
+        return self.closed <= self.mission.steps and (self._reached == len(self.tracks) or waited)
+
+    def _is_settled(self) -> bool:
+        now, step = self._time(self.settled), float(self.mission.step)
+        if self._known == len(self.tracks):
+            return True
+        if self.newest < now + self.wait:
+            return False
+        if self._settles_at is None:
+            latest = now + step + 2 * ON_TIME
+            opened = (track for track in self.tracks if not track.has(now))
+            self._settles_at = max(min(track.since(now), latest) for track in opened) + self.wait
+        return self.newest >= self._settles_at
 
     def _close(self) -> StepState:
-        step, now = self.next, self._time(self.next)
+        state = self._state(self.closed, False)
+        self.closed += 1
+        self._reached = sum(track.reaches(self._time(self.closed)) for track in self.tracks)
+        return state
+
+    def _settle(self) -> StepState:
+        now = self._time(self.settled)
+        state = self._state(self.settled, True)
+        self.settled += 1
+        self._settles_at = None
+        for track in self.tracks:
+            # The last sample before the step is where the way to the next one begins.
+            drop = max(bisect_left(track.times, now + ON_TIME) - 1, 0)
+            del track.times[:drop], track.samples[:drop]
+        self._known = sum(track.has(self._time(self.settled)) for track in self.tracks)
+        self._places.pop(state.step - 1, None)
+        if self.closed < self.settled:
+            self.closed = self.settled
+            self._reached = sum(track.reaches(self._time(self.closed)) for track in self.tracks)
+        return state
+
+    def _state(self, step: int, settled: bool) -> StepState:
+        now = self._time(step)
         agents, dim = len(self.tracks), self.mission.dimension
         position, velocity = np.zeros((agents, dim)), np.full((agents, dim), np.nan)
         heading, doubt = np.zeros(agents), np.zeros(agents)
         missing = []
         for agent, track in enumerate(self.tracks):
-            apart = self._at(track, now, agent, position, velocity, heading)
-            if apart > 0:
+            is_missing, metres = self._at(track, now, agent, position, velocity, heading)
+            if is_missing:
                 missing.append(agent)
-                doubt[agent] = min(apart * self.top_speed[agent], UNSEEN)
-        before = position if self._before is None else self._before
+            if is_missing or not settled:
+                doubt[agent] = min(metres, UNSEEN)
+        before = self._places.get(step - 1, position)
         velocity = np.where(np.isnan(velocity), (position - before) / float(self.mission.step), velocity)
         velocity[missing] = 0.0
-        self._before = position
-        self.next += 1
-        self.ready = 0
-        for track in self.tracks:
-            # The last sample before the step is where the way to the next one begins.
-            drop = max(bisect_left(track.times, now + ON_TIME) - 1, 0)
-            del track.times[:drop], track.samples[:drop]
-            self.ready += bool(track.times) and track.times[-1] >= self._time(self.next) - ON_TIME
-        return StepState(step, position, velocity, heading, doubt, tuple(missing))
+        self._places[step] = position
+        return StepState(step, position, velocity, heading, doubt, tuple(missing), settled)
 
-    def _at(self, track: _Track, now: float, agent: int, position: Array, velocity: Array, heading: Array) -> float:
-        """Write an agent's state; how many seconds from there its nearest sample is, 0 where the state is known."""
-        times, samples = track.times, track.samples
+    def _at(
+        self, track: _Track, now: float, agent: int, position: Array, velocity: Array, heading: Array
+    ) -> tuple[bool, float]:
+        """Write an agent's state; whether it is missing, and how far it may be from there, in metres.
+
+        Whatever further sample comes of it: 0 where there is a sample at this very time.
+        """
+        times, samples, top = track.times, track.samples, self.top_speed[agent]
         after = bisect_left(times, now - ON_TIME)
         if after < len(times) and times[after] <= now + ON_TIME:
             _write(samples[after], agent, position, velocity, heading)
-            return 0.0
+            return False, 0.0
+        if not times:
+            return True, np.inf
+        nearest = min(
+            (place for place in (after - 1, after) if 0 <= place < len(times)), key=lambda p: abs(times[p] - now)
+        )
+        away = abs(times[nearest] - now)
         if 0 < after < len(times) and times[after] - times[after - 1] <= self.mission.step + ON_TIME:
             here, there = samples[after - 1], samples[after]
             share, span = now - times[after - 1], times[after] - times[after - 1]
             _write(here, agent, position, velocity, heading)
-            position[agent] += (np.array(there.position) - position[agent]) / span * share
+            mean = (np.array(there.position) - position[agent]) / span
+            position[agent] += mean * share
             if here.velocity and there.velocity:
                 velocity[agent] += (np.array(there.velocity) - velocity[agent]) / span * share
-            return 0.0
-        if not times:
-            return np.inf
-        nearest = min(
-            (place for place in (after - 1, after) if 0 <= place < len(times)), key=lambda p: abs(times[p] - now)
-        )
+            return False, away * (top + float(np.linalg.norm(mean)))
         _write(samples[nearest], agent, position, velocity, heading)
-        return abs(times[nearest] - now)
+        return True, away * top
 
 
 def _write(sample: Sample, agent: int, position: Array, velocity: Array, heading: Array) -> None:

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from missionc.base.figures import counted
 from missionc.base.limits import Limits
 from missionc.base.trace import Trace
@@ -116,6 +118,11 @@ class Session:
     ) -> None:
         self.mission = mission
         self.judge = LiveJudge(mission, kernel)
+        """Knows the settled steps alone; ``ahead`` the closed ones as well, while there are such."""
+        self.ahead: LiveJudge | None = None
+        self.unsettled: list[StepState] = []
+        self.latest: StepState | None = None
+        self.outrun: set[int] = set()
         self.reader = SampleReader(mission, kernel, limits)
         self.steps = SampleSteps(mission, wait, skew, leap)
         self.units = [robustness_unit(goal.formula) for goal in self.judge.goals]
@@ -130,7 +137,7 @@ class Session:
 
     @property
     def over(self) -> bool:
-        """Whether the mission's last step was judged."""
+        """Whether the mission's last step was judged, and is settled."""
         return self.steps.over
 
     @property
@@ -173,7 +180,7 @@ class Session:
     def notes(self) -> list[str]:
         """What became of samples and agents, a sentence each."""
         words = {
-            Fate.LATE: "came after their step was closed, and were dropped",
+            Fate.LATE: "came after their step was settled, and were dropped",
             Fate.DOUBLED: "were of an agent and a time that had one, and were dropped",
             Fate.AHEAD: "lay too far ahead in time, with nothing to confirm it",
             Fate.REORDERED: "came out of order, and were sorted in",
@@ -182,35 +189,66 @@ class Session:
         notes = [f"{counted(fates[fate], 'sample')} {says}" for fate, says in words.items() if fates[fate]]
         if self.unusable:
             notes.append(f"{counted(self.unusable, 'line')} could not be used")
-        if self.judge.outrun:
-            notes.append(f"{', '.join(self._names(self.judge.outrun))} moved faster than the top speed")
+        if self.outrun:
+            notes.append(f"{', '.join(self._names(self.outrun))} moved faster than the top speed")
         return notes
 
     def _judged(self, state: StepState) -> Iterator[Event]:
-        missing, outrun = frozenset(state.missing), set(self.judge.outrun)
-        if missing != self.missing:
-            yield Presence(state.step, self._names(missing - self.missing), self._names(self.missing - missing))
-        self.missing = missing
-        before = self.standings
-        self.standings = self.judge.advance(state.position, state.velocity, state.heading, state.doubt)
-        planned = self.by_plan
-        if self.forecast is not None:
-            opened = [number for number, each in enumerate(self.standings) if each.verdict is Verdict.OPEN]
+        """A step that was closed, or one that was closed before and is settled now."""
+        is_new = self.latest is None or state.step > self.latest.step
+        moved = is_new or not np.array_equal(self.unsettled[0].position, state.position)
+        if is_new:
+            missing, self.latest = frozenset(state.missing), state
+            if missing != self.missing:
+                yield Presence(state.step, self._names(missing - self.missing), self._names(self.missing - missing))
+            self.missing = missing
+        assert self.latest is not None
+        before, planned = self.standings, self.by_plan
+        outrun = self._stand(state)
+        opened = [number for number, each in enumerate(self.standings) if each.verdict is Verdict.OPEN]
+        if self.forecast is not None and moved:
             self.by_plan = self.forecast.take(state, opened)
-        if self.judge.outrun - outrun:
-            yield Outrun(state.step, self._names(self.judge.outrun - outrun))
+        else:
+            self.by_plan = {number: margin for number, margin in planned.items() if number in opened}
+        if outrun - self.outrun:
+            yield Outrun(state.step, self._names(outrun - self.outrun))
+            self.outrun |= outrun
         for number, standing in enumerate(self.standings):
             if not before or _said(standing) != _said(before[number]):
+                is_new = True
                 by_plan = self.by_plan.get(number)
                 yield Change(state.step, standing, self.units[number], number >= self.requirements, by_plan)
         for number, margin in self.by_plan.items():
             if (margin < 0) != (planned.get(number, 0.0) < 0):
                 name, preference = self.standings[number].name, number >= self.requirements
                 yield Forecast(state.step, name, margin, self.units[number], preference)
-        yield Judged(state, self.standings, self.by_plan)
+        if is_new:
+            yield Judged(self.latest, self.standings, self.by_plan)
+
+    def _stand(self, state: StepState) -> set[int]:
+        """Take in a step: how all goals stand then, and who has moved faster than its top speed."""
+        if state.settled:
+            self.standings, self.ahead = _advanced(self.judge, state), None
+            self.unsettled = [each for each in self.unsettled if each.step > state.step]
+            again = self.unsettled
+        else:
+            self.unsettled.append(state)
+            again = [state]
+        for each in again:
+            self.ahead = self.ahead or self.judge.copy()
+            self.standings = _advanced(self.ahead, each)
+        judge = self.ahead or self.judge
+        if judge.outrun == self.judge.outrun:
+            # What holds whatever may still come holds when it has come.
+            self.judge.bounds = judge.bounds.copy()
+        return judge.outrun
 
     def _names(self, agents: set[int] | frozenset[int]) -> tuple[str, ...]:
         return tuple(self.mission.agents[agent].name for agent in sorted(agents))
+
+
+def _advanced(judge: LiveJudge, state: StepState) -> tuple[Standing, ...]:
+    return judge.advance(state.position, state.velocity, state.heading, state.doubt)
 
 
 def _said(standing: Standing) -> tuple[Verdict, bool]:

@@ -53,14 +53,20 @@ def atom_signals(predicate: Predicate, agents: Indices, motion: Motion) -> list[
     if predicate.reads_heading and predicate.unit == "rad":
         return _of_steps(holds(predicate, margin(predicate, motion.mission, motion.at_steps))[agents])
     rate = np.broadcast_to(predicate.rate(_Speeds(motion, agents)), (agents.size, motion.joints.size - 1))
-    border = 0
-    if not (predicate.others or predicate.reads_oneself(motion.mission.dimension)):  # no motion changes it
-        border = 1 if bool(holds(predicate, np.zeros(1))[0]) else -1
+    border = 1 if bool(holds(predicate, np.zeros(1))[0]) else -1
+    rest = np.ones(rate.shape, dtype=np.bool_)
+    if predicate.reads_oneself(motion.mission.dimension):
+        rest &= motion.speed[agents] == 0
+    for other in predicate.others:
+        rest &= motion.speed[other] == 0
+    fixed = not (predicate.others or predicate.reads_oneself(motion.mission.dimension))
 
     def measured(item: Indices, piece: Indices, local: Array) -> Array:
         return np.asarray(predicate.margin(_Moments(motion, agents[item], piece, local)))
 
-    return _signals(measured, rate, motion, border, by_step=predicate.reads_heading)
+    return _signals(
+        measured, rate, motion, border, rest, 0.0 if fixed else motion.slack, by_step=predicate.reads_heading
+    )
 
 
 def _of_steps(truth: Flags) -> list[Signal]:
@@ -88,7 +94,8 @@ def link_signals(graph: Graph, first: Indices, second: Indices, motion: Motion) 
             rate = np.maximum(motion.relative_speed(first, second), faster)
         case _:
             assert_never(graph)
-    return _signals(measured, rate, motion, 0)
+    rest = (motion.speed[first] == 0) & (motion.speed[second] == 0)
+    return _signals(measured, rate, motion, -1, rest, motion.slack)
 
 
 # --------------------------------------------------------------------- views
@@ -154,16 +161,19 @@ class _Speeds:
 # --------------------------------------------------------------------- signs
 
 
-def _signals(margin: Margin, rate: Array, motion: Motion, border: int, *, by_step: bool = False) -> list[Signal]:
+def _signals(
+    margin: Margin, rate: Array, motion: Motion, border: int, rest: Flags, slack: float, *, by_step: bool = False
+) -> list[Signal]:
     """When each item's margin is surely positive, and when surely negative.
 
     Args:
         rate: (items, pieces), per second.
-        border: 1 or -1 says what a margin of exactly 0 means; 0 leaves it open.
+        border: 1 or -1, the sign of a margin that is exactly 0 at ``rest``, as it is at the step.
+        rest: (items, pieces): whether everybody of whom it reads the place is at rest.
+        slack: by how much rounding may change a margin.
         by_step: it may jump at the steps as well as at the joints.
     """
     items, _ = rate.shape
-    slack = 0.0 if border else motion.slack
     shortest = max(1, int(RESOLUTION / motion.mission.step * STEP))
     pieces, lows, highs = motion.stretches(by_step=by_step)
     everything = np.arange(items * pieces.size)
@@ -182,8 +192,7 @@ def _signals(margin: Margin, rate: Array, motion: Motion, border: int, *, by_ste
         spent += item.size
         change = rate[item, piece] * motion.reach(low, high)
         sign = np.where(value > change + slack, 1, np.where(value < -change - slack, -1, 0))
-        if border:
-            sign = np.where((value == 0) & (change == 0), border, sign)
+        sign = np.where((value == 0) & (change == 0) & rest[item, piece], border, sign)
         done = (sign != 0) | (high - low <= shortest) | (change <= slack) | (spent > EVALUATIONS)
         intervals.append((item[done], low[done], high[done], sign[done]))
         item, piece, low, middle, high = (column[~done] for column in (item, piece, low, middle, high))
