@@ -37,7 +37,7 @@ from missionc.output.folder.manifest import Option, Provenance, manifest, sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.verify.certificate import Certificate
 from missionc.verify.flight.landing_in_turns import Stop
-from missionc.verify.flight.verify_stops import verify_stops
+from missionc.verify.flight.verify_stops import Stops, verify_stops
 from missionc.verify.flight.way_missions import Ways, has_risen, is_whole
 from missionc.verify.verify_plan import verify_between, with_delays
 
@@ -83,12 +83,14 @@ def emit(
     provenance: Provenance,
     exports: tuple[str, ...] = (),
     plan_ways: PlanWays = no_ways,
+    stops: Stops | None = None,
 ) -> Output | Diagnostic:
     """All files of a verified plan, the same bytes each time; or why its polynomials cannot be flown.
 
     Args:
         exports: names of forms that the flight is to be written in as well.
         plan_ways: plans the way from the floor, and back to it, of polynomials that were verified.
+        stops: what every agent flies until a plan begins that was made in flight.
     """
     # Imported here: who draws a folder anew fits nothing, and needs no solver for that.
     from missionc.flight.crazyflie import crazyflie
@@ -101,8 +103,8 @@ def emit(
     if isinstance(planned, Diagnostic):
         return planned
     whole = with_delays(mission, kernel, plan.trace, certificate).joined(flyable.certificate)
-    if provenance.stops:
-        whole = whole.joined(Certificate(mission.name, tuple(verify_stops(mission, dict(provenance.stops)))))
+    if stops is not None:
+        whole = whole.joined(verify_stops(stops))
         if not whole.passed:
             return not_flyable(mission, list(whole.failures))
     whole = whole if planned is None else whole.joined(planned.certificate)
@@ -114,7 +116,8 @@ def emit(
     names = file_names(mission.agents)
     for agent in mission.agents:
         files[polynomials_file(names[agent.name])] = flyable.files[agent.name].encode()
-    files.update({stop_file(names[name]): text.encode() for name, text in provenance.stops})
+    if stops is not None:
+        files.update({stop_file(names[name]): text.encode() for name, text in stops.files.items()})
     if provenance.past:
         files[PAST] = provenance.past.encode()
     ways = {} if planned is None else planned.ways

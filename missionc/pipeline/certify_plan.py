@@ -77,7 +77,7 @@ def certify_plan(
     from missionc.output.notebook_ground import notebook_ground
     from missionc.output.output_files import Provenance, emit
     from missionc.pipeline.plan_ways import plan_ways
-    from missionc.pipeline.remaining import whole_checks, without_home
+    from missionc.pipeline.remaining import stops_of, whole_checks, without_home
     from missionc.progression.past_document import past_json
     from missionc.verify.flight.way_missions import has_risen
     from missionc.verify.verify_plan import verify
@@ -127,9 +127,10 @@ def certify_plan(
             options.stretch,
             data(checked),
             past_json(checked.past) if checked.past else "",
-            checked.stops,
         )
-        output = emit(mission, kernel, verified, certificate, provenance, exports, partial(plan_ways, budget=budget))
+        stops = stops_of(checked, dict(checked.stops)) if checked.stops else None
+        written = partial(emit, exports=exports, plan_ways=partial(plan_ways, budget=budget), stops=stops)
+        output = written(mission, kernel, verified, certificate, provenance)
     if isinstance(output, Diagnostic) and output.code is NO_WAY and has_risen(mission):
         # Who is in the air is better off with a plan that ends there than with none: safe ends lead down from it.
         checked = without_home(checked)
@@ -137,9 +138,7 @@ def certify_plan(
         assert checked.past is not None
         mission, provenance = checked.mission, replace(provenance, past=past_json(checked.past))
         with watch.stage("emit"):
-            output = emit(
-                mission, kernel, verified, certificate, provenance, exports, partial(plan_ways, budget=budget)
-            )
+            output = written(mission, kernel, verified, certificate, provenance)
     if isinstance(output, Diagnostic):
         return Certified(checked, Refused(trace), (output,))
     report = replace(report, notes=(*report.notes, *output.notes))

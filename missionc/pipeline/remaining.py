@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from missionc.base.limits import Limits
 from missionc.base.trace import Trace
@@ -24,6 +25,9 @@ from missionc.progression.past_document import Past
 from missionc.progression.stretches import Remaining, after
 from missionc.syntax.read_file import held
 from missionc.verify.certificate import Certificate
+
+if TYPE_CHECKING:
+    from missionc.verify.flight.verify_stops import Stops
 
 
 def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnostic:
@@ -85,6 +89,18 @@ def whole_checks(rest: Remaining | None, plan: Trace) -> Certificate | None:
 
     mission, kernel = rest.whole
     return Certificate(mission.name, tuple(check_whole(mission, kernel, rest.seen, plan)))
+
+
+def stops_of(checked: Checked, files: Mapping[str, str]) -> Stops | None:
+    """The stops before the rest of a mission, given the text of each agent's polynomials; none of a whole mission."""
+    if checked.past is None or checked.rest is None or checked.rest.stopping is None:
+        return None
+    from missionc.verify.flight.verify_stops import Stops
+
+    mission, last = checked.rest.stopping, checked.past.flown[-1]
+    rows = [last.agents.index(agent.name) for agent in mission.agents]
+    told = last.stretch.trace.part(rows, 0, last.stretch.steps)
+    return Stops(mission, told, last.until, last.begins, files)
 
 
 def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits) -> Checked:

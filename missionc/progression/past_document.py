@@ -26,7 +26,7 @@ SCHEMA = "missionc.past/1"
 MOST_STRETCHES = 1_000
 STATE = 5, 4
 """Position, velocity, acceleration, jerk and snap of x, y, z and yaw."""
-ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "moving", "texts", "agents"})
+ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "moving", "begins", "texts", "agents"})
 STAYS = "stays"
 """The entry of a stretch after which nobody goes back to its pad; it is there where that is so."""
 
@@ -38,6 +38,7 @@ class Flown:
     Args:
         agents: the names of those whose states it has, in the order of the trace.
         until: seconds after it began up to which it was flown; the states after that are those that everybody was told.
+        begins: by the agents' names, the states, (5, 4), in which what everybody was told to fly to its end begins.
         texts: by their names, files of the mission as they were read then; those that are missing read as they do now.
     """
 
@@ -45,6 +46,7 @@ class Flown:
     agents: tuple[str, ...]
     until: float
     texts: Mapping[str, str] = field(default_factory=dict)
+    begins: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +81,7 @@ def past_json(past: Past) -> str:
             "given_up": list(each.stretch.given_up),
             "slow": dict(each.stretch.slow),
             "moving": {name: state.tolist() for name, state in each.stretch.moving.items()},
+            "begins": {name: state.tolist() for name, state in each.begins.items()},
             "texts": dict(each.texts),
             **({STAYS: True} if each.stretch.stays else {}),
         }
@@ -117,15 +120,13 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     if not isinstance(entry, dict) or set(entry) - {STAYS} != ENTRIES or entry.get(STAYS, True) is not True:
         return "a stretch of it has other entries than it should"
     step, until, lost, given_up = (entry[key] for key in ("step", "until", "lost", "given_up"))
-    slow, moving, texts, agents = (entry[key] for key in ("slow", "moving", "texts", "agents"))
+    slow, texts, agents = (entry[key] for key in ("slow", "texts", "agents"))
     if not (_is_number(step, magnitude) and _is_number(until, magnitude)) or step <= 0 or until < 0:
         return "the `step` or `until` of a stretch is no such number"
     if not (_names(lost) and _names(given_up) and isinstance(texts, dict) and _names(list(texts.values()))):
         return "the names or texts of a stretch are none"
     if not isinstance(slow, dict) or not all(_is_number(each, magnitude) and each > 0 for each in slow.values()):
         return "the speeds of a stretch are none"
-    states = {name: _array(each, 2, magnitude) for name, each in moving.items()} if isinstance(moving, dict) else {}
-    beginning = {name: state for name, state in states.items() if state is not None and state.shape == STATE}
     if not isinstance(agents, list) or not agents or not all(isinstance(each, dict) for each in agents):
         return "a stretch of it has no agents"
     names = [each.get("name") for each in agents]
@@ -136,8 +137,9 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     flat = [array for column in arrays for array in column]
     if not _names(names) or any(array is None for array in flat):
         return "the states of an agent are no lists of finite numbers"
-    if not isinstance(moving, dict) or len(beginning) < len(moving) or not set(beginning) <= set(names):
-        return "the states of those in motion are none"
+    moving, begins = (_states(entry[key], names, magnitude) for key in ("moving", "begins"))
+    if moving is None or begins is None:
+        return "the states in its `moving` or `begins` are not those of its agents"
     shapes = [{array.shape for array in column if array is not None} for column in arrays]
     if any(len(each) != 1 for each in shapes) or shapes[0] != shapes[1]:
         return "its agents have different numbers of states"
@@ -145,8 +147,17 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     if heading.shape != position.shape[:2]:
         return "its agents have different numbers of states"
     trace = Trace(Seconds(float(step)), position, velocity, heading)
-    stretch = Stretch(trace, tuple(lost), tuple(given_up), dict(slow), beginning, STAYS in entry)
-    return Flown(stretch, tuple(names), float(until), dict(texts))
+    stretch = Stretch(trace, tuple(lost), tuple(given_up), dict(slow), moving, STAYS in entry)
+    return Flown(stretch, tuple(names), float(until), dict(texts), begins)
+
+
+def _states(value: object, names: list[str], magnitude: float) -> dict[str, Array] | None:
+    """States from position to snap, by the names of agents; None if there is anything else."""
+    if not isinstance(value, dict) or not set(value) <= set(names):
+        return None
+    states = {name: _array(each, 2, magnitude) for name, each in value.items()}
+    found = {name: state for name, state in states.items() if state is not None and state.shape == STATE}
+    return found if len(found) == len(value) else None
 
 
 def _names(value: object) -> bool:

@@ -59,6 +59,7 @@ class Remaining:
         whole: the mission and the kernel that it began as, where nobody is lost and nothing has changed since.
         seen: the traces of everything that is over, in order.
         slow: as of a ``Stretch``, of all that are over.
+        stopping: ``mission`` with its agents as fast as before the last stretch ended: those who fly the stops.
     """
 
     mission: Mission
@@ -70,6 +71,7 @@ class Remaining:
     whole: tuple[Mission, Kernel] | None = None
     seen: tuple[Trace, ...] = ()
     slow: Mapping[str, float] = field(default_factory=dict)
+    stopping: Mission | None = None
 
 
 def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
@@ -118,7 +120,8 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
             ir.Preference(goal.name, words[goal.name], goal.weight or 0.0, goal.span) for goal in kernel.preferences
         ),
     )
-    return Remaining(rest, kernel, elapsed, violated, nobodys, flags, slow=slow)
+    stopping = slowed(begun, before.slow)
+    return Remaining(rest, kernel, elapsed, violated, nobodys, flags, slow=slow, stopping=stopping)
 
 
 def _fails(goal: Goal, formula: Node | None) -> bool:

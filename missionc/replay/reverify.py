@@ -15,9 +15,9 @@ from missionc.base.limits import Limits
 from missionc.diagnostics.code import FOLDER_REFUSED, NOT_JUDGED
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.documents.safe_end_json import read_safe_end
-from missionc.output.folder.file_names import PAST, SAFE_END
+from missionc.output.folder.file_names import SAFE_END
 from missionc.output.folder.walk_folder import printable
-from missionc.pipeline.remaining import whole_checks
+from missionc.pipeline.remaining import stops_of, whole_checks
 from missionc.replay.folder_files import UNLISTED, file_checks
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder, read_folder
 from missionc.replay.rebuild.alternatives import Judged
@@ -80,8 +80,9 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     if flown.passed:
         flown = with_delays(mission, kernel, trace, flown)
         flown = flown.joined(verify_polynomials(mission, kernel, trace, opened.flights))
-    if flown.passed and PAST in opened.files:
-        flown = flown.joined(Certificate(mission.name, tuple(verify_stops(mission, opened.stops))))
+    stops = stops_of(opened.checked, opened.stops)
+    if flown.passed and stops is not None:
+        flown = flown.joined(verify_stops(stops))
     if flown.passed and is_whole(mission):
         flown = flown.joined(verify_whole_flight(mission, opened.flights, opened.ways))
     if flown.passed and has_safe_end(mission):

@@ -137,6 +137,16 @@ class Certificate:
         """What becomes of the requirements that hold at the steps, and fail between them or may do so."""
         return tuple(each for each in self.between if not each.holds)
 
+    def under(self, word: str) -> Certificate:
+        """This certificate, with the word before the name of every check and of its boxes."""
+        return replace(
+            self,
+            checks=tuple(replace(check, name=f"{word} {check.name}") for check in self.checks),
+            boxes=tuple(
+                replace(each, claim=replace(each.claim, name=f"{word} {each.claim.name}")) for each in self.boxes
+            ),
+        )
+
     def joined(self, other: Certificate) -> Certificate:
         """This certificate, and after it what the other one holds."""
         return replace(

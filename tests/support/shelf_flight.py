@@ -6,10 +6,15 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
+from missionc.base.limits import Limits
 from missionc.base.source import Source
+from missionc.base.units import Seconds
+from missionc.monitoring.read_flown import read_flown
 from missionc.output.folder.file_names import flights_in
 from missionc.pipeline.driver import compile
-from missionc.pipeline.replan.request import Flying
+from missionc.pipeline.replan.patch import patched
+from missionc.pipeline.replan.replan import replan
+from missionc.pipeline.replan.request import Flying, Request
 from missionc.pipeline.results import Compiled, Verified
 
 SHELF = """mission shelf
@@ -26,6 +31,10 @@ team drone[3] {
 require inspect: some drone: eventually[0, end] look
 require home:    every drone: eventually[8 s, end] pad
 """
+
+
+CHANGED = "region look = box (5.4, 0.5) to (6.5, 1.5)\nobstacle debris = disc at (4.2, 4.5) radius 0.2"
+"""A patch of the world in which the plan has to change."""
 
 
 @cache
@@ -77,3 +86,17 @@ def flown(until: int) -> str:
         for number in range(until + 1)
     ]
     return "\n".join(["agent,t,x,y", *rows]) + "\n"
+
+
+@cache
+def replanned() -> dict[str, bytes]:
+    """The folder of the plan from 4 s on, in the world as it is changed then."""
+    before = flying()
+    assert before.checked.mission is not None
+    texts = patched(before.checked, Source("patch", CHANGED), Limits())
+    assert not isinstance(texts, list), texts
+    so_far, findings = read_flown(Source("flown.csv", flown(4)), before.checked.mission, ())
+    assert so_far is not None, findings
+    found = replan(before, Request(so_far, texts=texts, clock=Seconds(60.0)), Limits())
+    assert found.ok, found.findings
+    return dict(found.files)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,7 +36,9 @@ from missionc.pipeline.results import Verified
 from missionc.progression.past_document import Past, past_json, read_past
 from missionc.replay.render_report import render_report
 from missionc.replay.reverify import reverify
-from tests.support.shelf_flight import compiled, flown, flying, folder, inspector, written_to
+from tests.support import forged_folders
+from tests.support.forged_folders import Table
+from tests.support.shelf_flight import compiled, flown, flying, folder, inspector, replanned, written_to
 
 LIMITS = Limits()
 SOON, PATIENT = Seconds(3.0), Seconds(60.0)
@@ -146,12 +149,7 @@ def test_stops_begin_as_the_plan_goes_on_and_end_at_rest_where_the_new_one_begin
 
 
 def test_a_world_that_changes_is_another_one_from_then_on(tmp_path: Path) -> None:
-    texts = changed("region look = box (5.4, 0.5) to (6.5, 1.5)\nobstacle debris = disc at (4.2, 4.5) radius 0.2")
-    found = replan(flying(), Request(so_far(4), texts=texts, in_time=SOON, clock=PATIENT), LIMITS)
-    assert found.ok, found.findings
-    for name, content in found.files:
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_bytes(content)
+    written_to(tmp_path, replanned().items())
     assert "obstacle debris" in (tmp_path / "mission/shelf.mission").read_text()
     past = read_past((tmp_path / "past.json").read_text(), 1e9)
     assert isinstance(past, Past)
@@ -341,3 +339,30 @@ def test_the_command_line_keeps_a_plan_that_holds(tmp_path: Path, capsys: pytest
     (tmp_path / "flown.csv").write_text(flown(22))
     assert main(words) == 1
     assert "MC705" in capsys.readouterr().err
+
+
+def far_away(table: Table) -> Table:
+    table[:-1, 1:] = 0.0
+    table[:-1, 1] = 1000.0
+    return table
+
+
+def bent(table: Table) -> Table:
+    table[0, 1 + 8 + 4] += 0.01
+    return table
+
+
+def shortened(table: Table) -> Table:
+    """Without its first piece: it begins later, somewhere else on its path."""
+    return table[1:]
+
+
+@pytest.mark.parametrize("forge", [far_away, bent, shortened])
+def test_a_folder_with_another_stop_is_refused(forge: Callable[[Table], Table], tmp_path: Path) -> None:
+    files = replanned()
+    assert reverify(forged_folders.forged(tmp_path / "written", files)).passed
+    for name in (each for each in files if each.startswith("stop/")):
+        files = forged_folders.changed(files, name, forge)
+    certificate = reverify(forged_folders.forged(tmp_path / "forged", files)).certificate
+    assert certificate is not None
+    assert any(check.name in ("stop joints", "stop begins") for check in certificate.failures)

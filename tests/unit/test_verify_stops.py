@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from missionc import ir
+from missionc.base.trace import Trace
 from missionc.curves.crazyflie_csv import Pieces, written
+from missionc.flight.stop_and_hover import state_at
 from missionc.verify.certificate import Check
-from missionc.verify.flight.verify_stops import checks, stop_curves, verify_stops
+from missionc.verify.flight.verify_stops import Stops, body_checks, stop_curves, verify_stops
 from tests.support.legal_plans import mission_of, still
 
 STARTS = [(1.0, 1.0, 1.0), (4.0, 1.0, 1.0)]
@@ -32,24 +34,40 @@ def ending(*changes: tuple[int, int, float]) -> Pieces:
     return stop
 
 
+def told(mission: ir.Mission, *stops: Pieces, until: float = 0.0) -> Stops:
+    """Stops of 3 s, with their states in steps of 1 s."""
+    places = np.stack([[state_at(stop, float(time))[0, : mission.dimension] for time in range(4)] for stop in stops])
+    trace = Trace(mission.step, places, np.zeros_like(places), np.zeros(places.shape[:2]))
+    own = {agent.name: stop for agent, stop in zip(mission.agents, stops, strict=True)}
+    begins = {name: state_at(stop, 0.0) for name, stop in own.items()}
+    return Stops(mission, trace, until, begins, {name: written(stop) for name, stop in own.items()})
+
+
+def judged(stops: Stops) -> dict[tuple[str, str], Check]:
+    return {(each.name, each.subject): each for each in verify_stops(stops).checks}
+
+
 def found(mission: ir.Mission, *stops: Pieces) -> dict[tuple[str, str], Check]:
-    return {(each.name, each.subject): each for each in checks(mission, list(stops))}
+    return judged(told(mission, *stops))
 
 
 def test_who_stands_where_the_plan_begins_passes() -> None:
-    files = {agent.name: written(standing(start)) for agent, start in zip(MISSION.agents, STARTS, strict=True)}
-    own = verify_stops(MISSION, files)
-    assert [(each.name, each.subject, each.passed) for each in own] == [
-        ("stop separation", "all pairs", True),
-        ("stop obstacle", "wall", True),
-        ("stop", "drone[0]", True),
-        ("stop", "drone[1]", True),
+    own = found(MISSION, *map(standing, STARTS))
+    assert list(own) == [
+        *((f"stop {name}", agent.name) for agent in MISSION.agents for name in ("joints", "begins", "rest", "told")),
+        ("stop flown world", "world"),
+        ("stop separation", "all pairs"),
+        ("stop obstacle", "wall"),
+        ("stop", "drone[0]"),
+        ("stop", "drone[1]"),
     ]
-    assert own[2] == Check(
+    assert all(each.passed for each in own.values())
+    assert own["stop", "drone[0]"] == Check(
         "stop", "drone[0]", 1e-3, "m", 0.0, True, 0.0, ("drone[0]",), "it ends at rest where the plan begins"
     )
-    assert own[0].detail == "until the plan begins, nobody touches: every two bodies stay 0 m apart throughout"
-    assert [each.margin for each in own[:2]] == pytest.approx([2.8, 1.4], abs=1e-4)
+    apart, clear = own["stop separation", "all pairs"], own["stop obstacle", "wall"]
+    assert apart.detail == "until the plan begins, nothing touches: every two bodies stay 0 m apart throughout"
+    assert [apart.margin, clear.margin] == pytest.approx([2.8, 1.4], abs=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -64,7 +82,8 @@ def test_who_stands_where_the_plan_begins_passes() -> None:
 )
 def test_files_that_do_not_go_together_are_refused(stops: dict[str, str]) -> None:
     detail = "there is one for each agent, and all have pieces that last as long"
-    assert verify_stops(MISSION, stops) == [Check("stop", "files", 0.0, "", 0.0, False, detail=detail)]
+    own = verify_stops(replace(told(MISSION, *map(standing, STARTS)), files=stops))
+    assert own.checks == (Check("stop", "files", 0.0, "", 0.0, False, detail=detail),)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +104,7 @@ def test_files_that_do_not_go_together_are_refused(stops: dict[str, str]) -> Non
 )
 def test_it_ends_where_the_plan_begins_and_at_rest(changes: list[tuple[int, int, float]], margin: float) -> None:
     own = found(MISSION, ending(*changes), standing(STARTS[1]))[("stop", "drone[0]")]
-    assert own.margin == pytest.approx(margin, abs=1e-12)
+    assert own.margin == pytest.approx(margin, abs=1e-6)
     assert own.passed is (own.margin >= 0)
 
 
@@ -118,9 +137,9 @@ def test_it_ends_in_the_motion_in_which_the_plan_begins_up_to_the_fourth_derivat
 @pytest.mark.parametrize(("apart", "passed"), [(0.201, True), (0.199, False)])
 def test_bodies_alone_keep_apart_until_the_plan_begins(apart: float, passed: bool) -> None:
     beside = (STARTS[0][0] + apart, 1.0, 1.0)
-    assert found(MISSION, standing(STARTS[0]), standing(beside))[("stop separation", "all pairs")].passed is passed
     near = (1.0, 2.5 + 0.1 - apart, 1.0)
-    assert found(MISSION, standing(near), standing(STARTS[1]))[("stop obstacle", "wall")].passed is passed
+    assert body_checks(MISSION, [standing(STARTS[0]), standing(beside)])[0].passed is passed
+    assert body_checks(MISSION, [standing(near), standing(STARTS[1])])[1].passed is passed
 
 
 def test_the_clock_of_stops_ends_at_the_plans_beginning() -> None:
@@ -129,3 +148,60 @@ def test_the_clock_of_stops_ends_at_the_plans_beginning() -> None:
     assert curves.coefficients.shape == (2, 2, 3, 8)
     flat = mission_of([(1.0, 1.0), (4.0, 1.0)], 4)
     assert stop_curves(flat, [standing(start) for start in STARTS]).coefficients.shape == (2, 2, 2, 8)
+
+
+def failing(own: dict[tuple[str, str], Check]) -> set[str]:
+    return {name for (name, _), each in own.items() if not each.passed}
+
+
+@pytest.mark.parametrize("order", range(5))
+def test_a_stop_begins_in_the_state_that_the_past_states_from_position_to_snap(order: int) -> None:
+    stops = told(MISSION, *map(standing, STARTS))
+    stops.begins["drone[1]"][order, 1] += 0.1
+    assert failing(judged(stops)) == {"stop begins"}
+    assert failing(judged(replace(stops, begins={}))) == {"stop begins"}
+
+
+@pytest.mark.parametrize(("until", "passed"), [(0.0, False), (1.0, False), (2.0, True)])
+def test_a_stop_is_where_it_was_told_to_be_at_every_step_that_was_not_flown_yet(until: float, passed: bool) -> None:
+    # It begins when the flown states end, and the state at 2 s is not the one of the stop.
+    own = {
+        agent.name: written(standing(start, (0.5, 2.5 - until)))
+        for agent, start in zip(MISSION.agents, STARTS, strict=True)
+    }
+    stops = replace(told(MISSION, *map(standing, STARTS), until=until), files=own)
+    stops.told.position[0, 2] += 0.01
+    assert failing(judged(stops)) == (set() if passed else {"stop told"})
+
+
+def test_a_stop_does_not_begin_before_the_flown_states_end() -> None:
+    assert failing(judged(told(MISSION, *map(standing, STARTS), until=1.0))) == {"stop told"}
+
+
+def test_a_stop_that_leaves_the_world_between_the_steps_fails() -> None:
+    # Out and back within a piece, at rest at both ends: no step and no joint shows it.
+    away = standing(STARTS[0], (1.0, 2.0))
+    bump = np.polynomial.Polynomial([0, 1]) ** 4 * np.polynomial.Polynomial([1, -1]) ** 3
+    away.coefficients[0, 2, :8] += 10_000 * bump.coef
+    own = found(MISSION, away, standing(STARTS[1]))
+    assert "stop flown world" in failing(own)
+
+
+def test_a_stop_in_the_plane_keeps_its_altitude() -> None:
+    flat = mission_of([(1.0, 1.0), (4.0, 1.0)], 4)
+    stops = [
+        standing((*agent.start.point, agent.altitude)) for agent in flat.agents if isinstance(agent.start, ir.Exactly)
+    ]
+    assert not failing(found(flat, *stops))
+    stops[0].coefficients[:, 2, 0] = -1.0
+    assert failing(found(flat, *stops)) == {"stop altitude"}
+
+
+def test_a_stop_keeps_the_limits_of_its_vehicle() -> None:
+    vehicle = replace(MISSION.agents[0].vehicle, acceleration=1.0)
+    first = replace(MISSION.agents[0], vehicle=vehicle)
+    mission = replace(MISSION, agents=(first, MISSION.agents[1]))
+    wild = standing(STARTS[0], (1.0, 2.0))
+    bump = np.polynomial.Polynomial([0, 1]) ** 4 * np.polynomial.Polynomial([1, -1]) ** 3
+    wild.coefficients[0, 0, :8] += 10 * bump.coef
+    assert "stop flown acceleration" in failing(found(mission, wild, standing(STARTS[1])))

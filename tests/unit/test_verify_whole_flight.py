@@ -124,7 +124,7 @@ def test_a_way_has_the_checks_of_a_flight_and_where_it_begins_ends_and_looks() -
                 assert exact == pytest.approx(5e-6 if word == "out" else (3e-6, 4e-6)[index])
             says = f"its nose points at {yaw[index]:g} rad throughout"
             tolerance = 1e-6 * max(1.0, abs(yaw[index]))
-            assert nose == Check(f"{word} yaw", who, nose.margin, "rad", tolerance, True, None, (who,), says)
+            assert nose == Check(f"{word} yaw", who, nose.margin, "rad", tolerance, True, 0.0, (who,), says)
             assert nose.margin == pytest.approx(0.0, abs=1e-12)
         assert all(check.passed for check in own)
         assert [boxes.claim.name for boxes in found.boxes if boxes.claim.name.startswith(word)] == [

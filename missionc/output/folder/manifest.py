@@ -33,7 +33,6 @@ class Provenance:
         stretch: how many times as long as the plan's the mission is.
         data: the names of those inputs that are no missions.
         past: the text of what was flown before the plan begins; empty where nothing was.
-        stops: the text of what each agent flies until then, by the agent's name.
     """
 
     inputs: tuple[tuple[str, bytes], ...]
@@ -42,7 +41,6 @@ class Provenance:
     stretch: float = 1.0
     data: frozenset[str] = frozenset()
     past: str = ""
-    stops: tuple[tuple[str, str], ...] = ()
 
 
 def manifest(plan: Plan, provenance: Provenance, files: Mapping[str, bytes]) -> str:

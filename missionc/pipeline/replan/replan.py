@@ -37,7 +37,7 @@ from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
 from missionc.pipeline.replan.stop_all import Stopped, bodies, ends, resting_state, stop_all, stop_some
 from missionc.pipeline.replan.way_home import way_home
 from missionc.progression.past_document import Flown, Past
-from missionc.progression.rest_of_mission import team_at
+from missionc.progression.rest_of_mission import slowed, team_at
 from missionc.progression.stretches import Stretch
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.verify_plan import verify, verify_polynomials
@@ -96,7 +96,7 @@ class _Replanning:
         stopped = self._stopped()
         if not isinstance(stopped, Stopped):
             return self._none(no_safe_stop(self.mission, stopped))
-        rest = self._rest(self._told(stopped), stopped.step)
+        rest = self._rest(self._told(stopped), stopped.step, stopped)
         if isinstance(rest, Diagnostic):
             return self._none(rest)
         lost = no_longer_kept(self.flying.checked, rest, self.request)
@@ -148,17 +148,16 @@ class _Replanning:
         return Replanned(Way.NONE, tuple(findings)) if choice is None else replace(whole, choice=choice)
 
     def _rest(self, told: Trace, steps: int, stopped: Stopped | None = None) -> Checked | Diagnostic:
-        """The mission after those steps of the plan that was flown; with those in motion who are, as stops end."""
-        moving = {self.names[self.left[row]]: stopped.end(row) for row in stopped.moving} if stopped else {}
+        """The mission after those steps of the plan that was flown, and what is told until then."""
         states = told.part(range(len(self.names)), 0, steps)
         before = self._texts_before()
         earlier_ones = self.flying.checked.past.flown if self.flying.checked.past else ()
         earlier_ones = tuple(replace(each, texts={**before, **each.texts}) for each in earlier_ones)
-        past = Past((*earlier_ones, *self._flown(states, before, moving)))
+        past = Past((*earlier_ones, *self._flown(states, before, stopped)))
         rest = remaining(self.now, past, self.limits)
         return rest if isinstance(rest, Diagnostic) else replace(rest, choice=self.now.choice)
 
-    def _flown(self, states: Trace, before: Mapping[str, str], moving: Mapping[str, Array]) -> Iterator[Flown]:
+    def _flown(self, states: Trace, before: Mapping[str, str], stopped: Stopped | None) -> Iterator[Flown]:
         """What was flown and told: where somebody is lost, with them up to the step after they were seen last."""
         request, step, steps = self.request, self.mission.step, states.position.shape[1] - 1
         begin, until, rows = 0, min(request.so_far.until, steps * step), list(range(len(self.names)))
@@ -169,9 +168,11 @@ class _Replanning:
                 Stretch(states.part(rows, 0, begin), request.lost), tuple(self.names), min(until, begin * step), before
             )
             rows = self.left
-        names = tuple(self.names[agent] for agent in rows)
+        names = tuple(self.names[agent] for agent in self.left)
+        begins = {name: stopped.state(row, 0.0) for row, name in enumerate(names)} if stopped else {}
+        moving = {names[row]: stopped.state(row, math.inf) for row in stopped.moving} if stopped else {}
         stretch = Stretch(states.part(rows, begin, steps), (), request.given_up, request.slow, moving)
-        yield Flown(stretch, names, max(until - begin * step, 0.0), before)
+        yield Flown(stretch, names, max(until - begin * step, 0.0), before, begins)
 
     def _texts_before(self) -> dict[str, str]:
         """The files that read otherwise now, as they were."""
@@ -234,9 +235,9 @@ class _Replanning:
         assert self.now.mission is not None
         elapsed = self.flying.checked.past.steps if self.flying.checked.past else 0
         left = tuple(self.names[each] for each in self.left)
-        return team_at(
-            self.now.mission, elapsed * self.mission.step + moment, self.request.so_far.last[self.left], left
-        )
+        seconds, slow = elapsed * self.mission.step + moment, self.flying.checked.rest
+        team = team_at(self.now.mission, seconds, self.request.so_far.last[self.left], left)
+        return slowed(team, slow.slow if slow else {})
 
     def _polynomials_on(self, rest: Checked, on: FlyOn, steps: int) -> Certificate:
         """The checks of the polynomials of those who are in time, from a step on; they do not rest where they are cut.
@@ -265,11 +266,13 @@ class _Replanning:
 
     def _off_states(self) -> dict[int, Array]:
         """The states at the moment of those who are off their ways, by their places among those who are left."""
-        return {place: self._state(agent) for place, agent in enumerate(self.left) if agent in self.off}
-
-    def _state(self, agent: int) -> Array:
-        """(5, 4): the state of one that is off its way: behind on it, or as if at rest where it was seen."""
         moment = self.request.moment
+        return {place: self._state(agent, moment) for place, agent in enumerate(self.left) if agent in self.off}
+
+    def _state(self, agent: int, moment: float) -> Array:
+        """(5, 4): the state of an agent; of one off its path: behind on it, or as if at rest where it was seen."""
+        if agent not in self.off:
+            return state_at(self.flights[agent], moment)
         slow = self.request.slow.get(self.names[agent])
         if slow is not None:
             return state_behind(self.flights[agent], self.off[agent], moment, slow)
@@ -291,7 +294,7 @@ class _Replanning:
         position, velocity, heading = stopped.states(self.request.moment, steps, dimension)
         for number in np.flatnonzero(steps < self.request.moment).tolist():
             for row, agent in enumerate(self.left):
-                state = state_at(self.flights[agent], float(steps[number]))
+                state = self._state(agent, float(steps[number]))
                 position[row, number], velocity[row, number] = state[0, :dimension], state[1, :dimension]
                 heading[row, number] = state[0, 3]
         shape = (len(self.names), steps.size)

@@ -20,7 +20,7 @@ from missionc.ir import Mission, Vehicle
 from missionc.pipeline.replan.cut_flights import aligned, between, in_two, with_stop
 from missionc.progression.rest_of_mission import counted_from
 from missionc.verify.certificate import Check
-from missionc.verify.flight.verify_stops import checks
+from missionc.verify.flight.verify_stops import body_checks, vehicle_checks
 
 SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 """In turn, shares of the time in which everybody may fly on before stopping: as long as can be, else sooner."""
@@ -44,9 +44,9 @@ class Stopped:
     step: int
     moving: frozenset[int] = frozenset()
 
-    def end(self, row: int) -> Array:
-        """(5, 4): the state in which what somebody flies ends."""
-        return state_at(self.pieces[row], math.inf)
+    def state(self, row: int, time: float) -> Array:
+        """(5, 4): the state of an agent after so many seconds; after the end, the state there."""
+        return state_at(self.pieces[row], time)
 
     def states(self, moment: float, steps: Array, dimension: int) -> tuple[Array, Array, Array]:
         """Positions and velocities, (agents, steps, dim), and headings, (agents, steps), at steps after the moment.
@@ -102,7 +102,8 @@ def stop_all(
         for index, stop in zip(who, stops, strict=True):
             pieces[index] = with_stop(flights[index], stop, moment, 0.0 if index in off else wait, until - moment)
         found = Stopped(aligned(pieces), until, step, frozenset(range(len(flights))) - frozenset(who))
-        failed = tuple(check for check in bodies(mission_at, found.pieces) if not check.passed)
+        judged = (*vehicle_checks(mission_at, found.pieces).checks, *bodies(mission_at, found.pieces))
+        failed = tuple(check for check in judged if not check.passed)
         if not failed:
             return found
     return failed
@@ -176,7 +177,7 @@ def bodies(mission: Mission, pieces: list[Pieces]) -> list[Check]:
     """The checks of bodies in flights that last as long, with the mission's times counted from their beginning."""
     pieces = aligned(pieces)
     later = float(pieces[0].duration.sum())
-    return [check for check in checks(counted_from(mission, later), pieces) if check.name != "stop"]
+    return body_checks(counted_from(mission, later), pieces)
 
 
 def resting_state(position: Array, yaw: float, altitude: float) -> Array:

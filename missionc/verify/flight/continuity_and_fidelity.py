@@ -26,7 +26,7 @@ DEGREE = 7
 
 def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> list[Check]:
     """Clock, joints, ends and waypoints of an agent's file; altitude in a plane, yaw where that is one angle."""
-    times, exact = own.times, exactness(own)
+    times = own.times
     late = abs(float(times[-1]) - mission.step * mission.steps)
     findings = [
         judged(
@@ -41,16 +41,26 @@ def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -
         *check_smooth(agent, own),
         _waypoints(agent, own.coefficients[:, : mission.dimension], times, planned),
     ]
+    return [*findings, *check_level(mission, agent, own)]
+
+
+def check_level(mission: Mission, agent: Agent, own: Pieces) -> list[Check]:
+    """Altitude of a plane mission, and yaw if it is one angle: neither changes in an agent's file."""
+    found = []
     if mission.dimension == 2:
-        height = from_powers(own.coefficients[:, 2:3], own.duration[:, None])
-        off = (np.abs(height.points[:, 0] - agent.altitude).max(axis=-1) + height.radius[:, 0]) * GROWN
-        findings.append(_worst(agent, "altitude", -off, times, exact, f"it flies at {agent.altitude:g} m"))
+        detail = f"it flies at {agent.altitude:g} m"
+        found.append(_worst(agent, "altitude", -_off(own, 2, agent.altitude), own.times, exactness(own), detail))
     if isinstance(agent.yaw, Fixed):
-        nose = from_powers(own.coefficients[:, 3:], own.duration[:, None])
-        off = (np.abs(nose.points[:, 0] - agent.yaw.angle).max(axis=-1) + nose.radius[:, 0]) * GROWN
-        detail = f"its nose points at {agent.yaw.angle:g} rad throughout"
-        findings.append(_worst(agent, "yaw", -off, times, MOTION * max(1.0, abs(agent.yaw.angle)), detail, "rad"))
-    return findings
+        detail, tolerance = f"its nose points at {agent.yaw.angle:g} rad throughout", max(1.0, abs(agent.yaw.angle))
+        off = _off(own, 3, agent.yaw.angle)
+        found.append(_worst(agent, "yaw", -off, own.times, MOTION * tolerance, detail, "rad"))
+    return found
+
+
+def _off(own: Pieces, axis: int, wanted: float) -> Array:
+    """(pieces,): by how much an axis is off a number at most."""
+    whole = from_powers(own.coefficients[:, axis : axis + 1], own.duration[:, None])
+    return np.asarray((np.abs(whole.points[:, 0] - wanted).max(axis=-1) + whole.radius[:, 0]) * GROWN)
 
 
 def check_smooth(agent: Agent, own: Pieces) -> list[Check]:

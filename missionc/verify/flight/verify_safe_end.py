@@ -77,7 +77,7 @@ def verify_safe_end(
         found = found.joined(judge_stops(mission, whole, before, stops))
         found = found.joined(Certificate(mission.name, tuple(_endurance(mission, stops, risen + before))))
     if not moments.passed:
-        return _named(found)
+        return found.under("safe end")
     times = [-before, *(stop.at for stop in stops)]
     hovering = sum(1 for stop in stops if sum(map(len, stop.turns)) < len(mission.agents))
     without = end - times[-1]
@@ -86,17 +86,7 @@ def verify_safe_end(
         Figure("safe end hover", "flight", float(hovering), "moments"),
         Figure(WITHOUT, "flight", round(without, 6) if without > AT_THE_END else 0.0, "s"),
     )
-    return replace(_named(found), figures=figures)
-
-
-def _named(certificate: Certificate) -> Certificate:
-    return replace(
-        certificate,
-        checks=tuple(replace(check, name=f"safe end {check.name}") for check in certificate.checks),
-        boxes=tuple(
-            replace(each, claim=replace(each.claim, name=f"safe end {each.claim.name}")) for each in certificate.boxes
-        ),
-    )
+    return replace(found.under("safe end"), figures=figures)
 
 
 def judge_stops(mission: Mission, whole: Mapping[str, Pieces], before: float, stops: Sequence[Stop]) -> Certificate:

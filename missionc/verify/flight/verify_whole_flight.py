@@ -17,12 +17,11 @@ from itertools import combinations
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import from_powers
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.curves.piecewise_polynomials import values
 from missionc.ir import Agent, Mission
 from missionc.verify.certificate import Certificate, Check, Figure, judged
-from missionc.verify.flight.continuity_and_fidelity import check_smooth, exactness
+from missionc.verify.flight.continuity_and_fidelity import check_level, check_smooth, exactness
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.flight_phases import Phases, phases_of
 from missionc.verify.flight.joint_claims import downwash, world
@@ -129,19 +128,14 @@ def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> 
         flown = way_mission(mission, stage, way, float(own[0].times[-1]), 1, math.inf)
         flight = Flight(own[0].duration, np.stack([each.coefficients for each in own]))
         with np.errstate(over="ignore", invalid="ignore"):
-            for agent, each in zip(mission.agents, own, strict=True):
-                checks += check_smooth(replace(agent, begins=()), each)
-                checks += [*_ends(agent, each, way), _yaw(agent, each, way)]
+            for agent, each in zip(flown.agents, own, strict=True):
+                checks += [*check_smooth(agent, each), *_ends(agent, each, way), *check_level(flown, agent, each)]
             prove_all(flown, [world(flown, flight)], checks, boxes)
             warnings += check_apart(flown, flight, checks, boxes)
             prove_all(flown, [*downwash(flown, flight), *limits(flown, flight)], checks, boxes)
     word = stage.value
-    return Certificate(
-        mission.name,
-        tuple(replace(check, name=f"{word} {check.name}") for check in checks),
-        warnings=tuple(f"on the way {word}: {warning}" for warning in warnings),
-        boxes=tuple(replace(each, claim=replace(each.claim, name=f"{word} {each.claim.name}")) for each in boxes),
-    )
+    said = tuple(f"on the way {word}: {warning}" for warning in warnings)
+    return Certificate(mission.name, tuple(checks), warnings=said, boxes=tuple(boxes)).under(word)
 
 
 def _ends(agent: Agent, own: Pieces, way: Way) -> list[Check]:
@@ -156,14 +150,6 @@ def _ends(agent: Agent, own: Pieces, way: Way) -> list[Check]:
         detail = f"it {name}s at ({', '.join(f'{value:.4g}' for value in wanted.tolist())})"
         found.append(judged(name, agent.name, -off, "m", exactness(own), at=time, agents=(agent.name,), detail=detail))
     return found
-
-
-def _yaw(agent: Agent, own: Pieces, way: Way) -> Check:
-    nose, wanted = from_powers(own.coefficients[:, 3:], own.duration[:, None]), float(way.yaw[agent.index])
-    off = float((np.abs(nose.points[:, 0] - wanted).max(axis=-1) + nose.radius[:, 0]).max())
-    detail = f"its nose points at {wanted:.4g} rad throughout"
-    tolerance = MOTION * max(1.0, abs(wanted))
-    return judged("yaw", agent.name, -off, "rad", tolerance, agents=(agent.name,), detail=detail)
 
 
 # -------------------------------------------------------------------- columns
