@@ -37,7 +37,7 @@ def simulated_lines(simulated: Simulated) -> list[str]:
         fractions = trials.fractions()
         width = max(map(len, fractions))
         lines += [
-            f"  {name:<{width}}  {each.held} of {each.flights}  {each.share:.3f}, with 95 % confidence "
+            f"  {name:<{width}}  {each.held} of {each.flights}  {each.share:.3f}, two-sided 95 % confidence interval "
             f"{each.low:.3f} to {each.high:.3f}"
             for name, each in fractions.items()
         ]

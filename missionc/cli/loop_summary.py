@@ -29,7 +29,8 @@ def loop_lines(mission: Mission, flights: Sequence[LoopFlight], replans: bool) -
     kept = fractions(flights)
     width = max(map(len, kept))
     rows = [
-        f"  {name:<{width}}  {each.held} of {each.flights}, in at least {shown(each.low)} with 95 % confidence"
+        f"  {name:<{width}}  {each.held} of {each.flights}, "
+        f"at least {shown(each.least)} (one-sided 95 % lower confidence bound)"
         for name, each in kept.items()
     ]
     plans = sum(happened.begins is not None for flight in flights for happened in flight.happened)

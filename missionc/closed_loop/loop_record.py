@@ -82,7 +82,7 @@ def loop_document(mission: Mission, scenario: Scenario, flights: Sequence[LoopFl
         "passed": all(map(as_required, flights)),
         "events": [_event(each) for each in scenario.events],
         "kept": {
-            name: {"held": each.held, "flights": each.flights, "low": each.low, "high": each.high}
+            name: {"held": each.held, "flights": each.flights, "least": each.least, "low": each.low, "high": each.high}
             for name, each in fractions(flights).items()
         }
         if flights
@@ -170,7 +170,8 @@ def _headline(flights: Sequence[LoopFlight]) -> tuple[str, str]:
         return ("holds", f"one flight, {kept}") if held else ("fails", f"one flight, not {kept}")
     share = fraction(held, len(flights))
     state = "holds" if held == len(flights) else "steps" if held else "fails"
-    return state, (f"{kept} in at least {shown(share.low)} of such flights (95 % confidence): {held} of {len(flights)}")
+    bound = f"in at least {shown(share.least)} of such flights (one-sided 95 % lower confidence bound)"
+    return state, f"{kept} {bound}: {held} of {len(flights)}"
 
 
 def _page_record(seconds: float, scenario: Scenario, flights: Sequence[LoopFlight], replans: bool) -> dict[str, Any]:

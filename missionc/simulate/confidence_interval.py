@@ -1,20 +1,23 @@
-"""Confidence intervals of a fraction: a count of successes, and the bounds of the true share."""
+"""Confidence bounds of a fraction: the number of successes to the bounds of the true share."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-NORMAL_95 = 1.959963984540054
-"""The standard normal distribution lies within plus and minus this with a probability of 95 %."""
+CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
 class Fraction:
-    """``held`` of ``flights``; the true share is from ``low`` to ``high`` with a confidence of 95 %."""
+    """``held`` of ``flights``, and exact bounds of the true share with a confidence of 95 %.
+
+    ``least`` is the one-sided lower bound: of what is said with "at least". ``low`` and ``high`` are the two-sided
+    interval.
+    """
 
     held: int
     flights: int
+    least: float
     low: float
     high: float
 
@@ -24,20 +27,21 @@ class Fraction:
 
 
 def fraction(held: int, flights: int) -> Fraction:
-    """Wilson's score interval, of use for few flights and for shares near 0 and 1 too.
+    """Exact (Clopper–Pearson) bounds: each covers the true share with at least its confidence, however few the flights.
 
     Raises:
         ValueError: there are no flights, or not so many.
 
     Source:
-        Wilson, "Probable Inference, the Law of Succession, and Statistical Inference" (1927).
+        Clopper and Pearson, "The Use of Confidence or Fiducial Limits Illustrated in the Case of the Binomial" (1934).
     """
     if not 0 <= held <= flights or flights == 0:
         raise ValueError(f"{held} of {flights} flights")
-    share, square = held / flights, NORMAL_95**2
-    middle = (share + square / (2 * flights)) / (1 + square / flights)
-    spread = NORMAL_95 / (1 + square / flights) * math.sqrt(share * (1 - share) / flights + square / (4 * flights**2))
-    # At the ends the bound is exact; rounding may miss it by a hair.
-    low = 0.0 if held == 0 else max(0.0, middle - spread)
-    high = 1.0 if held == flights else min(1.0, middle + spread)
-    return Fraction(held, flights, low, high)
+    from scipy.special import betaincinv  # takes a while to load, and few commands count flights
+
+    def above(doubt: float) -> float:
+        return float(betaincinv(held, flights - held + 1, doubt)) if held else 0.0
+
+    doubt = 1 - CONFIDENCE
+    high = float(betaincinv(held + 1, flights - held, 1 - doubt / 2)) if held < flights else 1.0
+    return Fraction(held, flights, above(doubt), above(doubt / 2), high)

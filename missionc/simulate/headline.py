@@ -15,8 +15,8 @@ def headline(trials: Trials) -> str:
             return f"one flight, {verdict}"
         return f"{counted(kept.flights, 'flight')}, all alike since nothing is drawn, {verdict}"
     return (
-        f"in at least {shown(kept.low)} of such flights (95 % confidence) every requirement holds, "
-        f"nobody is too far off and nothing touched: {kept.held} of {kept.flights}"
+        f"in at least {shown(kept.least)} of such flights (one-sided 95 % lower confidence bound) "
+        f"every requirement holds, nobody is too far off and nothing touched: {kept.held} of {kept.flights}"
     )
 
 

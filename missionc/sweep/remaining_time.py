@@ -7,9 +7,11 @@ import time
 from collections.abc import Callable, Mapping
 
 from missionc.base.units import Seconds
-from missionc.simulate.confidence_interval import NORMAL_95
 from missionc.sweep.run_grid import Combination, Run
 from missionc.sweep.sweep_folder import Row
+
+NORMAL_95 = 1.959963984540054
+"""The standard normal distribution lies within plus and minus this with a probability of 95 %."""
 
 LEAST = 5
 """Runs that have to be over before anything is said."""

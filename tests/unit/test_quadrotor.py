@@ -11,7 +11,6 @@ from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.curves.piecewise_polynomials import values
 from missionc.simulate import quadrotor
-from missionc.simulate.confidence_interval import fraction
 from missionc.simulate.controller import Gains
 from missionc.simulate.default_engine import Flown, fly, sample_times
 from missionc.simulate.disturbance import UNDISTURBED, Disturbance, drawn
@@ -217,29 +216,3 @@ def test_flights_together_are_the_flights_alone() -> None:
     assert np.array_equal(together, several(range(4)))
     assert np.allclose(together[2:], several(range(2, 4)), rtol=0, atol=1e-12)
     assert not np.allclose(together[0], together[1])
-
-
-# -------------------------------------------------------------------- fractions
-
-
-@pytest.mark.parametrize("share", [0.02, 0.5, 0.9, 0.99])
-def test_the_interval_covers_the_truth_about_as_often_as_it_says(share: float) -> None:
-    held = np.random.default_rng(5).binomial(100, share, 2000)
-    covered = [each.low <= share <= each.high for each in (fraction(int(count), 100) for count in held)]
-    assert np.mean(covered) > 0.91
-
-
-def test_the_interval_is_that_of_the_textbook() -> None:
-    # Brown, Cai and DasGupta (2001): Wilson's interval solves (p - share)^2 = z^2 share (1 - share) / n.
-    each = fraction(8, 10)
-    for bound in (each.low, each.high):
-        assert abs(0.8 - bound) == pytest.approx(1.959964 * np.sqrt(bound * (1 - bound) / 10), rel=1e-6)
-    assert fraction(0, 10).low == 0
-    assert fraction(10, 10).high == 1
-    assert 0 < fraction(10, 10).low < 1
-
-
-@pytest.mark.parametrize(("held", "flights"), [(1, 0), (-1, 5), (6, 5)])
-def test_there_is_no_share_of_no_flights(held: int, flights: int) -> None:
-    with pytest.raises(ValueError, match="flights"):
-        fraction(held, flights)

@@ -44,6 +44,18 @@ def test_a_line_says_where_an_agent_is_how_fast_and_where_it_faces() -> None:
     assert math.isnan(bare.heading)
 
 
+def test_a_mission_in_the_plane_leaves_a_third_coordinate_out() -> None:
+    flat = reader()
+    flat.read(json.dumps({"t": 0, "agent": "drone[0]", "position": [1, 2]}))
+    assert not flat.flattened
+    line = {"t": 0, "agent": "drone[1]", "position": [1, 2, 0.5], "velocity": [0.5, 0, 0.1]}
+    (sample,) = flat.read(json.dumps(line))
+    assert (sample.position, sample.velocity, flat.flattened) == ((1.0, 2.0), (0.5, 0.0), True)
+    for strange in ([1, 2, "up"], [1, 2, 3, 4]):
+        with pytest.raises(UnusableError):
+            flat.read(json.dumps({"t": 0, "agent": "drone[0]", "position": strange}))
+
+
 @pytest.mark.parametrize(
     ("record", "said"),
     [

@@ -160,13 +160,13 @@ def simulated(text: str) -> dict[str, Any]:
 
 def test_the_share_of_flights_as_required_is_shown_where_there_is_one() -> None:
     found = json.loads(simulation(np.array(MOTION), 0.01))
-    words = "in at least 98.1 % of such flights (95 % confidence)"
-    kept = {"held": 200, "of": 200, "low": 0.98115, "high": 1.0}
+    words = "in at least 98.1 % of such flights (one-sided 95 % lower confidence bound)"
+    kept = {"held": 200, "of": 200, "least": 0.98115, "low": 0.975, "high": 1.0}
     (row,) = shares(simulated(json.dumps({**found, "headline": words, "kept": kept})))
     assert (row["margin"], row["unit"], row["passed"], row["detail"]) == (98.1, "% or more", True, words)
     (row,) = shares(simulated(json.dumps({**found, "headline": words, "kept": {**kept, "held": 199}})))
     assert not row["passed"]
-    assert not shares(simulated(json.dumps({**found, "headline": "", "kept": {**kept, "low": None}})))
+    assert not shares(simulated(json.dumps({**found, "headline": "", "kept": {**kept, "least": None}})))
     assert not shares(simulated(json.dumps(found)))
 
 

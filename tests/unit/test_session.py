@@ -172,6 +172,13 @@ def test_a_line_that_says_nothing_is_counted_and_one_that_cannot_be_used_is_told
     assert live.notes() == ["2 lines could not be used"]
 
 
+def test_a_third_coordinate_is_told_once_at_the_end() -> None:
+    live = session()
+    lines = [json.dumps({"t": time, "agent": "drone[0]", "position": [3, 3, 1]}) for time in (0, 0.5)]
+    assert fed(live, *lines) == []
+    assert live.notes() == ["the mission is in the plane: the third coordinate of samples was left out"]
+
+
 def test_no_number_is_larger_than_the_limit_that_is_given() -> None:
     checked, _ = driver.live_session(Source("flight.mission", TEXT))
     assert checked.mission is not None

@@ -307,7 +307,7 @@ def test_an_older_simulation_is_to_be_flown_again(
     assert "MC713" in err
     assert "is of an older form, whose flights were flown otherwise: `missionc simulate` flies the folder again" in err
     assert main(["simulate", str(folder), "--quiet"]) in (0, 3)
-    assert json.loads((folder / "simulation.json").read_text())["schema"] == "missionc.simulation/3"
+    assert json.loads((folder / "simulation.json").read_text())["schema"] == "missionc.simulation/4"
 
 
 def test_every_command_tells_what_cannot_be_judged_from_what_is_wrong(

@@ -26,11 +26,13 @@ class SampleReader:
     """Reads lines such as ``{"t": 1.25, "agent": "drone[0]", "position": [1, 2], "velocity": [0, 1], "heading": 0.5}``.
 
     In the place of ``agent`` and ``position``, ``agents`` may hold the positions of several, by their names. A
-    velocity is needed of agents of which the mission asks for the speed, a heading where it asks for headings.
+    velocity is needed of agents of which the mission asks for the speed, a heading where it asks for headings. A
+    mission in the plane leaves a third coordinate out, and ``flattened`` is true from then on.
     """
 
     def __init__(self, mission: Mission, kernel: Kernel, limits: Limits | None = None) -> None:
         self.dimension, self.magnitude = mission.dimension, (limits or Limits()).magnitude
+        self.flattened = False
         self.index = {agent.name: agent.index for agent in mission.agents}
         self.needs_velocity: set[int] = set()
         self.needs_heading: set[int] = set()
@@ -84,9 +86,10 @@ class SampleReader:
         return Sample(agent, time, position, velocity, heading)
 
     def _vector(self, value: Any, key: str, name: str) -> tuple[float, ...]:
-        if not isinstance(value, list) or len(value) != self.dimension:
+        if not isinstance(value, list) or len(value) not in (self.dimension, 3):
             raise UnusableError(f"`{key}` of `{name}` is no list of {self.dimension} numbers")
-        return tuple(self._number(each, f"`{key}` of `{name}`") for each in value)
+        self.flattened |= len(value) > self.dimension
+        return tuple(self._number(each, f"`{key}` of `{name}`") for each in value)[: self.dimension]
 
     def _number(self, value: Any, what: str) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):

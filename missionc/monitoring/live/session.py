@@ -189,6 +189,8 @@ class Session:
         notes = [f"{counted(fates[fate], 'sample')} {says}" for fate, says in words.items() if fates[fate]]
         if self.unusable:
             notes.append(f"{counted(self.unusable, 'line')} could not be used")
+        if self.reader.flattened:
+            notes.append("the mission is in the plane: the third coordinate of samples was left out")
         if self.outrun:
             notes.append(f"{', '.join(self._names(self.outrun))} moved faster than the top speed")
         return notes

@@ -57,11 +57,11 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
 def _kept(trials: Trials) -> dict[str, object]:
     """Flights that are as required; no bounds of their true share where all of them are one and the same."""
     found = _fraction(trials.kept)
-    return found if trials.trial.disturbance.random else {**found, "low": None, "high": None}
+    return found if trials.trial.disturbance.random else {**found, "least": None, "low": None, "high": None}
 
 
 def _fraction(each: Fraction) -> dict[str, object]:
-    return {"held": each.held, "of": each.flights, "low": each.low, "high": each.high}
+    return {"held": each.held, "of": each.flights, "least": each.least, "low": each.low, "high": each.high}
 
 
 def simulation_json(mission: Mission, entries: Mapping[str, object], flown: Flown) -> bytes:

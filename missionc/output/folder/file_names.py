@@ -10,9 +10,9 @@ from missionc.ir import Agent
 
 MISSION = "mission"
 """Where the mission's own files lie, so that the folder can be judged from what is in it."""
-SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/3"
+SIMULATION, SIMULATION_SCHEMA = "simulation.json", "missionc.simulation/4"
 """Where ``simulate`` leaves what it flew, and what that says it is."""
-SIMULATIONS_BEFORE = ("missionc.simulation/1", "missionc.simulation/2")
+SIMULATIONS_BEFORE = ("missionc.simulation/1", "missionc.simulation/2", "missionc.simulation/3")
 """What files of older versions say they are: they do not tell what their flights were flown through."""
 WHOLE_FLIGHT = "whole_flight.json"
 """The phases of a flight from the floor to the floor."""

@@ -102,4 +102,6 @@ def _fractions(axes: Axes, trials: Trials) -> None:
     axes.set_xlim(0, 1)
     axes.set_ylim(len(fractions) - 0.5, -0.5)
     axes.set_yticks([])
-    axes.set_title("share of the flights that keep it, 95 % interval", loc="left", fontsize=8.5, color=INK)
+    axes.set_title(
+        "share of the flights that keep it, two-sided 95 % confidence interval", loc="left", fontsize=8.5, color=INK
+    )

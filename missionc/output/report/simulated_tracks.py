@@ -97,8 +97,8 @@ def _checks(document: Any) -> tuple[Check, ...]:
     the least room of all flights."""
     checks = []
     kept = document.get("kept") or {}
-    if isinstance(kept.get("low"), float):
-        all_held, share = kept["held"] == kept["of"], 100 * math.floor(1000 * kept["low"]) / 1000
+    if isinstance(kept.get("least"), float):
+        all_held, share = kept["held"] == kept["of"], 100 * math.floor(1000 * kept["least"]) / 1000
         said = text_of(document["headline"])
         checks.append(Check("simulated flights", "as required", share, "% or more", 0.0, all_held, detail=said))
     before = {each["name"]: each["robustness"] for each in document["planned"]}

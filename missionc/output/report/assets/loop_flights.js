@@ -38,7 +38,7 @@ function loopFlights(model, change) {
 
 // How many flights kept each requirement, and of which share that is true at least and at most.
 function shares(kept) {
-  const table = titled(["requirement", "kept", "share, with 95 % confidence"]);
+  const table = titled(["requirement", "kept", "share, two-sided 95 % confidence interval"]);
   for (const { name, held, of, low, high } of kept) {
     const row = table.tBodies[0].insertRow();
     row.className = held < of ? "failed" : "";
