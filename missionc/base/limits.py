@@ -42,6 +42,10 @@ class Limits:
     """Cells of an occupancy grid: 4096 by 4096."""
     map_features: int = 10_000
     """Shapes, points and rows of such a file."""
+    map_corners: int = 100_000
+    """Corners of all outlines in such a file, and of the borders between free and occupied cells."""
+    map_lines: int = 1_000_000
+    """Lines of text of a drawing: some ten seconds of reading."""
     simulated_seconds: int = 20_000
     """Seconds of all agents in all flights together, flown once more to judge a simulation: a minute or two of work."""
     proof_steps: int = 1_000_000

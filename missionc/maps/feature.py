@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.limits import Limits
+from missionc.base.limits import MOST, Limits
 from missionc.base.source import Source, Span
 from missionc.diagnostics.code import FILE_TOO_LARGE, MAP_FEATURE, MAP_OPTION, MAP_UNREADABLE, Code
 from missionc.diagnostics.model import Diagnostic, Label
@@ -95,5 +95,8 @@ def unsaid(message: str, span: Span, way_out: str) -> MapError:
 
 
 def too_many(source: Source, what: str, name: str, count: int, limits: Limits, span: Span) -> MapError:
+    if count > MOST:
+        message = f"`{source.name}` has more than {MOST} {what}; the limit is {getattr(limits, name)}"
+        return MapError(FILE_TOO_LARGE, message, span, "make the file smaller")
     message = f"`{source.name}` has {count} {what}; the limit is {getattr(limits, name)}"
     return MapError(FILE_TOO_LARGE, message, span, f"allow more with `--limit {name}={count}`")

@@ -14,6 +14,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.diagnostics.model import Diagnostic
 from missionc.maps.companions import ending
 from missionc.maps.feature import Asked, Feature, MapError, unreadable, unusable
+from missionc.maps.read_summary import Reading
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +46,10 @@ def read_map(asked: Asked) -> list[Feature] | Diagnostic:
         if form is None:
             endings = ", ".join(f"`{each}`" for each in FORMS)
             raise unreadable(source, "its ending is that of no form that is known", asked.span, f"known are {endings}")
-        read: Callable[[Asked], list[Feature]] = getattr(import_module(f"missionc.maps.{form.module}"), form.module)
-        features = read(asked)
+        module = import_module(f"missionc.maps.{form.module}")
+        read: Callable[[Asked], list[Feature] | Reading] = getattr(module, form.module)
+        reading = read(asked)
+        features = reading.features if isinstance(reading, Reading) else reading
         if not features:
             way_out = "name another file, or say of its features what they are: `kind`"
             raise unusable(f"`{source.name}` has no {asked.kind}", asked.span, way_out)

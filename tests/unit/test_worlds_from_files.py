@@ -509,9 +509,9 @@ def test_closed_outlines_circles_and_points_of_a_drawing_are_read(tmp_path: Path
 @pytest.mark.parametrize(
     ("said", "units", "code", "words"),
     [
-        ("", 4, MAP_FEATURE, "a LINE in layer `LINES`"),
+        ("", 4, MAP_FEATURE, "LINE in layer `LINES` is open"),
         ('layer "WALLS"', 4, MAP_OPTION, "no layer `WALLS`"),
-        ('layer "RACKS"', 0, MAP_OPTION, "what a unit of"),
+        ('layer "RACKS"', 0, MAP_OPTION, "does not state the length of its unit"),
     ],
 )
 def test_drawings_that_nothing_can_be_made_of_are_said(

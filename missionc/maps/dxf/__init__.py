@@ -1,0 +1,1 @@
+"""DXF: blocks, shapes and curves of a drawing."""

@@ -1,0 +1,195 @@
+"""Areas of shapes, seen from above, in metres.
+
+    in   a shape, where it is, the mission's metres
+    out  an area or a disc, and the lines that do not close
+
+Closed lines are filled, up to the outer edge of their width. Faces are united. A hatch is filled by its style.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import shapely
+
+from missionc.base.late_dataclass import dataclass
+from missionc.maps.dxf.blocks import Placed
+from missionc.maps.dxf.curves import Arc, Curve, Points, UnusableError
+from missionc.maps.dxf.join_ends import join_ends
+from missionc.maps.dxf.shapes import Band, Shape
+from missionc.maps.feature import Area, Circle, Corners
+
+SAGITTA = 0.01
+"""Metres that a chord may lie inside of its arc."""
+
+GAP = 0.001
+"""Metres between two ends that meet."""
+
+ROUND = 1e-9
+"""Metres between two points that are the same, and distortion of a circle relative to its radius."""
+
+THIN = 1e-12
+"""Area of an outline that has none but for rounding, relative to the square of its length."""
+
+OUTERMOST, NO_ISLANDS = 1, 2
+"""Styles of a hatch; in all others what lies within an odd number of its boundaries is filled."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """The mission's metres: a unit of the drawing, where its origin is, and how far anything may be from that."""
+
+    unit: float
+    origin: tuple[float, float]
+    farthest: float
+
+    def metres(self, points: Points) -> Points:
+        """Points, (…, 2), of the drawing in metres.
+
+        Raises:
+            UnusableError: one is not finite, or too far away.
+        """
+        placed: Points = self.origin + self.unit * points
+        if not np.isfinite(placed).all():
+            raise UnusableError("has a coordinate that is not a finite number")
+        far = placed[(np.abs(placed) > self.farthest).any(axis=-1)]
+        if len(far):
+            raise UnusableError(f"has a point at {far[0, 0]:g}, {far[0, 1]:g} m, which is too far away")
+        return placed
+
+    def tolerance(self, placed: Placed) -> float:
+        """Distance that a chord may have from its curve, in the units of the curve's own block."""
+        return SAGITTA / max(self.unit * float(np.linalg.norm(placed.matrix[:3, :2], 2)), np.finfo(float).tiny)
+
+
+def disc_of(placed: Placed, shape: Shape, world: World) -> Circle | None:
+    """The disc of a circle; None for another shape, and if the circle has become an ellipse."""
+    arc = shape.lines[0][0] if placed.entity.dxftype() == "CIRCLE" else None
+    if not isinstance(arc, Arc):
+        return None
+    across, up = world.unit * placed.seen(np.stack([arc.across, arc.up]), vectors=True)
+    radius = float(np.hypot(*across))
+    distortion = max(abs(radius - float(np.hypot(*up))), abs(float(across @ up)) / radius) if radius else 0.0
+    if not 0 < radius <= world.farthest or distortion > ROUND * radius:
+        return None
+    x, y = world.metres(placed.seen(arc.centre)[None])[0]
+    return Circle((float(x), float(y)), radius)
+
+
+def area_of(placed: Placed, shape: Shape, world: World, *, grown: bool) -> tuple[Area | None, list[Points]]:
+    """The area of a shape, and its lines that are open, (points, 2) each.
+
+    Args:
+        grown: by as much as chords may lie inside of their arcs.
+
+    Raises:
+        UnusableError: it crosses itself, has no area seen from above, or something in it is not a number.
+    """
+    tolerance = world.tolerance(placed)
+
+    def seen(points: Points) -> Points:
+        return world.metres(placed.seen(points))
+
+    if shape.extrusion is not None and np.hypot(*placed.seen(shape.extrusion, vectors=True)) * world.unit > GAP:
+        raise UnusableError("is extruded at an angle to the vertical")
+    lines = [seen(_end_to_end(line, tolerance)) for line in shape.lines]
+    closed = [line for line in lines if shape.closed or np.hypot(*(line[0] - line[-1])) <= GAP]
+    loose = [] if len(closed) == len(lines) or shape.bands else lines
+    parts = [outline(line) for line in closed if not (shape.bands and len(line) < 3)]
+    parts += _hulls([seen(quadrilateral) for band in shape.bands for quadrilateral in _split(band, tolerance)])
+    parts += _hatched([[seen(_end_to_end(line, tolerance)) for line in each] for each in shape.boundaries], shape.style)
+    parts += _faces([seen(face) for face in shape.faces], upright=bool(shape.bands))
+    if not parts:
+        return None, loose
+    return area_from(parts, SAGITTA if grown and shape.curved() else 0.0), loose
+
+
+def area_from(parts: Sequence[shapely.Geometry], growth: float) -> Area:
+    """The union of parts, grown by metres.
+
+    Raises:
+        UnusableError: it has no area.
+    """
+    union = parts[0] if len(parts) == 1 else shapely.simplify(shapely.union_all(parts), 0.0)
+    if growth:
+        union = shapely.buffer(union, growth, join_style="mitre")
+    polygons = [part for part in shapely.get_parts(union) if part.geom_type == "Polygon" and part.area > 0]
+    if not polygons:
+        raise UnusableError("has no area seen from above")
+    return Area(tuple(tuple(map(_corners, (each.exterior, *each.interiors))) for each in polygons))
+
+
+def outline(ring: Points) -> shapely.Polygon:
+    """The polygon of a ring, (points, 2).
+
+    Raises:
+        UnusableError: it crosses itself, or has no area.
+    """
+    ring = ring[: len(ring) - int(np.hypot(*(ring[0] - ring[-1])) <= ROUND)]
+    polygon = shapely.Polygon(ring) if len(ring) > 2 else shapely.Polygon()
+    valid = shapely.is_valid(polygon)
+    if _is_thin(polygon if valid else shapely.make_valid(polygon)):
+        raise UnusableError("has no area seen from above")
+    if not valid:
+        raise UnusableError("crosses itself")
+    return polygon
+
+
+def _is_thin(polygon: shapely.Geometry) -> bool:
+    return bool(polygon.area <= THIN * polygon.length**2)
+
+
+def _corners(ring: shapely.LinearRing) -> Corners:
+    return tuple((float(x), float(y)) for x, y in ring.coords[:-1])
+
+
+def _end_to_end(curves: Sequence[Curve], tolerance: float) -> Points:
+    first, *rest = (curve.points(tolerance) for curve in curves)
+    return np.concatenate([first, *(points[1:] for points in rest)])
+
+
+def _split(band: Band, tolerance: float) -> Points:
+    """Corners of the quadrilaterals between the edges of a wide segment, (quadrilaterals, 4, 3)."""
+    count = max(edge.chords(tolerance) for edge in band)
+    left, right = (edge.split(count) for edge in band)
+    return np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
+
+
+def _hulls(pieces: Sequence[Points]) -> list[shapely.Geometry]:
+    return [hull for hull in map(shapely.convex_hull, map(shapely.MultiPoint, pieces)) if hull.geom_type == "Polygon"]
+
+
+def _faces(faces: Sequence[Points], *, upright: bool) -> list[shapely.Geometry]:
+    """Polygons of faces. One that stands upright has no area, and lies on the border of those that have any.
+
+    Raises:
+        UnusableError: a face stands upright elsewhere, unless ``upright`` allows it.
+    """
+    polygons = [shapely.Polygon(face) for face in faces if len(face) > 2]
+    polygons = [each if shapely.is_valid(each) else shapely.convex_hull(each) for each in polygons]
+    parts = [each for each in polygons if not _is_thin(each)]
+    standing = [each for each in polygons if _is_thin(each)]
+    border = shapely.buffer(shapely.union_all(parts), GAP)
+    if not upright and not all(shapely.covers(border, standing)):
+        raise UnusableError("has a face that stands upright")
+    return parts
+
+
+def _hatched(boundaries: Iterable[Sequence[Points]], style: int) -> list[shapely.Geometry]:
+    """The parts of a hatch."""
+    polygons = []
+    for curves in boundaries:
+        rings, rest = join_ends(curves, GAP)
+        if rest:
+            raise UnusableError("has a boundary that is open")
+        polygons += [outline(ring.corners) for ring in rings]
+    if style == NO_ISLANDS:
+        return polygons
+    if style == OUTERMOST:
+        inside = [sum(shapely.covers(polygons, each)) - 1 for each in polygons]
+        polygons = [each for each, depth in zip(polygons, inside, strict=True) if depth < 2]
+    while len(polygons) > 1:  # in pairs, so that a hatch of many islands takes no longer than it must
+        odd = polygons[len(polygons) // 2 * 2 :]
+        polygons = [*shapely.symmetric_difference(polygons[:-1:2], polygons[1::2]), *odd]
+    return polygons

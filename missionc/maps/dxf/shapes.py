@@ -1,0 +1,357 @@
+"""Shapes of a drawing: the lines, wide segments and faces of one entity, in the coordinates of the block that holds it.
+
+Coordinates of an entity with an extrusion vector become those of its block here: its own axes follow from the vector.
+
+Source:
+    Autodesk, "DXF Reference": "Object Coordinate Systems", and the group codes of each entity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from missionc.base.late_dataclass import dataclass
+from missionc.maps.dxf.curves import Arc, Curve, Points, Spline, Straight, UnusableError
+
+Edge: TypeAlias = Straight | Arc
+Band: TypeAlias = tuple[Edge, Edge]
+"""The two edges of a wide segment, which have their points at the same shares of its length."""
+
+MITRE = 5.0
+"""The corner of a wide line reaches at most this many times half of its width; a sharper corner is cut off."""
+
+HIGHEST_DEGREE = 10
+"""The highest degree of a spline that ``ezdxf`` computes."""
+
+FRAME_POINT, SMOOTHED, ROUND_START, ROUND_END = 16, 4, 64, 1024
+"""Flags: of a vertex that is not drawn, of a smoothed mesh, and of the half discs at the ends of a multiline."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """Everything that one entity draws.
+
+    Args:
+        lines: each a sequence of curves end to end; filled if its ends meet or it is ``closed``.
+        boundaries: of a hatch: each a set of such sequences in any order, of which the ends meet.
+        faces: corners of flat pieces, (points, 3) each.
+        style: of a hatch, as in the group code 75.
+        extrusion: the vector along which all of it is extruded.
+    """
+
+    lines: Sequence[Sequence[Curve]] = ()
+    closed: bool = False
+    bands: Sequence[Band] = ()
+    boundaries: Sequence[Sequence[Sequence[Curve]]] = ()
+    faces: Sequence[Points] = ()
+    style: int = 0
+    extrusion: Points | None = None
+
+    def curves(self) -> Iterator[Curve]:
+        for group in (*self.lines, *self.bands, *(line for lines in self.boundaries for line in lines)):
+            yield from group
+
+    def curved(self) -> bool:
+        return not all(isinstance(curve, Straight) for curve in self.curves())
+
+    def empty(self) -> bool:
+        """Whether nothing is drawn, or points that all coincide."""
+        straight = [curve.corners for curve in self.curves() if isinstance(curve, Straight)]
+        return not (self.faces or self.curved() or any((each != each[:1]).any() for each in straight))
+
+    def corners(self, tolerance: float) -> int:
+        """Number of corners where no chord is further from its curve than the tolerance."""
+        bands = 2 * sum(max(edge.chords(tolerance) for edge in band) for band in self.bands)
+        return bands + sum(curve.chords(tolerance) for curve in self.curves()) + sum(map(len, self.faces))
+
+
+def shape_of(entity: Any) -> Shape:
+    """Shape of an entity of one of the kinds in ``READ``.
+
+    Raises:
+        UnusableError: it makes no area.
+    """
+    try:
+        shape = READ[entity.dxftype()](entity)
+        thickness = float(entity.dxf.thickness) if entity.dxf.hasattr("thickness") else 0.0
+        return replace(shape, extrusion=thickness * _Frame(entity).up) if thickness else shape
+    except UnusableError:
+        raise
+    except Exception:  # a library that reads what anybody wrote fails in many ways
+        raise UnusableError("cannot be read") from None
+
+
+class _Frame:
+    """Axes of an entity's own coordinates.
+
+    Args:
+        elevation: of points that have two coordinates.
+    """
+
+    def __init__(self, entity: Any, elevation: float = 0.0) -> None:
+        axes = entity.ocs()
+        self.right, self.ahead, self.up = (np.array(axis.xyz) for axis in (axes.ux, axes.uy, axes.uz))
+        self.elevation = elevation
+
+    def lift(self, points: object, height: float | None = None) -> Points:
+        """Points, (…, 2), to coordinates of the block, (…, 3); at the elevation, unless a height is given."""
+        flat = np.asarray(points, dtype=float)
+        lifted: Points = flat[..., :1] * self.right + flat[..., 1:2] * self.ahead
+        return lifted + (self.elevation if height is None else height) * self.up
+
+    def arc(
+        self, centre: Points, radius: float, start: float, sweep: float, growth: tuple[float, float] = (1.0, 1.0)
+    ) -> Arc:
+        return Arc(centre, radius * self.right, radius * self.ahead, start, sweep, growth)
+
+
+def _vectors(points: Iterable[Any]) -> Points:
+    return np.array([point.xyz for point in points], dtype=float).reshape(-1, 3)
+
+
+def _line(entity: Any) -> Shape:
+    return Shape([[Straight(_vectors((entity.dxf.start, entity.dxf.end)))]])
+
+
+def _circle(entity: Any) -> Shape:
+    return Shape([[_round(entity, 0.0, math.tau)]])
+
+
+def _arc(entity: Any) -> Shape:
+    start, end = math.radians(entity.dxf.start_angle), math.radians(entity.dxf.end_angle)
+    return Shape([[_round(entity, start, _turn(start, end))]])
+
+
+def _round(entity: Any, start: float, sweep: float) -> Arc:
+    frame, centre = _Frame(entity), entity.dxf.center
+    return frame.arc(frame.lift(centre.xyz[:2], centre.z), abs(entity.dxf.radius), start, sweep)
+
+
+def _turn(start: float, end: float) -> float:
+    """Angle from ``start`` counter-clockwise to ``end``, radians: a full turn if they are the same."""
+    return (end - start) % math.tau or math.tau
+
+
+def _ellipse(entity: Any) -> Shape:
+    ellipse = entity.construction_tool()
+    centre, major, minor = _vectors((ellipse.center, ellipse.major_axis, ellipse.minor_axis))
+    return Shape([[Arc(centre, major, minor, ellipse.start_param, _turn(ellipse.start_param, ellipse.end_param))]])
+
+
+def _spline(entity: Any) -> Shape:
+    _check_degree(entity.dxf.degree)
+    return Shape([[Spline(entity.construction_tool())]], entity.closed)
+
+
+def _check_degree(degree: int) -> None:
+    if degree > HIGHEST_DEGREE:
+        raise UnusableError(f"has the degree {degree}; the highest is {HIGHEST_DEGREE}")
+
+
+def _quadrilateral(entity: Any) -> Shape:
+    return Shape(faces=[_vectors(entity.wcs_vertices())])
+
+
+def _mesh(entity: Any) -> Shape:
+    if entity.dxf.get("subdivision_levels", 0):
+        raise UnusableError("is smoothed")
+    vertices = np.array([tuple(vertex) for vertex in entity.vertices], dtype=float).reshape(-1, 3)
+    return Shape(faces=[vertices[list(face)] for face in entity.faces])
+
+
+def _light_polyline(entity: Any) -> Shape:
+    width = float(entity.dxf.get("const_width", 0.0))
+    vertices = [(x, y, width or first, width or last, bulge) for x, y, first, last, bulge in entity.get_points()]
+    return _wide_line(vertices, entity.closed, _Frame(entity, float(entity.dxf.get("elevation", 0.0))))
+
+
+def _polyline(entity: Any) -> Shape:
+    if entity.is_poly_face_mesh:
+        return _polyface(entity)
+    if entity.is_polygon_mesh:
+        return _polygon_mesh(entity)
+    drawn = [vertex.dxf for vertex in entity.vertices if not vertex.dxf.get("flags", 0) & FRAME_POINT]
+    if entity.is_3d_polyline:
+        return Shape([[Straight(_vectors(vertex.location for vertex in drawn))]], entity.is_closed)
+    first, last = (entity.dxf.get(f"default_{name}", 0.0) for name in ("start_width", "end_width"))
+    vertices = [
+        (*each.location.xyz[:2], each.get("start_width", first), each.get("end_width", last), each.get("bulge", 0.0))
+        for each in drawn
+    ]
+    elevated = entity.dxf.hasattr("elevation") or not drawn
+    elevation = entity.dxf.elevation if elevated else drawn[0].location
+    return _wide_line(vertices, entity.is_closed, _Frame(entity, elevation.z))
+
+
+def _polyface(entity: Any) -> Shape:
+    corners = _vectors(vertex.dxf.location for vertex in entity.vertices if vertex.is_poly_face_mesh_vertex)
+    records = [vertex.dxf for vertex in entity.vertices if vertex.is_face_record]
+    faces = [[abs(record.get(f"vtx{at}", 0)) - 1 for at in range(4)] for record in records]
+    return Shape(faces=[corners[[at for at in face if at >= 0]] for face in faces])
+
+
+def _polygon_mesh(entity: Any) -> Shape:
+    if entity.dxf.flags & SMOOTHED:
+        raise UnusableError("is smoothed")
+    grid = _vectors(vertex.dxf.location for vertex in entity.vertices)
+    grid = grid.reshape(entity.dxf.m_count, entity.dxf.n_count, 3)
+    for axis, closed in enumerate((entity.is_m_closed, entity.is_n_closed)):
+        grid = np.concatenate([grid, grid.take([0], axis)], axis) if closed else grid
+    faces = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2)
+    return Shape(faces=list(faces.reshape(-1, 4, 3)))
+
+
+def _multiline(entity: Any) -> Shape:
+    """The strip between the outermost of its parallel lines, with its round ends as discs."""
+    offsets = [[line[0] for line in vertex.line_params if line] or [0.0] for vertex in entity.vertices]
+    middle, mitres = (_vectors(getattr(v, of) for v in entity.vertices) for of in ("location", "miter_direction"))
+    low, high = (middle + mitres * np.array([[outermost(each)] for each in offsets]) for outermost in (min, max))
+    style = entity.style.dxf.flags if entity.style and not entity.is_closed else 0
+    normal = np.array(entity.dxf.extrusion.normalize().xyz)
+    ends = [at for at, flag in ((0, ROUND_START), (-1, ROUND_END)) if style & flag]
+    halves = {at: (high[at] - low[at]) / 2 for at in ends}
+    discs = [Arc(low[at] + half, half, np.cross(normal, half), 0.0, math.tau) for at, half in halves.items()]
+    if entity.is_closed:
+        middle, low, high = (np.concatenate([each, each[:1]]) for each in (middle, low, high))
+    edges = ([Straight(np.stack(piece)) for piece in pairwise(each)] for each in (low, high))
+    return Shape([[Straight(middle)], *([disc] for disc in discs)], bands=list(zip(*edges, strict=True)))
+
+
+def _hatch(entity: Any) -> Shape:
+    frame = _Frame(entity, float(entity.dxf.elevation.z))
+    offset = entity.dxf.offset_vector if entity.dxftype() == "MPOLYGON" else (0.0, 0.0)
+    boundaries: list[Sequence[Sequence[Curve]]] = []
+    for path in entity.paths:
+        if hasattr(path, "vertices"):
+            vertices = [(x + offset[0], y + offset[1], 0.0, 0.0, bulge) for x, y, bulge in path.vertices]
+            boundaries.append(_wide_line([*vertices, vertices[0]], False, frame).lines)
+        else:
+            boundaries.append([[_boundary_edge(edge, frame)] for edge in path.edges])
+    return Shape(boundaries=boundaries, style=entity.dxf.get("hatch_style", 0))
+
+
+def _boundary_edge(edge: Any, frame: _Frame) -> Curve:
+    """A curve of a hatch: clockwise ones are counter-clockwise since they were loaded."""
+    match edge.EDGE_TYPE:
+        case "LineEdge":
+            return Straight(frame.lift([tuple(edge.start), tuple(edge.end)]))
+        case "ArcEdge":
+            start, end = math.radians(edge.start_angle), math.radians(edge.end_angle)
+            return frame.arc(frame.lift(tuple(edge.center)), abs(edge.radius), start, _turn(start, end))
+        case "EllipseEdge":
+            x, y = edge.major_axis
+            major, minor = frame.lift([(x, y), (-y * edge.ratio, x * edge.ratio)], 0.0)
+            start, sweep = edge.start_param, _turn(edge.start_param, edge.end_param)
+            return Arc(frame.lift(tuple(edge.center)), major, minor, start, sweep)
+        case _:
+            return _boundary_spline(edge, frame)
+
+
+def _boundary_spline(edge: Any, frame: _Frame) -> Spline:
+    from ezdxf.math import BSpline, fit_points_to_cad_cv
+
+    _check_degree(edge.degree)
+    if edge.control_points:
+        points = frame.lift([tuple(point) for point in edge.control_points])
+        return Spline(BSpline(points, edge.degree + 1, edge.knot_values or None, edge.weights or None))
+    tangents = [tuple(each) for each in (edge.start_tangent, edge.end_tangent) if each is not None]
+    lifted = frame.lift(tangents, 0.0) if len(tangents) == 2 else None
+    return Spline(fit_points_to_cad_cv(frame.lift([tuple(point) for point in edge.fit_points]), lifted))
+
+
+# ----------------------------------------------------------------- wide lines
+
+Vertex: TypeAlias = tuple[float, float, float, float, float]
+"""``x, y``, the widths at the start and at the end of the next segment, and its bulge."""
+
+
+def _wide_line(vertices: Sequence[Vertex], closed: bool, frame: _Frame) -> Shape:
+    if not any(any(vertex[2:]) for vertex in vertices):
+        return Shape([[Straight(frame.lift([vertex[:2] for vertex in vertices]))]], closed)
+    following = pairwise([*vertices, vertices[0]] if closed else vertices)
+    segments = [_Segment(first, last) for first, last in following if first[:2] != last[:2]]
+    middle = [segment.edge(0, frame) for segment in segments]
+    if not any(any(vertex[2:4]) for vertex in vertices):
+        return Shape([middle], closed)
+    bands = [(segment.edge(1, frame), segment.edge(-1, frame)) for segment in segments]
+    joints = pairwise([*segments, segments[0]] if closed else segments)
+    faces = [frame.lift(corner) for first, last in joints for corner in _mitre(first, last)]
+    return Shape([middle], closed, bands, faces=faces)
+
+
+class _Segment:
+    """A segment of a wide line, straight or an arc; ``headings`` are unit vectors along it at its two ends."""
+
+    def __init__(self, first: Vertex, last: Vertex) -> None:
+        self.ends = np.array([first[:2], last[:2]], dtype=float)
+        self.halves, self.sweep = (first[2] / 2, first[3] / 2), 4 * math.atan(first[4])
+        chord = self.ends[1] - self.ends[0]
+        length = float(np.hypot(*chord))
+        self.headings = [_turned(chord / length, turn) for turn in (-self.sweep / 2, self.sweep / 2)]
+        self.radius = length / 2 / abs(math.sin(self.sweep / 2)) if self.sweep else math.inf
+
+    def edge(self, side: int, frame: _Frame) -> Edge:
+        """The edge to the left (1) or to the right (-1), or the middle (0)."""
+        if not self.sweep:
+            return Straight(frame.lift([self.corner(side, at) for at in (0, 1)]))
+        inwards = math.copysign(1.0, self.sweep)
+        outwards = -inwards * _turned(self.headings[0], math.pi / 2)
+        centre, start = self.ends[0] - self.radius * outwards, math.atan2(outwards[1], outwards[0])
+        first, last = (1 - side * inwards * half / self.radius for half in self.halves)
+        return frame.arc(frame.lift(centre), self.radius, start, self.sweep, (first, last))
+
+    def corner(self, side: int, at: int) -> Points:
+        """The end of an edge at the start (0) or at the end (1)."""
+        corner: Points = self.ends[at] + side * self.halves[at] * _turned(self.headings[at], math.pi / 2)
+        return corner
+
+    def slope(self, side: int, at: int) -> Points:
+        """Direction of an edge at one of its ends."""
+        return self.headings[at] if self.sweep else self.corner(side, 1) - self.corner(side, 0)
+
+
+def _turned(vector: Points, angle: float) -> Points:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
+
+
+def _cross(first: Points, last: Points) -> float:
+    return float(first[0] * last[1] - first[1] * last[0])
+
+
+def _mitre(first: _Segment, last: _Segment) -> Iterator[list[Points]]:
+    """The wedge on the outer side of a corner, up to where the edges of both segments meet."""
+    turn = _cross(first.headings[1], last.headings[0])
+    if not turn or not (first.halves[1] or last.halves[0]):
+        return
+    side, middle = (-1 if turn > 0 else 1), last.ends[0]
+    corners = first.corner(side, 1), last.corner(side, 0)
+    slopes = first.slope(side, 1), last.slope(side, 0)
+    across = _cross(*slopes)
+    steps = [_cross(corners[1] - corners[0], slope) / across for slope in slopes[::-1]] if across else []
+    reach = MITRE * max(first.halves[1], last.halves[0])
+    tip = corners[0] + steps[0] * slopes[0] if steps and steps[0] > 0 > steps[1] else middle
+    meets = tip is not middle and float(np.hypot(*(tip - middle))) <= reach
+    yield [middle, corners[0], *([tip] if meets else []), corners[1]]
+
+
+READ: dict[str, Callable[[Any], Shape]] = {
+    "ARC": _arc,
+    "CIRCLE": _circle,
+    "ELLIPSE": _ellipse,
+    **dict.fromkeys(("HATCH", "MPOLYGON"), _hatch),
+    **dict.fromkeys(("SPLINE", "HELIX"), _spline),
+    "LINE": _line,
+    "LWPOLYLINE": _light_polyline,
+    "MESH": _mesh,
+    "MLINE": _multiline,
+    "POLYLINE": _polyline,
+    **dict.fromkeys(("SOLID", "TRACE", "3DFACE"), _quadrilateral),
+}
+"""Kinds of entities that are read, each with the function that makes its shape."""
