@@ -1,0 +1,71 @@
+"""Summary of a file of places: the number of features read, what was left out and why, and the extents."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import TypeAlias
+
+from missionc.base.late_dataclass import dataclass
+from missionc.maps.feature import Area, Circle, Feature, Place
+
+Extents: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
+"""``(x, y)`` of the lower left and of the upper right corner, metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """Parts of a file that make no place.
+
+    Args:
+        kind: the file's own word for them, such as ``TEXT`` or ``LineString``.
+        reason: a phrase for the reader, such as ``not an area``.
+    """
+
+    kind: str
+    reason: str
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReadSummary:
+    """``count`` is the number of features read; ``extents`` is None if there are none."""
+
+    count: int
+    left_out: tuple[LeftOut, ...]
+    extents: Extents | None
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Features of a file, and what the reader left out."""
+
+    features: list[Feature]
+    left_out: tuple[LeftOut, ...] = ()
+
+    def summary(self) -> ReadSummary:
+        return ReadSummary(len(self.features), self.left_out, extents(self.features))
+
+
+def count_left_out(parts: Iterable[tuple[str, str]]) -> tuple[LeftOut, ...]:
+    """Counts of equal ``(kind, reason)``, in alphabetical order."""
+    return tuple(LeftOut(kind, reason, count) for (kind, reason), count in sorted(Counter(parts).items()))
+
+
+def extents(features: Iterable[Feature]) -> Extents | None:
+    """Smallest rectangle along the axes that contains all features; None if there are none."""
+    points = [point for feature in features for point in _outermost(feature.shape)]
+    if not points:
+        return None
+    xs, ys = zip(*points, strict=True)
+    return (min(xs), min(ys)), (max(xs), max(ys))
+
+
+def _outermost(shape: Area | Circle | Place) -> list[tuple[float, float]]:
+    match shape:
+        case Area(polygons):
+            return [corner for outer, *_ in polygons for corner in outer]
+        case Circle((x, y), radius):
+            return [(x - radius, y - radius), (x + radius, y + radius)]
+        case Place(position):
+            return [(position[0], position[1])]
