@@ -21,6 +21,7 @@ import shapely
 from missionc.base.source import Source
 from missionc.maps.feature import Area, Asked, Circle, Feature, MapError, Place, too_many, unreadable, unsaid, unusable
 from missionc.maps.libraries import library
+from missionc.maps.read_summary import Reading
 
 METRES = {1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 8: 2.54e-8, 9: 2.54e-5, 10: 0.9144}
 """Metres in a unit of a drawing, by the number that ``$INSUNITS`` gives it; 0 is none."""
@@ -32,7 +33,7 @@ OUTLINES = ("LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE", "HATCH", "SOLID", "LI
 WRITE = "write the drawing as DXF once more, as text"
 
 
-def drawing(asked: Asked) -> list[Feature]:
+def drawing(asked: Asked) -> Reading:
     """Raises:
     MapError: it is no drawing, or something in its layers is no place.
     """
@@ -47,7 +48,7 @@ def drawing(asked: Asked) -> list[Feature]:
         if layer not in known:
             listed = ", ".join(f"`{name}`" for name in sorted(known)[:10])
             raise unsaid(f"`{source.name}` has no layer `{layer[:80]}`", asked.span, f"its layers are {listed}")
-    return _Drawing(asked, source, unit).read(document)
+    return Reading(_Drawing(asked, source, unit).read(document))
 
 
 def _document(source: Source, asked: Asked) -> Any:
