@@ -2,8 +2,8 @@
 
     in   Mission, its Kernel
     out  nothing but findings
-    says MC221 MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC531 MC541 MC731
-         MC542 MC543
+    says MC037 MC221 MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC531 MC541
+         MC731 MC542 MC543 MC558
 
 Only what no plan can mend is an error: whatever is said to be out of reach or
 without room is so by an outer bound.
@@ -15,6 +15,7 @@ from missionc.checks.check_goals import check_goals
 from missionc.checks.check_graphs import check_graphs
 from missionc.checks.check_lanes import check_lanes
 from missionc.checks.check_pads import check_pads
+from missionc.checks.check_places import check_places
 from missionc.checks.check_resources import check_resources
 from missionc.checks.check_starts import check_starts
 from missionc.checks.check_tracking import check_tracking
@@ -36,8 +37,11 @@ def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = Non
     if mission.world.flat:
         return [_flat_world(mission)]
     ground = ground or FreeSpace.of(mission)
+    entered = _entered(mission, kernel)
+    outside, misplaced = check_places(mission, kernel, entered)
     found = [
-        *_check_regions(mission, kernel, ground),
+        *outside,
+        *_check_regions(mission, ground, entered - misplaced),
         *check_graphs(mission),
         *check_starts(mission, ground),
         *check_goals(mission, kernel, ground),
@@ -50,9 +54,8 @@ def check_world(mission: Mission, kernel: Kernel, ground: FreeSpace | None = Non
     return in_text_order(found if has_errors(found) else [*found, *check_flown_speeds(mission, kernel)])
 
 
-def _check_regions(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
+def _check_regions(mission: Mission, ground: FreeSpace, entered: set[str]) -> list[Diagnostic]:
     findings = []
-    entered = _entered(mission, kernel)
     for region in mission.regions:
         match ground.lies(region.shape):
             case Lies.NOWHERE:

@@ -11,6 +11,7 @@ from missionc.base.units import Seconds
 from missionc.ir import PLAIN, Mission
 from missionc.ir.wording import listed
 from missionc.output.folder.file_names import REPORT
+from missionc.resolve.show_files import file_lines
 
 if TYPE_CHECKING:
     from missionc.backends.api import Report
@@ -35,6 +36,7 @@ def plan_lines(verified: Verified, mission: Mission, seconds: Seconds, output: s
     return [
         f"{plan.mission}: verified in {seconds:.1f} s: {counted(len(mission.agents), 'agent')} for "
         f"{mission.horizon:g} s, planned by {plan.backend}, seed {plan.seed}",
+        *_files(mission),
         *worst_margins(plan.judgements, certificate),
         *([f"  {plan.proven}"] if plan.proven else []),
         *warning_lines(certificate),
@@ -43,6 +45,13 @@ def plan_lines(verified: Verified, mission: Mission, seconds: Seconds, output: s
         *_floor_to_floor(certificate),
         *([f"  {Path(output) / REPORT} plays it"] if output else []),
     ]
+
+
+def _files(mission: Mission) -> list[str]:
+    """A line for each of the first files that the mission reads, and one for all others."""
+    lines = [f"  {line}" for line in file_lines(mission)]
+    more = len(lines) - MOST_WARNED
+    return lines if more <= 1 else [*lines[:MOST_WARNED], f"  {more} more files, with -v"]
 
 
 def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> list[str]:

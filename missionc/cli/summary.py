@@ -16,6 +16,7 @@ from missionc.ir import FIGURES, Band, Vehicle
 from missionc.pipeline.relax.advice import explained_document, explained_lines
 from missionc.pipeline.results import Compiled, Monitored, Refused, Verified
 from missionc.resolve.resolve_quantities import SI
+from missionc.resolve.show_files import file_lines, file_records
 from missionc.resolve.show_vehicle import figures_of
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def compiled_lines(compiled: Compiled, output: str, seconds: Seconds, verbose: b
     outcome = compiled.outcome
     if mission is None:
         return []
-    written = [f"written to {output}", *(file_lines(compiled.files) if verbose else [])] if output else []
+    written = [f"written to {output}", *(folder_lines(compiled.files) if verbose else [])] if output else []
     if isinstance(outcome, Impossible | NotFound):
         best = outcome.best if isinstance(outcome, NotFound) else None
         candidate = attempt_lines(mission.name, best, mission.step) if best and verbose else []
@@ -50,6 +51,7 @@ def compiled_lines(compiled: Compiled, output: str, seconds: Seconds, verbose: b
     alternatives = alternative_lines([each.row for each in compiled.alternatives])
     return [
         *plan_summary.plan_lines(outcome, mission, seconds, output),
+        *(["files", *(f"  {line}" for line in file_lines(mission))] if verbose and mission.files else []),
         *(_details(outcome, mission.step) if verbose else []),
         *alternatives,
         *(written if verbose else []),
@@ -152,7 +154,7 @@ def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
     return [f"tolerated delay: {much} of {who}, everybody else on time{why}"]
 
 
-def file_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
+def folder_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
     """The files of a folder, those in one subfolder on one line."""
     names: dict[str, list[str]] = {}
     for path, _ in files:
@@ -166,7 +168,7 @@ def file_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
 
 def exported_lines(output: str, files: tuple[tuple[str, bytes], ...], notes: list[str]) -> list[str]:
     """Where a flight was exported to."""
-    return [*(f"note: {note}" for note in notes), f"written to {output}", *file_lines(files)]
+    return [*(f"note: {note}" for note in notes), f"written to {output}", *folder_lines(files)]
 
 
 def timing_lines(seconds: tuple[tuple[str, Seconds], ...]) -> list[str]:
@@ -183,6 +185,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         "output": output or None,
         "backend": _engine(compiled),
         "tried": [] if isinstance(outcome, Refused) else [each.as_record() for each in outcome.report.tried],
+        "places": file_records(compiled.checked.mission) if compiled.checked.mission else [],
         "requirements": [],
         "timings": _sums(compiled.seconds),
     }

@@ -51,6 +51,8 @@ LANE_ATTRIBUTE = Code("MC032", "an attribute that is not one of a roadmap")
 MAP_UNREADABLE = Code("MC033", "a file of places that cannot be read")
 MAP_FEATURE = Code("MC034", "a part of a file that makes no place")
 MAP_OPTION = Code("MC035", "what a file needs to be said of it")
+FILE_OUTSIDE_WORLD = Code("MC037", "a file whose places all lie outside the world")
+MAP_LEFT_OUT = Code("MC038", "parts of a file that are left out", warning=True)
 
 # 1xx: names
 UNKNOWN_NAME = Code("MC101", "no such name")
@@ -137,6 +139,7 @@ RESTLESS = Code("MC553", "a stay that the lowest speed forbids", about_planning=
 CROWDED = Code("MC554", "more agents than a region has room for", about_planning=True)
 NO_FIT = Code("MC555", "a formation that fits nowhere", about_planning=True)
 STUCK = Code("MC556", "a formation that fits through no passage", about_planning=True)
+PLACE_OUTSIDE_WORLD = Code("MC558", "a place outside the world", warning=True)
 DEAD_BRANCH = Code("MC557", "an alternative that can never hold", warning=True)
 
 # 6xx: outcome of planning

@@ -35,7 +35,7 @@ from missionc.ir.formulas import (
 from missionc.ir.lanes import Lane, LaneNode, Lanes
 from missionc.ir.mission import Connectivity, Mission, Objective, Preference, Requirement, SolveWith, Spacing, Tolerance
 from missionc.ir.pads import PAD_FIGURES, Pad
-from missionc.ir.places import Beacon, Obstacle, Path, Region, Still, World
+from missionc.ir.places import Beacon, Obstacle, Path, PlacesFile, Region, Still, World
 from missionc.ir.predicates import (
     Altitude,
     Compare,
@@ -116,6 +116,7 @@ __all__ = [
     "Path",
     "Period",
     "Place",
+    "PlacesFile",
     "Polygon",
     "Predicate",
     "Preference",

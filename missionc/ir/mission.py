@@ -14,7 +14,7 @@ from missionc.ir.agents import Agent, AgentSet
 from missionc.ir.couplings import Formation, Graph
 from missionc.ir.formulas import Formula
 from missionc.ir.lanes import Lanes
-from missionc.ir.places import Beacon, Obstacle, Region, World
+from missionc.ir.places import Beacon, Obstacle, PlacesFile, Region, World
 from missionc.ir.resources import Flag, Resource
 from missionc.ir.shapes import Vector
 
@@ -129,6 +129,7 @@ class Mission:
     resources: tuple[Resource, ...] = ()
     flags: tuple[Flag, ...] = ()
     tolerances: tuple[Tolerance, ...] = ()
+    files: tuple[PlacesFile, ...] = ()
     drift: tuple[Metres, ...] = ()
     """What each agent may be off by, beside its tracking margin, for it starts a little before others or after them.
     Of missions that are planned for (``lower.tighten``); of all others nobody's is known."""

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Seconds
 from missionc.ir.shapes import Shape, Vector
+
+if TYPE_CHECKING:  # few missions read files
+    from missionc.maps.feature import Asked
+    from missionc.maps.read_summary import ReadSummary
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,3 +84,21 @@ class Beacon:
     name: str
     position: Vector
     span: Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacesFile:
+    """Places that one declaration takes from a file.
+
+    Args:
+        path: as the mission has it.
+        kind: ``obstacle``, ``region``, ``beacon`` or ``point``.
+        names: of the places; none of points.
+        asked: the settings of the declaration; None for points.
+    """
+
+    path: str
+    kind: str
+    summary: ReadSummary
+    names: frozenset[str] = frozenset()
+    asked: Asked | None = None

@@ -18,6 +18,7 @@ from missionc.resolve.context import Context
 from missionc.resolve.names import collect
 from missionc.resolve.resolve_parameters import resolve_parameters
 from missionc.resolve.resolve_quantities import POWERS, SI, is_reported, shown
+from missionc.resolve.show_files import file_lines
 from missionc.resolve.show_vehicle import show_vehicle
 from missionc.syntax import ast
 from missionc.syntax.passages import passages
@@ -35,7 +36,7 @@ def hover(text: OpenText, position: types.Position) -> types.Hover | None:
     before, token = _token(text, offset)
     if token is None:
         return None
-    markdown = meaning(token, before)
+    markdown = _of_file(text.mission, token) or meaning(token, before)
     if token.word in ("require", "prefer") and (goal := _goal(text, offset)):
         markdown = f"{goal}\n\n---\n\n{markdown}"
     return _hover(text, markdown, token.span) if markdown else None
@@ -55,6 +56,12 @@ def _token(text: OpenText, offset: int) -> tuple[Token | None, Token | None]:
         if token.span.start <= offset < token.span.end or (token.span.end == offset and token.text[-1].isalnum()):
             return (tokens[number - 1] if number else None), token
     return None, None
+
+
+def _of_file(mission: Mission | None, token: Token) -> str:
+    """The summary of the file that a text in quotes names; empty for anything else."""
+    lines = file_lines(mission) if mission and token.text.startswith('"') else []
+    return "\n".join(f"- {line}" for line in lines if line.startswith(f"{token.text[1:-1]}: "))
 
 
 def _of_name(text: OpenText, name: Name) -> str:

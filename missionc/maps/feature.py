@@ -59,6 +59,7 @@ class Asked:
         within: metres that a polygon may stray from occupied cells; None for half a cell.
         layers: of a drawing; none for all.
         unknown_free: whether a cell of which nothing is known is free.
+        plane: whether the world is a plane, so that no heights are read.
     """
 
     kind: str
@@ -72,6 +73,7 @@ class Asked:
     within: float | None = None
     layers: tuple[str, ...] = ()
     unknown_free: bool = False
+    plane: bool = False
 
 
 class MapError(Exception):

@@ -10,13 +10,15 @@ import math
 
 from missionc.maps.feature import Area, Asked, Circle, Feature, Place
 from missionc.maps.geojson import KINDS
+from missionc.maps.read_summary import Reading, count_left_out
 from missionc.maps.table import Row, read_table
 
 COLUMNS = ("name", "kind", "x", "y", "z", "radius", "width", "depth", "angle", "low", "high")
+HEIGHT = {"low", "high"}
 
 
-def feature_table(asked: Asked) -> list[Feature]:
-    """The rows of the kind that is asked for, and those that have none.
+def feature_table(asked: Asked) -> Reading:
+    """Read the rows of the kind that is asked for, and those that state no kind.
 
     Raises:
         MapError: it is no such table, or a row of it makes no place.
@@ -26,14 +28,16 @@ def feature_table(asked: Asked) -> list[Feature]:
         if row.cells.get("kind", asked.kind) not in KINDS:
             known = ", ".join(f"`{each}`" for each in KINDS)
             raise row.wrong(f"`{row.cells['kind'][:40]}` is no kind of place", f"the kinds are {known}")
-    return [_feature(row, asked) for row in rows if row.cells.get("kind", asked.kind) == asked.kind]
+    read = [row for row in rows if row.cells.get("kind", asked.kind) == asked.kind]
+    flattened = [("height", "the world is a plane") for row in read if asked.plane and HEIGHT & row.cells.keys()]
+    return Reading([_feature(row, asked) for row in read], count_left_out(flattened))
 
 
 def _feature(row: Row, asked: Asked) -> Feature:
     unit, name = asked.unit or 1.0, row.cells.get("name", "")
     x, y = (place + unit * value for place, value in zip(asked.at, row.numbers("x", "y"), strict=True))
     height = None
-    if "low" in row.cells or "high" in row.cells:
+    if HEIGHT & row.cells.keys() and not asked.plane:
         height = row.number("low") * unit, row.number("high") * unit
     begin = row.span.start + max(row.span.text.find(name), 0)
     named = type(row.span)(row.span.source, begin, begin + len(name)) if name else row.span

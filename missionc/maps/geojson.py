@@ -2,7 +2,7 @@
 
     in   the text, the kind of features that is asked for
     out  those features in metres
-    says MC004 MC033 MC034 MC035
+    says MC004 MC033 MC034 MC035 MC038
 
 ``name``, ``kind``, ``radius`` and ``height`` are read of the properties, and no others.
 
@@ -15,14 +15,17 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import shapely
 
 from missionc.base.late_dataclass import dataclass
+from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span
 from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.diagnostics.code import MAP_LEFT_OUT
+from missionc.diagnostics.model import Diagnostic, Label
 from missionc.maps.feature import (
     Area,
     Asked,
@@ -37,15 +40,23 @@ from missionc.maps.feature import (
     unusable,
 )
 from missionc.maps.local_frame import local_frame
+from missionc.maps.read_summary import Reading, count_left_out
 
 KINDS = ("obstacle", "region", "beacon")
+ALL = "FeatureCollection"
+GEOMETRIES = (
+    *("Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"),
+    "GeometryCollection",
+)
 COLLECTION = "give a `FeatureCollection`, as RFC 7946 has it"
 _FEATURES = re.compile(r'"features"\s*:\s*\[\s*')
+_WGS_84 = re.compile(r"CRS ?84|4326", re.IGNORECASE)
+"""Names of longitude and latitude on WGS 84."""
 _COMMA = re.compile(r"\s*,?\s*")
 
 
-def geojson(asked: Asked) -> list[Feature]:
-    """The features of the kind that is asked for, and those that have none.
+def geojson(asked: Asked) -> Reading:
+    """Read the features of the kind that is asked for, and those that state no kind.
 
     Raises:
         MapError: it is no GeoJSON, or something in it makes no place.
@@ -55,19 +66,37 @@ def geojson(asked: Asked) -> list[Feature]:
         root = parse_json(source.text)
     except NotJsonError as error:
         raise unreadable(source, error.reason, Span(source, error.place, error.place), COLLECTION) from None
-    listed = root.get("features") if isinstance(root, dict) and root.get("type") == "FeatureCollection" else None
+    form = root.get("type") if isinstance(root, dict) else None
+    if form in GEOMETRIES:
+        root = {"type": "Feature", "properties": {}, "geometry": root}
+    listed = [root] if form == "Feature" or form in GEOMETRIES else root.get("features") if form == ALL else None
     if not isinstance(listed, list):
         raise unreadable(source, "it is no `FeatureCollection`", Span(source, 0, 0), COLLECTION)
     if len(listed) > asked.limits.map_features:
         raise too_many(source, "features", "map_features", len(listed), asked.limits, asked.span)
-    spans = _spans(source, len(listed))
-    metres = _metres(asked, source)
-    made = [_Reader(asked, metres, span).read(feature) for feature, span in zip(listed, spans, strict=True)]
-    return [feature for feature in made if feature is not None]
+    metres = _metres(asked, source, root.get("crs"))
+    spans = _spans(source, len(listed)) if form == ALL else [Span(source, 0, len(source.text))]
+    left_out: list[_Part] = []
+    readers = [_Reader(asked, metres, span, left_out) for span in spans]
+    features = [each for reader, feature in zip(readers, listed, strict=True) for each in reader.read(feature)]
+    return Reading(
+        features, count_left_out((part.kind, part.reason) for part in left_out), tuple(_warnings(source, left_out))
+    )
 
 
-def _metres(asked: Asked, source: Source) -> Callable[[float, float], tuple[float, float]]:
-    """What coordinates of the file are in the mission's metres."""
+def _metres(asked: Asked, source: Source, system: object) -> Callable[[float, float], tuple[float, float]]:
+    """Return the function from coordinates of the file to the mission's metres.
+
+    Args:
+        system: the member `crs` of files older than RFC 7946.
+    """
+    named = json.dumps(system) if system else ""
+    if asked.origin is not None and named and not _WGS_84.search(named):
+        raise unsaid(
+            f"the coordinates in `{source.name}` are not longitude and latitude: its `crs` is {named[:80]}",
+            asked.span,
+            "convert the file to WGS 84, or write `unit 1 m` in place of `origin`",
+        )
     if asked.origin is not None and asked.unit is not None:
         raise unsaid("coordinates are longitude and latitude, or have a unit of length; both are said", asked.span,
                      "leave `origin` or `unit` out")  # fmt: skip
@@ -106,52 +135,119 @@ def _spans(source: Source, count: int) -> list[Span]:
 
 
 @dataclass(frozen=True, slots=True)
+class _Part:
+    """A part of a file that makes no place; ``help`` is empty if another declaration may read it."""
+
+    kind: str
+    reason: str
+    span: Span
+    help: str
+
+
+def _warnings(source: Source, left_out: list[_Part]) -> Iterator[Diagnostic]:
+    """A finding for each kind of part, at the first one."""
+    kinds: dict[tuple[str, str], list[_Part]] = {}
+    for part in left_out:
+        if part.help:
+            kinds.setdefault((part.kind, part.reason), []).append(part)
+    for (kind, reason), (first, *others) in kinds.items():
+        says = f"`{source.name}`: left out {1 + len(others)} `{kind}`: {reason}"
+        yield Diagnostic(MAP_LEFT_OUT, says, Label(first.span), help=first.help)
+
+
+@dataclass(frozen=True, slots=True)
 class _Reader:
-    """Reads one feature, which is at ``span``."""
+    """Reads one feature, which is at ``span``; adds the parts that make no place to ``left_out``."""
 
     asked: Asked
     metres: Callable[[float, float], tuple[float, float]]
     span: Span
+    left_out: list[_Part]
 
-    def read(self, feature: object) -> Feature | None:
-        """The feature; None where it is of another kind."""
+    def read(self, feature: object) -> Iterator[Feature]:
+        """The places of the feature; none if it is of another kind."""
         record = feature if isinstance(feature, dict) else {}
-        properties, geometry = record.get("properties") or {}, record.get("geometry")
-        if record.get("type") != "Feature" or not isinstance(properties, dict) or not isinstance(geometry, dict):
+        properties = record.get("properties") or {}
+        if record.get("type") != "Feature" or not isinstance(properties, dict):
+            raise self.wrong("this is no `Feature`")
+        kind, name, geometry = properties.get("kind"), properties.get("name"), record.get("geometry")
+        if geometry is not None and not isinstance(geometry, dict):
             raise self.wrong("this is no `Feature` with a geometry")
-        kind, name = properties.get("kind"), properties.get("name")
+        form = str(geometry.get("type", "Feature"))[:40] if geometry else "Feature"
         if kind not in (None, *KINDS):
             known = ", ".join(f"`{each}`" for each in KINDS)
-            raise self.wrong(f"`{str(kind)[:40]}` is no kind of place", f"the kinds are {known}")
+            self.leave_out(form, f"its `kind` is {_json(kind)}", f"call it one of {known}, or leave `kind` out")
         if kind not in (None, self.asked.kind):
-            return None
+            return
         if name is not None and not isinstance(name, str):
             raise self.wrong("a name is a text")
-        shape = self.shape(geometry, properties)
-        return Feature(name or "", shape, self.head(), self.named(name), self.height(properties)) if shape else None
+        shapes = list(self.shapes(geometry, properties))
+        height = self.height(properties) if shapes else None
+        for shape in shapes:
+            yield Feature(name or "", shape, self.head(), self.named(name), height)
 
-    def shape(self, geometry: dict[str, Any], properties: dict[str, Any]) -> Area | Circle | Place | None:
-        """None where this geometry is none of what is asked for, and the feature says no kind."""
-        kind, inside = geometry.get("type"), geometry.get("coordinates")
-        point, beacons, said = kind == "Point", self.asked.kind == "beacon", "kind" in properties
-        if kind not in ("Point", "Polygon", "MultiPolygon"):
-            raise self.wrong(f"`{str(kind)[:40]}` is no polygon and no point", "leave it out, or make it a polygon")
-        if point != beacons and not (point and "radius" in properties):
-            if not said:
-                return None
-            wanted = "a beacon is a point" if beacons else "a point makes an area with a `radius`, in metres"
-            raise self.wrong(f"{wanted}; this is a `{kind}`", "change its geometry or its `kind`")
-        if point and beacons:
-            return Place((*self.position(inside), *self.altitude(inside)))
-        if point:
-            radius = self.number(properties["radius"])
+    def shapes(self, geometry: dict[str, Any] | None, properties: dict[str, Any]) -> Iterator[Area | Circle | Place]:
+        """A place for each point, and one for all polygons."""
+        polygons: list[tuple[Corners, ...]] = []
+        waiting: list[Any] = [geometry]
+        while waiting:
+            part = waiting.pop()
+            form = part.get("type") if isinstance(part, dict) else None
+            inside = part.get("geometries" if form == "GeometryCollection" else "coordinates") if form else None
+            if part is None or inside == []:
+                self.no_place("Feature", "its geometry is empty", properties)
+            elif form not in GEOMETRIES:
+                raise self.wrong(f"{_json(form)} is no kind of geometry")
+            elif form == "GeometryCollection":
+                waiting += reversed(self.listed(inside))
+            elif form in ("Point", "MultiPoint"):
+                for position in [inside] if form == "Point" else self.listed(inside):
+                    yield from self.point(position, properties)
+            elif form not in ("Polygon", "MultiPolygon"):
+                self.no_place(form, "no polygon and no point", properties)
+            elif self.asked.kind == "beacon":
+                self.no_place(form, "a beacon is a point", properties, another=True)
+            else:
+                parts = self.listed(inside) if form == "MultiPolygon" else [inside]
+                polygons += [self.polygon(each) for each in parts]
+        if polygons:
+            yield Area(tuple(polygons))
+
+    def point(self, position: object, properties: dict[str, Any]) -> Iterator[Circle | Place]:
+        if self.asked.kind == "beacon":
+            yield Place((*self.position(position), *self.altitude(position)))
+            return
+        sizes = {key.lower(): key for key in properties}
+        if "radius" in sizes:
+            radius = self.number(properties[sizes["radius"]])
             if radius <= 0:
                 raise self.wrong("a radius is more than 0")
-            return Circle(self.position(inside), radius)
-        parts = inside if kind == "MultiPolygon" else [inside]
-        if not isinstance(parts, list) or not parts:
+            yield Circle(self.position(position), radius)
+            return
+        near = next((key for key in sizes if "radius" in key or "diameter" in key), "")
+        reason = "a point makes an area with a `radius`, in metres" + (f"; it has `{sizes[near][:40]}`" if near else "")
+        self.no_place("Point", reason, properties, another=not near)
+
+    def no_place(self, form: str, reason: str, properties: dict[str, Any], *, another: bool = False) -> None:
+        """Leave out a geometry of which no place can be made; an error if the feature states its kind.
+
+        Args:
+            another: whether it makes a place of another kind.
+        """
+        way_out = (
+            "give it a `radius`, in metres" if form == "Point" else "make it a polygon, or delete it from the file"
+        )
+        if "kind" in properties:
+            raise self.wrong(f"`{form}`: {reason}", f"{way_out}, or change its `kind`")
+        self.leave_out(form, reason, "" if another else way_out)
+
+    def leave_out(self, kind: str, reason: str, way_out: str) -> None:
+        self.left_out.append(_Part(kind, reason, self.head(), way_out))
+
+    def listed(self, value: object) -> list[Any]:
+        if not isinstance(value, list):
             raise self.wrong("it has no coordinates")
-        return Area(tuple(self.polygon(part) for part in parts))
+        return value
 
     def polygon(self, rings: object) -> tuple[Corners, ...]:
         if not isinstance(rings, list) or not rings:
@@ -183,22 +279,32 @@ class _Reader:
         return x, y
 
     def altitude(self, position: object) -> tuple[float, ...]:
-        return (self.number(position[2]),) if isinstance(position, list) and len(position) == 3 else ()
+        if not isinstance(position, list) or len(position) != 3:
+            return ()
+        return () if self.flat("altitude") else (self.number(position[2]),)
 
     def height(self, properties: dict[str, Any]) -> tuple[float, float] | None:
         """``height``: metres from the ground, or a list of the lower and the upper end."""
         value = properties.get("height")
-        if value is None:
+        if value is None or self.flat("height"):
             return None
         low, high = value if isinstance(value, list) and len(value) == 2 else (0.0, value)
         return self.number(low), self.number(high)
 
+    def flat(self, what: str) -> bool:
+        """Whether heights are left out."""
+        if self.asked.plane:
+            self.leave_out(what, "the world is a plane", "")
+        return self.asked.plane
+
     def number(self, value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise self.wrong(f"`{str(value)[:40]}` is no number")
-        if abs(value) > self.asked.limits.magnitude:
-            raise self.wrong(f"`{str(value)[:40]}` is too large")
-        return float(value)
+        """The value of a JSON number, or of a text such as ``12 m``."""
+        number = plain_number(value.strip().removesuffix("m").rstrip()) if isinstance(value, str) else value
+        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+            raise self.wrong(f"{_json(value)} is no number")
+        if abs(number) > self.asked.limits.magnitude:
+            raise self.wrong(f"{_json(value)} is too large")
+        return float(number)
 
     def named(self, name: str | None) -> Span:
         """Where its name is written."""
@@ -215,3 +321,8 @@ class _Reader:
 
     def wrong(self, reason: str, way_out: str = "mend the file, or leave this out of it") -> MapError:
         return unusable(f"`{self.span.source.name}`: {reason}", self.head(), way_out)
+
+
+def _json(value: object) -> str:
+    """The beginning of a value as the file writes it."""
+    return f"`{json.dumps(value, ensure_ascii=False)[:40]}`"

@@ -8,7 +8,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from missionc.base.source import Source, Span
 from missionc.maps.libraries import library
@@ -25,11 +25,30 @@ def local_frame(origin: tuple[float, float], source: Source, asked: Span) -> Fra
     Raises:
         MapError: the library that knows the earth is not installed.
     """
-    pyproj = library("pyproj", "pyproj", source, asked)
-    projection = pyproj.Proj(proj="aeqd", lon_0=origin[0], lat_0=origin[1], ellps="WGS84")
+    projection = _projection(origin, source, asked)
 
     def metres(longitude: float, latitude: float) -> tuple[float, float]:
         east, north = projection(longitude, latitude)
         return float(east), float(north)
 
     return metres
+
+
+def geographic(origin: tuple[float, float], source: Source, asked: Span) -> Frame:
+    """The function from metres east and north to longitude and latitude: the inverse of ``local_frame``.
+
+    Raises:
+        MapError: as ``local_frame``.
+    """
+    projection = _projection(origin, source, asked)
+
+    def degrees(east: float, north: float) -> tuple[float, float]:
+        longitude, latitude = projection(east, north, inverse=True)
+        return float(longitude), float(latitude)
+
+    return degrees
+
+
+def _projection(origin: tuple[float, float], source: Source, asked: Span) -> Any:
+    pyproj = library("pyproj", "pyproj", source, asked)
+    return pyproj.Proj(proj="aeqd", lon_0=origin[0], lat_0=origin[1], ellps="WGS84")

@@ -12,6 +12,7 @@ import math
 from typing import Any
 
 from missionc.base.late_dataclass import dataclass
+from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span
 from missionc.maps.feature import MapError, unreadable
 from missionc.maps.libraries import library
@@ -27,8 +28,8 @@ WRITE = "write it as `map_saver` of ROS does"
 class MapMetadata:
     """What the cells of an image mean, and where they are.
 
-    ``origin`` is the pose of the lower left corner: metres, metres, radians. A cell is occupied where its darkness,
-    from 0 to 1, is above ``occupied``, and free where it is below ``free``; ``negate`` says that occupied is white.
+    ``origin`` is the pose of the lower left corner: metres, metres, radians. A cell is occupied if its darkness, from 0
+    to 1, is at least ``occupied``, and free if it is at most ``free``; ``negate`` means that white is occupied.
     """
 
     image: str
@@ -61,7 +62,13 @@ def read_metadata(source: Source, asked: Span) -> MapMetadata:
         raise unreadable(source, "it is nested too deep", whole, WRITE) from None
     if not isinstance(root, yaml.MappingNode):
         raise unreadable(source, "it is no list of keys and values", whole, WRITE)
-    return _Entries(source, whole, {key.value: value for key, value in root.value if isinstance(key.value, str)}).read()
+    entries = _Entries(source, whole, {})
+    for key, value in root.value:
+        if key.id == "scalar" and key.value in entries.nodes:
+            raise entries.wrong(key.value, f"`{key.value[:40]}` comes twice", "leave one of the two out")
+        if key.id == "scalar":
+            entries.nodes[key.value] = value
+    return entries.read()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,11 +79,10 @@ class _Entries:
 
     def read(self) -> MapMetadata:
         plain = MapMetadata("", 0.0)
-        resolution = self.number("resolution", self.text("resolution"))
+        resolution = self.number("resolution")
         if resolution <= 0:
             raise self.wrong("resolution", "the side of a cell, in metres, is more than 0")
-        occupied = self.number("occupied_thresh", self.text("occupied_thresh", str(plain.occupied)))
-        free = self.number("free_thresh", self.text("free_thresh", str(plain.free)))
+        occupied, free = self.number("occupied_thresh", plain.occupied), self.number("free_thresh", plain.free)
         if not 0 <= free <= occupied <= 1:
             raise self.wrong("free_thresh", "the thresholds are numbers from 0 to 1, and `free_thresh` the smaller one")
         mode = self.text("mode", plain.mode)
@@ -89,33 +95,42 @@ class _Entries:
 
     def origin(self) -> tuple[float, float, float]:
         node = self.nodes.get("origin")
-        values = [each.value for each in node.value] if node is not None and isinstance(node.value, list) else []
-        if len(values) not in (2, 3):
+        items = node.value if node is not None and node.id == "sequence" else []
+        if len(items) not in (2, 3):
             raise self.wrong("origin", "the origin of a map is `[x, y, yaw]`, in metres and radians")
-        x, y, yaw = (self.number("origin", value) for value in [*values, "0"][:3])
+        x, y = (self.number_at(item) for item in items[:2])
+        yaw = self.number_at(items[2], "write the yaw as `0.0` if the map is not turned") if len(items) == 3 else 0.0
         return x, y, yaw
 
     def text(self, key: str, default: str = "") -> str:
         node = self.nodes.get(key)
         if node is None and default:
             return default
-        if node is None or not isinstance(node.value, str) or not node.value:
+        if node is None or node.id != "scalar" or not node.value:
             raise self.wrong(key, f"a map needs `{key}`")
-        return node.value
+        return str(node.value)
 
-    def number(self, key: str, text: object) -> float:
-        try:
-            value = float(text) if isinstance(text, str) else math.nan
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise self.wrong(key, f"`{str(text)[:40]}` is no number")
+    def number(self, key: str, default: float | None = None) -> float:
+        node = self.nodes.get(key)
+        if node is None and default is not None:
+            return default
+        if node is None:
+            raise self.wrong(key, f"a map needs `{key}`")
+        return self.number_at(node)
+
+    def number_at(self, node: Any, way_out: str = "write a plain number") -> float:
+        value = plain_number(node.value) if node.id == "scalar" else math.nan
+        if math.isnan(value):
+            shown = f"`{node.value[:40]}`" if node.id == "scalar" else f"a {node.id}"
+            raise self.wrong_at(node, f"{shown} is no number", way_out)
         return value
 
-    def wrong(self, key: str, reason: str) -> MapError:
-        node = self.nodes.get(key)
-        place = self.whole if node is None else Span(self.source, node.start_mark.index, node.end_mark.index)
-        return unreadable(self.source, reason, _first_line(place), WRITE)
+    def wrong(self, key: str, reason: str, way_out: str = WRITE) -> MapError:
+        return self.wrong_at(self.nodes.get(key), reason, way_out)
+
+    def wrong_at(self, node: Any, reason: str, way_out: str) -> MapError:
+        span = self.whole if node is None else Span(self.source, node.start_mark.index, node.end_mark.index)
+        return unreadable(self.source, reason, _first_line(span), way_out)
 
 
 def _first_line(span: Span) -> Span:

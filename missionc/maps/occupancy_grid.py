@@ -2,7 +2,7 @@
 
     in   the image, its metadata, what the mission says of them
     out  a feature for each polygon
-    says MC004 MC033 MC034 MC035
+    says MC004 MC033 MC034 MC035 MC038
 
 An image is decoded only after its size was looked at, so that none grows beyond what a mission may hold.
 """
@@ -21,11 +21,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.figures import counted
 from missionc.base.source import Source
+from missionc.diagnostics.code import MAP_LEFT_OUT
+from missionc.diagnostics.model import Diagnostic, Label
 from missionc.maps.companions import IMAGES, ending
 from missionc.maps.feature import Area, Asked, Corners, Feature, too_many, unreadable, unsaid, unusable
 from missionc.maps.libraries import library
 from missionc.maps.map_metadata import MapMetadata, read_metadata
+from missionc.maps.read_summary import Reading, box
 from missionc.maps.vectorise import HALF_A_CELL, Cells, vectorise
 
 FORMS = ("PPM", "PNG", "BMP")
@@ -38,8 +42,12 @@ RAW = 100.0
 """The shade of a cell that is certainly occupied, where the shades are the map's own numbers."""
 
 
-def occupancy_grid(asked: Asked) -> list[Feature]:
-    """One feature for each polygon of occupied cells, from below and from the left.
+MAP_SAVER_UNKNOWN = 205
+"""The shade that ``map_saver`` of ROS writes for a cell of which nothing is known."""
+
+
+def occupancy_grid(asked: Asked) -> Reading:
+    """Read one feature for each polygon of occupied cells, from below and from the left.
 
     Raises:
         MapError: there is no such image, nothing in it, or too much.
@@ -54,7 +62,17 @@ def occupancy_grid(asked: Asked) -> list[Feature]:
     polygons = _vectorised(np.packbits(cells).tobytes(), cells.shape, stray, asked.limits.shape_parts)
     if len(polygons) > asked.limits.map_features:
         raise too_many(image, "obstacles", "map_features", len(polygons), asked.limits, asked.span)
-    return [Feature("", Area(((_placed(each, metadata, asked.at),),)), asked.span, asked.span) for each in polygons]
+    features = [Feature("", Area(((_placed(each, metadata, asked.at),),)), asked.span, asked.span) for each in polygons]
+    rows, columns = cells.shape
+    frame = box(_placed(((0, 0), (columns, 0), (columns, rows), (0, rows)), metadata, asked.at))
+    unknown = int(np.count_nonzero(known & (shades == MAP_SAVER_UNKNOWN)))
+    doubtful = unknown and metadata.mode != "raw" and not metadata.negate and not asked.unknown_free
+    if not doubtful or metadata.free < (255 - MAP_SAVER_UNKNOWN) / 255:
+        return Reading(features, frame=frame)
+    message = f"`{image.name}`: {counted(unknown, 'cell')} of shade {MAP_SAVER_UNKNOWN}, which `map_saver` writes for "
+    message += f"unknown, {'is' if unknown == 1 else 'are'} free, since `free_thresh` is {metadata.free:g}"
+    way_out = "write `free_thresh: 0.196`, or `unknown free` if nothing stands there"
+    return Reading(features, (), (Diagnostic(MAP_LEFT_OUT, message, Label(asked.span), help=way_out),), frame)
 
 
 def occupied_cells(
@@ -74,9 +92,9 @@ def occupied_cells(
         known = known & (shades <= RAW)
     else:
         darkness = shades / 255.0 if metadata.negate else (255.0 - shades) / 255.0
-    taken = known & (darkness > metadata.occupied)
+    taken = known & (darkness >= metadata.occupied)
     if not unknown_free:
-        taken |= ~(known & (darkness < metadata.free))
+        taken |= ~(known & (darkness <= metadata.free))
     cells: Cells = np.flipud(taken)
     return cells
 

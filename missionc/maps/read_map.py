@@ -1,7 +1,7 @@
 """The forms of files that places are read from, by the endings of their names.
 
 in   Asked
-out  features, or what is wrong with the file
+out  a reading, or the finding about the file
 says MC004 MC033 MC034 MC035 MC404
 """
 
@@ -13,8 +13,8 @@ from importlib import import_module
 from missionc.base.late_dataclass import dataclass
 from missionc.diagnostics.model import Diagnostic
 from missionc.maps.companions import ending
-from missionc.maps.feature import Asked, Feature, MapError, unreadable, unusable
-from missionc.maps.read_summary import Reading
+from missionc.maps.feature import Asked, MapError, too_many, unreadable, unusable
+from missionc.maps.read_summary import Reading, without
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,21 +38,26 @@ FORMS: dict[str, Form] = {
 }
 
 
-def read_map(asked: Asked) -> list[Feature] | Diagnostic:
-    """The features of a file, at least one; what is wrong with it where there is none."""
+def read_map(asked: Asked) -> Reading | Diagnostic:
+    """Read the features of a file, at least one; the finding about the file if there is none."""
     source = asked.sources[0]
     form = FORMS.get(ending(source.name))
     try:
         if form is None:
             endings = ", ".join(f"`{each}`" for each in FORMS)
             raise unreadable(source, "its ending is that of no form that is known", asked.span, f"known are {endings}")
-        module = import_module(f"missionc.maps.{form.module}")
-        read: Callable[[Asked], list[Feature] | Reading] = getattr(module, form.module)
+        read: Callable[[Asked], Reading] = getattr(import_module(f"missionc.maps.{form.module}"), form.module)
         reading = read(asked)
-        features = reading.features if isinstance(reading, Reading) else reading
-        if not features:
+        summary = reading.summary()
+        if summary.extents is None:
             way_out = "name another file, or say of its features what they are: `kind`"
-            raise unusable(f"`{source.name}` has no {asked.kind}", asked.span, way_out)
+            raise unusable(f"`{source.name}` has no {asked.kind}{without(summary.left_out)}", asked.span, way_out)
+        if summary.count > asked.limits.map_features:
+            raise too_many(source, "places", "map_features", summary.count, asked.limits, asked.span)
+        low, high = summary.extents
+        if not max(map(abs, (*low, *high))) <= asked.limits.magnitude:
+            far = f"`{source.name}` has places from ({low[0]:g}, {low[1]:g}) to ({high[0]:g}, {high[1]:g}) m"
+            raise unusable(f"{far}: that is too far away", asked.span, "check its unit, its origin and its resolution")
     except MapError as error:
         return error.finding
-    return features
+    return reading

@@ -7,10 +7,15 @@ from collections.abc import Iterable
 from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
+from missionc.diagnostics.model import Diagnostic
 from missionc.maps.feature import Area, Circle, Feature, Place
 
 Extents: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 """``(x, y)`` of the lower left and of the upper right corner, metres."""
+
+
+MOST_SHOWN = 4
+"""Kinds of parts left out that are listed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +43,20 @@ class ReadSummary:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """Features of a file, and what the reader left out."""
+    """Features of a file, and what the reader left out.
+
+    Args:
+        warnings: about parts that the author may have meant otherwise.
+        frame: of a map that reaches beyond its features.
+    """
 
     features: list[Feature]
     left_out: tuple[LeftOut, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
+    frame: Extents | None = None
 
     def summary(self) -> ReadSummary:
-        return ReadSummary(len(self.features), self.left_out, extents(self.features))
+        return ReadSummary(len(self.features), self.left_out, self.frame or extents(self.features))
 
 
 def count_left_out(parts: Iterable[tuple[str, str]]) -> tuple[LeftOut, ...]:
@@ -52,12 +64,24 @@ def count_left_out(parts: Iterable[tuple[str, str]]) -> tuple[LeftOut, ...]:
     return tuple(LeftOut(kind, reason, count) for (kind, reason), count in sorted(Counter(parts).items()))
 
 
+def without(left_out: tuple[LeftOut, ...]) -> str:
+    """``; left out: 2 LineString (no polygon and no point)``; empty if nothing was left out."""
+    says = ", ".join(f"{each.count} {each.kind} ({each.reason})" for each in left_out[:MOST_SHOWN])
+    more = f", and {len(left_out) - MOST_SHOWN} more kinds" if len(left_out) > MOST_SHOWN else ""
+    return f"; left out: {says}{more}" if left_out else ""
+
+
 def extents(features: Iterable[Feature]) -> Extents | None:
     """Smallest rectangle along the axes that contains all features; None if there are none."""
-    points = [point for feature in features for point in _outermost(feature.shape)]
-    if not points:
+    return box(point for feature in features for point in _outermost(feature.shape))
+
+
+def box(points: Iterable[tuple[float, ...]]) -> Extents | None:
+    """Smallest rectangle along the axes that contains all points, their heights left out; None if there are none."""
+    corners = [(point[0], point[1]) for point in points]
+    if not corners:
         return None
-    xs, ys = zip(*points, strict=True)
+    xs, ys = zip(*corners, strict=True)
     return (min(xs), min(ys)), (max(xs), max(ys))
 
 

@@ -11,11 +11,11 @@ Source:
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Iterator, Sequence
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
+from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span
 from missionc.diagnostics.suggest import nearest
 from missionc.maps.feature import MapError, too_many, unreadable, unusable
@@ -37,13 +37,10 @@ class Row:
         MapError: there is none.
         """
         text = self.cells.get(column, "")
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
+        value = plain_number(text)
         if not text:
             raise self.wrong(f"column `{column}` is empty here", "write a number in it")
-        if not math.isfinite(value) or abs(value) > self.limits.magnitude:
+        if not abs(value) <= self.limits.magnitude:
             raise self.wrong(f"`{text[:40]}` in column `{column}` is no number, or too large", "write a plain number")
         return value
 
@@ -63,9 +60,10 @@ def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequen
     Raises:
         MapError: it is no such table.
     """
-    if not source.text.strip():
-        raise unreadable(source, "it has no text in UTF-8", asked, "give a table of values with commas between them")
     lines = list(_lines(source))
+    if not lines:
+        reason = "it has no values" if source.text.strip() else "it has no text in UTF-8"
+        raise unreadable(source, reason, asked, "give a table of values with commas between them")
     header, *rows = lines
     names = [name.strip().lower() for name in header[1]]
     _check_header(source, header[0], names, known, needed)

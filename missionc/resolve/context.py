@@ -61,6 +61,7 @@ class Context:
     everyone: tuple[int, ...] = ()
     vehicle: ir.Vehicle = ir.PLAIN
     """The vehicle of teams that name none."""
+    files: list[ir.PlacesFile] = field(default_factory=list)
     members: int = 0
     edges: int = 0
 

@@ -1,7 +1,7 @@
 """Resolution of the files that a mission takes its places from: declarations as if they had been written.
 
     in   Program
-    out  Program with what the files hold in it, and what is wrong with them
+    out  Program with the places of the files in it, findings, and a summary of each file
     says MC013 MC034 MC035 MC206 MC210, and what ``maps`` says
 
 The declarations that name files stay beside what is made of them, so that what they mention counts as used. What is
@@ -12,12 +12,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import reduce
 from posixpath import basename, splitext
 from typing import TYPE_CHECKING
 
+from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.base.units import Dimension
@@ -45,18 +47,20 @@ UNKNOWN = ("free", "occupied")
 
 def with_places(
     program: ast.Program, overrides: Mapping[str, str], limits: Limits
-) -> tuple[ast.Program, list[Diagnostic]]:
-    """The program with the places of its files; the same program where it names none."""
+) -> tuple[ast.Program, list[Diagnostic], list[ir.PlacesFile]]:
+    """The program with the places of its files, and a summary of each; the same program if it names none."""
     if not any(named_files(each) for each in program.declarations):
-        return program, []
+        return program, [], []
     parameters = tuple(
         each for each in program.declarations if isinstance(each, ast.Param) and isinstance(each.name, ast.Name)
     )
     context = Context(collect(replace(program, declarations=parameters), []), limits, [])
     resolve_parameters(context, dict(overrides))
     context.findings.clear()  # said by whoever resolves the whole
+    worlds = [each for each in program.declarations if isinstance(each, ast.World)]
+    context.dimension = len(worlds[0].low.coordinates) if worlds else 0
     made = [each for declaration in program.declarations for each in _made(context, declaration)]
-    return replace(program, declarations=tuple(made)), context.findings
+    return replace(program, declarations=tuple(made)), context.findings, context.files
 
 
 def _made(context: Context, declaration: ast.Declaration) -> Iterator[ast.Declaration]:
@@ -108,11 +112,14 @@ def _rows(context: Context, file: ast.File, *, timed: bool = False) -> list[Poin
     if not file.sources:
         return []
     from missionc.maps.point_table import point_table  # few missions have one
+    from missionc.maps.read_summary import ReadSummary, box
 
     rows = point_table(file.sources[0], file.span, context.limits, timed=timed)
     if isinstance(rows, Diagnostic):
         context.findings.append(rows)
         return []
+    summary = ReadSummary(len(rows), (), box(row.position for row in rows))
+    context.files.append(ir.PlacesFile(file.path, "point", summary))
     return rows
 
 
@@ -170,6 +177,7 @@ def _asked(context: Context, node: ast.FromFile) -> Asked | None:
         lengths.get("within"),
         layers if isinstance(layers, tuple) else (),
         words == ("free",),
+        context.dimension == 2,
     )
 
 
@@ -216,20 +224,36 @@ def _origin(context: Context, point: ast.Point) -> tuple[float, float]:
 def _places(context: Context, node: ast.FromFile, asked: Asked) -> Iterator[ast.Declaration]:
     from missionc.maps.read_map import read_map
 
-    features = read_map(asked)
-    if isinstance(features, Diagnostic):
-        context.findings.append(features)
+    reading = read_map(asked)
+    if isinstance(reading, Diagnostic):
+        context.findings.append(reading)
         return
+    context.findings += reading.warnings
     prefix = next((words[0] for word, words in _words(node) if word == "named"), "")
     stem = prefix or _name(splitext(basename(node.file.path))[0])
-    nameless = 0
-    for feature in features:
-        nameless += not feature.name
-        text = f"{prefix}_{_name(feature.name)}" if prefix and feature.name else _name(feature.name)
-        name = ast.Name(feature.name_span, text if feature.name else f"{stem}_{nameless}")
-        if feature.name and (not nameable(name.text) or reserved(name.text)):
+    texts = _texts(reading.features, stem, f"{prefix}_" if prefix else "")
+    for feature, text in zip(reading.features, texts, strict=True):
+        if feature.name and (not nameable(text) or reserved(text)):
             _not_a_name(context, feature)
-        yield from _place(node, feature, name)
+        yield from _place(node, feature, ast.Name(feature.name_span, text))
+    kind = KINDS[node.kind]
+    context.files.append(ir.PlacesFile(node.file.path, kind, reading.summary(), frozenset(texts), asked))
+
+
+def _texts(features: list[Feature], stem: str, prefix: str) -> list[str]:
+    """The names of the features, each once: those without a name, and those of one name, are numbered."""
+    texts = [prefix + _name(feature.name) if feature.name else "" for feature in features]
+    counts = Counter(texts)
+    taken = {text for text in texts if counts[text] == 1 and text}
+    numbers: Counter[str] = Counter()
+    for at, text in enumerate(texts):
+        if counts[text] == 1 and text:
+            continue
+        while texts[at] == text or texts[at] in taken:
+            numbers[text] += 1
+            texts[at] = f"{text or stem}_{numbers[text]}"
+        taken.add(texts[at])
+    return texts
 
 
 def _words(node: ast.FromFile) -> Iterator[tuple[str, tuple[str, ...]]]:

@@ -57,7 +57,7 @@ def resolve(
         stretch: it lasts so many times as long as written.
         vehicle: what flies its teams that name none.
     """
-    program, findings = with_places(program, overrides, limits)
+    program, findings, files = with_places(program, overrides, limits)
     names = collect(program, findings)
     spelt_out = spell_out(program, names, overrides, limits, findings)
     if spelt_out is None:
@@ -117,6 +117,7 @@ def resolve(
         objective_span=None if minimize is None else minimize.span,
         time_span=time.span,
         tolerances=tolerances,
+        files=tuple(files),
         lets=tuple((text, let.formula) for text, let in context.lets.items()),
         resources=tuple(context.resources.values()),
         flags=tuple(context.flags.values()),

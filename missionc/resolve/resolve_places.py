@@ -51,7 +51,7 @@ class Places:
 def resolve_places(source: Source, declarations: Sequence[ast.Declaration], limits: Limits) -> Places | None:
     """Where everything stands; nothing where the world is not known, or has no room in it."""
     written = ast.Program(tuple(declarations), Span(source, 0, len(source.text)))
-    placed, _ = with_places(written, {}, limits)
+    placed, _, _ = with_places(written, {}, limits)
     program = spell_out(placed, collect(placed, []), {}, limits, []) or placed
     context = Context(collect(program, []), limits, [])
     resolve_parameters(context, {})

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import assert_never
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from missionc.base.trace import Array, Flags
-from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Shape, Union, Vector, World
+from missionc.ir import Shape, Vector, World
+from missionc.world.bounding_box import box_around
 from missionc.world.signed_distance import signed_distance
 
 Indices = NDArray[np.int64]
@@ -72,12 +71,6 @@ def bounds(shape: Shape, world: World) -> tuple[Vector, Vector]:
     return tuple(map(max, low, world.low)), tuple(map(min, high, world.high))
 
 
-def box_around(shape: Shape, dimension: int) -> tuple[Vector, Vector]:
-    """The corners of a box around a shape; infinite in height where the shape does not say its own."""
-    low, high = _bounds(shape)
-    return low + (-np.inf,) * (dimension - len(low)), high + (np.inf,) * (dimension - len(high))
-
-
 def packed(shape: Shape, world: World, pitch: float) -> Array:
     """The points of a shape on a square grid from the corner of the box around it: (points, dim), metres."""
     low, high = bounds(shape, world)
@@ -107,27 +100,3 @@ def far_apart(points: Array, count: int, others: Array) -> Indices:
         gap = np.minimum(gap, np.linalg.norm(points - points[chosen], axis=1))
         gap[chosen] = -1.0
     return np.array(taken, dtype=np.int64)
-
-
-def _bounds(shape: Shape) -> tuple[Vector, Vector]:
-    match shape:
-        case Box(low, high):
-            return low, high
-        case Disc(centre, radius, band):
-            low, high = tuple(x - radius for x in centre), tuple(x + radius for x in centre)
-            return (low, high) if band is None else ((*low, band.low), (*high, band.high))
-        case Ball(centre, radius):
-            return tuple(x - radius for x in centre), tuple(x + radius for x in centre)
-        case Polygon(corners, band):
-            low, high = tuple(map(min, *corners)), tuple(map(max, *corners))
-            return (low, high) if band is None else ((*low, band.low), (*high, band.high))
-        case Union(left, right):
-            (low, high), (other_low, other_high) = _bounds(left), _bounds(right)
-            return tuple(map(min, low, other_low)), tuple(map(max, high, other_high))
-        case Intersection(left, right):
-            (low, high), (other_low, other_high) = _bounds(left), _bounds(right)
-            return tuple(map(max, low, other_low)), tuple(map(min, high, other_high))
-        case Difference(left, _):
-            return _bounds(left)
-        case _:
-            assert_never(shape)

@@ -29,8 +29,8 @@ from missionc.ir import (
     Still,
     Union,
 )
+from missionc.world.bounding_box import box_around
 from missionc.world.displacement import displaced
-from missionc.world.sampling import box_around
 from missionc.world.signed_distance import signed_distance
 from tests.support.transport_missions import checked
 

@@ -14,6 +14,7 @@ from missionc.diagnostics.model import has_errors
 from missionc.diagnostics.render import counts
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.front_end import check
+from missionc.resolve.show_files import file_lines, file_records
 
 
 @click.command("check")
@@ -41,6 +42,11 @@ def command(
 
 def _answer(results: list[Checked], form: str) -> Status:
     findings = [finding for checked in results for finding in checked.findings]
-    lines = [f"{checked.file}: {counts(checked.findings)}" for checked in results]
-    say(findings, lines, form, {"files": [{"file": checked.file, "ok": checked.ok} for checked in results]})
+    lines, documents = [], []
+    for checked in results:
+        read = file_lines(checked.mission) if checked.mission else []
+        lines += [f"{checked.file}: {counts(checked.findings)}", *(f"  {line}" for line in read)]
+        places = file_records(checked.mission) if checked.mission else []
+        documents.append({"file": checked.file, "ok": checked.ok, "places": places})
+    say(findings, lines, form, {"files": documents})
     return Status.MISSION_ERRORS if has_errors(findings) else Status.DONE

@@ -20,9 +20,9 @@ from missionc.backends.clot.optimise.carved_boxes import carved
 from missionc.backends.clot.optimise.stacked_shapes import Lists, Stacked, lists
 from missionc.base.trace import Array
 from missionc.ir import Mission, Obstacle
+from missionc.world.bounding_box import box_around
 from missionc.world.displacement import displaced
 from missionc.world.outline import outlined
-from missionc.world.sampling import box_around
 from missionc.world.signed_distance import signed_distance
 
 CELLS = 64

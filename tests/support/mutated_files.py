@@ -1,0 +1,128 @@
+"""Files of places, points and lanes as chance would change them: metadata, GeoJSON, tables, GraphML."""
+
+from __future__ import annotations
+
+import json
+import random
+
+from tests.support.mapped_missions import YAML, picture
+from tests.support.mutated_texts import TOKEN, Mutation, double, drop, swap
+
+RING = [[5, 10], [7, 10], [7, 12], [5, 12], [5, 10]]
+SITE = {
+    "type": "FeatureCollection",
+    "features": [
+        {
+            "type": "Feature",
+            "properties": {"name": name, "kind": kind, "radius": 1, "height": 2},
+            "geometry": {"type": form, "coordinates": coordinates},
+        }
+        for name, kind, form, coordinates in (
+            ("tank", "obstacle", "Polygon", [RING]),
+            ("mast", None, "Point", [8, 2]),
+            ("pair", "region", "MultiPolygon", [[RING]]),
+            ("dots", None, "MultiPoint", [[16, 2], [18, 4]]),
+        )
+    ],
+}
+LANES = """<graphml xmlns="http://graphml.graphdrawing.org/xmlns">
+<key id="x" for="node" attr.name="x" attr.type="double"/><key id="y" for="node" attr.name="y" attr.type="double"/>
+<key id="v" for="edge" attr.name="speed" attr.type="double"><default>2</default></key>
+<graph edgedefault="undirected">
+<node id="a"><data key="x">1</data><data key="y">1</data></node>
+<node id="b"><data key="x">1</data><data key="y">5</data></node>
+<node id="c"><data key="x">1</data><data key="y">8</data></node>
+<node id="d"><data key="x">2</data><data key="y">9</data></node>
+<edge source="a" target="b"><data key="v">1</data></edge><edge source="b" target="c"/><edge source="c" target="d"/>
+</graph></graphml>
+"""
+FILES: dict[str, str | bytes] = {
+    "hall.pgm": picture("....", ".##.", "....", "?..."),
+    "hall.yaml": YAML,
+    "site.geojson": json.dumps(SITE, indent=1),
+    "rows.csv": "name,kind,x,y,radius,width,depth,angle\npost,obstacle,9,9,0.5,,,\nrack,obstacle,12,9,,4,2,90\n"
+    "mast,beacon,1,9,,,,\n",
+    "starts.csv": "x,y\n1,8\n2,9\n",
+    "lanes.graphml": LANES,
+}
+SAID = """obstacles from "hall.yaml"
+obstacles from "site.geojson" unit 1 m named s
+regions from "site.geojson" unit 1 m named r
+beacons from "site.geojson" unit 1 m named b
+obstacles from "rows.csv" named o
+beacons from "rows.csv" named m
+team pair[2] { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start from "starts.csv" }
+solve with smt { roadmap = "lanes.graphml" }
+"""
+"""What a mission says that reads all of them."""
+
+ODD = (
+    *(
+        "",
+        "null",
+        "true",
+        "[]",
+        "{}",
+        "[null]",
+        "{x: 1}",
+        '{"x": 1}',
+        '""',
+        ",,,\n",
+        ",",
+        ";",
+        "\t",
+        "\n\n",
+        "\0",
+        "\ufeff",
+    ),
+    *("nan", "-nan", ".inf", "1e400", "-1", "0", "1_0", "0x10", "\u0661", "9" * 30, "1,5", "12 m", "[[[1]]]", "é", "𝄞"),
+    *(
+        "&a [*a]",
+        "!!python/name:os.system",
+        "<<: {a: 1}",
+        "? [a]: b",
+        "- 1",
+        "|",
+        "&lt;",
+        "<node/>",
+        "<!DOCTYPE a>",
+        "]]>",
+    ),
+    *('"LineString"', '"GeometryCollection"', '"kind"', "'", '"', "\\", "\\ud800", "radius", "height"),
+)
+
+
+def replace(tokens: list[str], chance: random.Random) -> None:
+    tokens[chance.randrange(len(tokens))] = chance.choice(ODD)
+
+
+def insert(tokens: list[str], chance: random.Random) -> None:
+    tokens.insert(chance.randrange(len(tokens) + 1), chance.choice(ODD))
+
+
+def value(tokens: list[str], chance: random.Random) -> None:
+    """An odd value where a word or a number stood."""
+    places = [place for place, token in enumerate(tokens) if token.isalnum()]
+    if places:
+        tokens[chance.choice(places)] = chance.choice(ODD)
+
+
+def cut(tokens: list[str], chance: random.Random) -> None:
+    del tokens[chance.randrange(len(tokens)) :]
+
+
+MUTATIONS: tuple[Mutation, ...] = (drop, double, swap, replace, insert, value, value, value)
+
+
+def mutated_files(seed: int) -> dict[str, str | bytes]:
+    """The files, one of them changed; the same seed gives the same texts."""
+    chance = random.Random(seed)
+    texts = [name for name, content in FILES.items() if isinstance(content, str)]
+    name = texts[seed % len(texts)]
+    tokens = TOKEN.findall(str(FILES[name]))
+    for _ in range(chance.choice((1, 1, 1, 2, 4))):
+        chance.choice(MUTATIONS)(tokens, chance)
+        tokens = tokens or [""]
+    if chance.random() < 0.05:
+        cut(tokens, chance)
+    return {**FILES, name: "".join(tokens)}
