@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import shapely
@@ -52,7 +52,7 @@ def geojson(asked: Asked) -> list[Feature]:
     """
     source = asked.sources[0]
     try:
-        root = parse_json(source.text)
+        root = parse_json(source.text, asked.limits.json_values)
     except NotJsonError as error:
         raise unreadable(source, error.reason, Span(source, error.place, error.place), COLLECTION) from None
     listed = root.get("features") if isinstance(root, dict) and root.get("type") == "FeatureCollection" else None
@@ -60,10 +60,22 @@ def geojson(asked: Asked) -> list[Feature]:
         raise unreadable(source, "it is no `FeatureCollection`", Span(source, 0, 0), COLLECTION)
     if len(listed) > asked.limits.map_features:
         raise too_many(source, "features", "map_features", len(listed), asked.limits, asked.span)
+    corners = sum(len(ring) for feature in listed for ring in _rings(feature))
+    if corners > asked.limits.map_corners:
+        raise too_many(source, "corners", "map_corners", corners, asked.limits, asked.span)
     spans = _spans(source, len(listed))
     metres = _metres(asked, source)
     made = [_Reader(asked, metres, span).read(feature) for feature, span in zip(listed, spans, strict=True)]
     return [feature for feature in made if feature is not None]
+
+
+def _rings(feature: object) -> Iterator[list[object]]:
+    """The rings of a feature's polygons, as far as they are lists."""
+    geometry = feature.get("geometry") if isinstance(feature, dict) else None
+    inside = geometry.get("coordinates") if isinstance(geometry, dict) else None
+    polygons = inside if isinstance(geometry, dict) and geometry.get("type") == "MultiPolygon" else [inside]
+    for rings in polygons if isinstance(polygons, list) else []:
+        yield from (ring for ring in rings if isinstance(ring, list)) if isinstance(rings, list) else ()
 
 
 def _metres(asked: Asked, source: Source) -> Callable[[float, float], tuple[float, float]]:
