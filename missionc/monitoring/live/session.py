@@ -113,7 +113,7 @@ class ConstraintWatch(Protocol):
     def hear(self, sample: Sample) -> None:
         """A sample has come."""
 
-    def take(self, state: StepState) -> Sequence[Constraint]:
+    def judge_step(self, state: StepState) -> Sequence[Constraint]:
         """Judge a step; what is violated for the first time."""
 
     def constraints(self) -> tuple[Constraint, ...]:
@@ -259,7 +259,7 @@ class Session:
                 name, preference = self.standings[number].name, number >= self.requirements
                 yield Forecast(state.step, name, margin, self.units[number], preference)
         if self.constraints is not None and state.settled:
-            for constraint in self.constraints.take(state):
+            for constraint in self.constraints.judge_step(state):
                 yield Breach(state.step, constraint)
         if is_new:
             yield Judged(self.latest, self.standings, self.by_plan)

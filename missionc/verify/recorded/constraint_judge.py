@@ -25,23 +25,10 @@ from missionc.verify.recorded.state_margins import StateMargins, States
 from missionc.verify.tolerances import CERTAIN
 
 KINDS = (
-    "world",
-    "fence",
-    "height",
-    "clearance",
-    "separation",
-    "speed",
-    "lowest speed",
-    "sideways speed",
-    "vertical speed",
-    "acceleration",
-    "turn",
-    "heading",
-    "lane",
-    "start",
-    "finish",
+    "world, fence, height, clearance, separation, speed, lowest speed, sideways speed, vertical speed, acceleration, "
+    "turn, heading, lane, start, finish"
 )
-"""All constraints, in the order in which they are reported."""
+"""All constraints, in the order in which they are reported; each name stands first where it stands alone."""
 
 UNSEEN = (
     (("acceleration", "jerk", "tilt", "thrust", "yaw_rate", "endurance"), "positions at the steps do not show it"),
