@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import field
 from typing import TYPE_CHECKING, TypeAlias
 
 from missionc.base.judgement import Judgement, judgement_lines
@@ -32,6 +33,7 @@ class Trace:
             velocity at the step.
         heading: (agents, steps + 1), rad: where the agent faces when the
             motion that starts at the step begins.
+        derived: ``velocity`` and ``heading``, where they follow from recorded positions and were not recorded.
 
     Between two steps a first-order agent moves straight at constant velocity;
     an agent with momentum (``ir.dynamics``) has constant acceleration.
@@ -41,6 +43,7 @@ class Trace:
     position: Array
     velocity: Array
     heading: Array
+    derived: tuple[str, ...] = field(default=(), kw_only=True)
 
     def part(self, agents: Sequence[int], first: int, last: int) -> Trace:
         """The states of some agents, by their rows, from the step ``first`` to the step ``last``, both included."""

@@ -10,6 +10,7 @@ from contextlib import nullcontext, suppress
 
 import click
 
+from missionc.base.constraint import constraint_lines, constraint_records
 from missionc.base.figures import decimals
 from missionc.base.signals import Stopped
 from missionc.cli.browser import said
@@ -21,6 +22,7 @@ from missionc.diagnostics.render import render_json, render_text
 from missionc.diagnostics.sanitize import as_json
 from missionc.monitoring.live.mcap_poses import BrokenRecordingError
 from missionc.monitoring.live.session import (
+    Breach,
     Change,
     Event,
     Forecast,
@@ -130,6 +132,9 @@ class _Voice:
                 case Outrun(step, agents):
                     words = f"{', '.join(agents)} moved faster than the top speed: what rested on it is taken back"
                     self._say(step, words, {"outrun": list(agents)})
+                case Breach(step, constraint):
+                    record = constraint_records([constraint], [])["constraints"]
+                    self._say(step, f"violated: {constraint.violation()}", {"constraints": record})
                 case Judged():
                     pass
 
@@ -154,6 +159,8 @@ class _Voice:
         """How every goal stands, and what became of the samples."""
         session, name = self.session, self.session.mission.name
         seen, notes = session.steps.closed, session.notes()
+        watch = session.constraints
+        constraints = ((), ()) if watch is None else (watch.constraints(), watch.not_judged())
         verdict = "not decided" if session.verdict is Verdict.OPEN else session.verdict.value
         if self.json:
             records = [
@@ -162,6 +169,7 @@ class _Voice:
             ]
             of = session.requirements
             summary = {"verdict": verdict, "requirements": records[:of], "preferences": records[of:]}
+            summary |= constraint_records(*constraints)
             _line({"summary": {**summary, "steps": seen, "of": session.judge.last + 1, "notes": notes}})
             return
         say_line(f"{name}: {verdict} after {seen} of {session.judge.last + 1} steps")
@@ -170,6 +178,8 @@ class _Voice:
                 say_line("preferences")
             by_plan = session.by_plan.get(number)
             say_line(f"  {each.name:<{self.width}}  {_words(each, session.units[number], self.step, by_plan)}")
+        for words in constraint_lines(*constraints):
+            say_line(words)
         for note in notes:
             say_line(f"note: {note}")
 

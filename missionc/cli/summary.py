@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from missionc.backends.api import Attempt, Fault, Impossible, NotFound, Report
+from missionc.base.constraint import constraint_lines, constraint_records
 from missionc.base.figures import counted, decimals
 from missionc.base.judgement import judgement_lines
 from missionc.base.units import Seconds
@@ -113,14 +114,14 @@ def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
 
 
 def monitored_lines(monitored: Monitored) -> list[str]:
-    """A verdict, and one line for each requirement and preference."""
+    """A verdict, one line for each requirement and preference, and how the constraints are satisfied."""
     mission = monitored.checked.mission
     if not monitored.ok or mission is None:
         return []
     lines = [f"{mission.name}: {monitored.verdict}", *judgement_lines(monitored.requirements, mission.step)]
     if monitored.preferences:
         lines += ["preferences", *judgement_lines(monitored.preferences, mission.step)]
-    return [*lines, *between_lines(monitored.between)]
+    return [*lines, *constraint_lines(monitored.constraints, monitored.not_judged), *between_lines(monitored.between)]
 
 
 def margin_lines(certificate: Certificate) -> list[str]:
@@ -224,6 +225,7 @@ def monitored_document(monitored: Monitored) -> dict[str, object]:
         "satisfied": monitored.satisfied,
         "requirements": [each.as_record() for each in monitored.requirements],
         "preferences": [each.as_record() for each in monitored.preferences],
+        **constraint_records(monitored.constraints, monitored.not_judged),
         "between_steps": [_between(each) for each in monitored.between],
     }
 

@@ -278,10 +278,11 @@ def _trace(mission: Mission, own: list[list[State]]) -> Trace:
     position = gathered(tuple("xyz"[: mission.dimension]))
     assert position is not None
     position = np.swapaxes(position, 1, 2)
-    velocity = gathered(("vx", "vy", "vz")[: mission.dimension])
-    velocity = _velocities(mission, position) if velocity is None else np.swapaxes(velocity, 1, 2)
-    heading = gathered(("yaw",))
-    return Trace(mission.step, position, velocity, _headings(velocity) if heading is None else heading[:, 0])
+    speeds, yaw = gathered(("vx", "vy", "vz")[: mission.dimension]), gathered(("yaw",))
+    velocity = _velocities(mission, position) if speeds is None else np.swapaxes(speeds, 1, 2)
+    heading = _headings(velocity) if yaw is None else yaw[:, 0]
+    derived = tuple(name for name, read in (("velocity", speeds), ("heading", yaw)) if read is None)
+    return Trace(mission.step, position, velocity, heading, derived=derived)
 
 
 def _at_steps(samples: list[State], name: str, steps: Array, step: float) -> Array:

@@ -361,6 +361,7 @@ def live_session(
     skew: Mapping[str, float] | None = None,
     leap: float | None = None,
     plan: str | Path | None = None,
+    tolerance: float = 0.0,
 ) -> tuple[Checked, Session | None]:
     """The session that judges a mission while it is flown; None where the mission, or the plan, has errors.
 
@@ -369,6 +370,7 @@ def live_session(
         wait: seconds that a step waits for samples, one step where it is left out.
         skew: by how many seconds the clock of an agent is ahead.
         leap: seconds that a sample may be ahead of all others before another one has to confirm it.
+        tolerance: as for ``monitor``.
 
     Raises:
         KeyError: the mission has no agent of that name.
@@ -378,10 +380,12 @@ def live_session(
     if checked.mission is None or checked.kernel is None:
         return checked, None
     from missionc.monitoring.live.session import Session
+    from missionc.verify.recorded.live_constraints import LiveConstraints
 
     index = {agent.name: agent.index for agent in checked.mission.agents}
     ahead = {index[name]: seconds for name, seconds in (skew or {}).items()}
-    session = Session(checked.mission, checked.kernel, limits, wait, ahead, leap)
+    constraints = LiveConstraints(checked.mission, tolerance)
+    session = Session(checked.mission, checked.kernel, limits, wait, ahead, leap, constraints)
     if plan is not None:
         motion, findings = read_motion(plan, checked.mission, limits)
         if motion is None:
@@ -397,11 +401,14 @@ def monitor(
     overrides: Mapping[str, str] | None = None,
     limits: Limits | None = None,
     continuous: bool = False,
+    tolerance: float = 0.0,
 ) -> Monitored:
     """Judge a recorded or hand-made trace, ``plan.json`` or CSV, against a mission.
 
     Args:
-        continuous: whether a requirement must hold between the steps too, along the motion from state to state.
+        continuous: whether requirements and constraints must be satisfied between the steps too, along the motion from
+            state to state.
+        tolerance: how far a recorded position may be from the true one, metres; of constraints.
     """
     limits = limits or Limits()
     checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND, judging=True)
@@ -419,4 +426,15 @@ def monitor(
         from missionc.verify.between.between_steps import between_steps
 
         between = between_steps(checked.mission, checked.kernel, motion, motion_of(checked.mission, motion))
-    return Monitored(checked, judgements.requirements, judgements.preferences, checked.findings, between)
+    from missionc.verify.recorded.constraint_judge import judge_constraints
+
+    constraints, not_judged = judge_constraints(checked.mission, motion, continuous=continuous, tolerance=tolerance)
+    return Monitored(
+        checked,
+        judgements.requirements,
+        judgements.preferences,
+        checked.findings,
+        between,
+        constraints,
+        not_judged,
+    )

@@ -10,6 +10,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
 from missionc.backends.api import Attempt, Impossible, NotFound, Report
+from missionc.base.constraint import Constraint, NotJudged, all_satisfied, constraint_lines
 from missionc.base.judgement import judgement_lines
 from missionc.base.notebook import framed, printed, shown
 from missionc.base.units import Seconds
@@ -232,6 +233,7 @@ class Monitored:
     """The judgement of a trace. If there are errors among the findings, nothing was judged.
 
     ``between`` says for each satisfied requirement whether it holds between the steps, if that was asked.
+    ``constraints`` has the verdicts on what the mission implies beside its requirements: separation, clearance, speed.
     """
 
     checked: Checked
@@ -239,6 +241,8 @@ class Monitored:
     preferences: tuple[Judgement, ...]
     findings: tuple[Diagnostic, ...]
     between: tuple[Between, ...] = ()
+    constraints: tuple[Constraint, ...] = ()
+    not_judged: tuple[NotJudged, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -247,15 +251,17 @@ class Monitored:
 
     @property
     def satisfied(self) -> bool | None:
-        """Whether every requirement holds; between the steps too, if that was asked.
+        """Whether every requirement and constraint is satisfied; between the steps too, if that was asked.
 
-        None if nothing was judged, and if no requirement is violated but one is not decided between the steps.
+        None if nothing was judged, and if nothing is violated but something is not decided.
         """
         if not self.ok:
             return None
-        if not all(each.satisfied for each in self.requirements) or any(each.fails for each in self.between):
+        kept = all_satisfied(self.constraints)
+        violated = kept is False or any(each.fails for each in self.between)
+        if violated or not all(each.satisfied for each in self.requirements):
             return False
-        return True if all(each.holds for each in self.between) else None
+        return True if kept and all(each.holds for each in self.between) else None
 
     @property
     def verdict(self) -> str:
@@ -266,8 +272,9 @@ class Monitored:
         mission = self.checked.mission
         if not self.ok or mission is None:
             return below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
-        head = f"{mission.name}: {self.verdict}"
-        return below(self.findings, head, *judgement_lines(self.requirements, mission.step))
+        lines = judgement_lines(self.requirements, mission.step)
+        lines += constraint_lines(self.constraints, self.not_judged)
+        return below(self.findings, f"{mission.name}: {self.verdict}", *lines)
 
     _repr_pretty_ = printed
     _repr_html_ = shown

@@ -22,8 +22,9 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 from missionc.verify.certificate import Check
+from missionc.verify.plan.agent_separation import relative_margins
 from missionc.verify.plan.obstacle_clearance import check_obstacles
-from missionc.world.vectors import dot, norm
+from missionc.world.vectors import norm
 
 USUAL = 0.95
 """The share of the time that counts as usual; what is flown worse is rare."""
@@ -137,28 +138,22 @@ def room(mission: Mission, times: Array, position: Array) -> Iterable[Check]:
     """Bodies and obstacles along a path of samples, (agents, samples, 3), m; in a plane mission seen from above."""
     level = position[..., : mission.dimension]
     slope = np.diff(level, axis=1) / np.diff(times)[:, None]
+    curves = Curves(times, np.stack([level[:, :-1], slope], axis=-1))
     bare = replace(mission, clearance=Metres(0.0))
-    obstacles = (
-        check_obstacles(bare, Curves(times, np.stack([level[:, :-1], slope], axis=-1))) if bare.obstacles else ()
-    )
-    return (*_between(mission, times, level), *obstacles)
+    return (*_between(mission, curves), *(check_obstacles(bare, curves) if bare.obstacles else ()))
 
 
-def _between(mission: Mission, times: Array, level: Array) -> Iterable[Check]:
+def _between(mission: Mission, curves: Curves) -> Iterable[Check]:
     """One check, for the two bodies that come nearest, straight from sample to sample; none where there are not two."""
     radii = np.array([agent.radius for agent in mission.agents])
     nearest, pair, at = np.inf, (0, 1), 0.0
     for first in range(len(radii) - 1):
-        apart = level[first + 1 :] - level[first]
-        change = np.diff(apart, axis=1)
-        square = dot(change, change)
-        share = np.divide(-dot(apart[:, :-1], change), square, out=np.zeros_like(square), where=square > 0)
-        share = np.clip(share, 0.0, 1.0)
-        free = norm(apart[:, :-1] + share[..., None] * change) - radii[first + 1 :, None] - radii[first]
-        other, piece = np.unravel_index(int(free.argmin()), free.shape)
-        if free[other, piece] < nearest:
-            nearest, pair = float(free[other, piece]), (first, first + 1 + int(other))
-            at = float(times[piece] + share[other, piece] * (times[piece + 1] - times[piece]))
+        rest = np.arange(first + 1, len(radii))
+        free, _, when = relative_margins(curves.between(rest, np.array([first])), radii[rest] + radii[first], None)
+        if free.min() < nearest:
+            other, piece = divmod(int(free.argmin()), curves.durations.size)
+            nearest, pair = float(free.min()), (first, first + 1 + other)
+            at = float(curves.times[piece] + when[free.argmin()])
     if len(radii) > 1:
         names = tuple(mission.agents[agent].name for agent in pair)
         detail = "every two bodies stay apart throughout"

@@ -144,6 +144,7 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             **SHARED,
             "-D": override,
             "--continuous": None,
+            "--tolerance": number,
             "--live": None,
             "--udp": drawn("x", "1:2:3", "-1", "99999", "no.such.host:1", "", ODD),
             "--wait": number,

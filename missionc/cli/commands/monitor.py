@@ -25,6 +25,13 @@ from missionc.pipeline import driver
 @click.argument("trace", required=False, shell_complete=files)
 @of_mission
 @click.option("--continuous", is_flag=True, help="Judge what happens between the steps too.")
+@click.option(
+    "--tolerance",
+    type=Number(min=0, max=1e6),
+    default=0.0,
+    metavar="METRES",
+    help="How far recorded positions may be off; allowed of every constraint.",
+)
 @click.option("--live", is_flag=True, help="Judge states as they come, as lines of JSON on standard input.")
 @click.option(
     "--udp", type=sample_lines.port_of, metavar="[HOST:]PORT", help="With --live: as datagrams; on this machine."
@@ -62,6 +69,7 @@ def command(
     limits: Pairs,
     form: str,
     continuous: bool,
+    tolerance: float,
     live: bool,
     udp: tuple[str, int] | None,
     mcap: Path | None,
@@ -81,13 +89,18 @@ def command(
                 "`--live` reads states as they come, at the steps: it takes no trace and no `--continuous`"
             )
         asked.fit()
-        return _live(file, dict(overrides), read_limits(limits), form, asked)
+        return _live(file, dict(overrides), read_limits(limits), tolerance, form, asked)
     if asked != Live():
         raise click.UsageError(f"`{asked.first()}` is for `--live`")
     if trace is None:
         raise click.UsageError("Missing argument 'TRACE'.")
     judged = driver.monitor(
-        file, existing(trace), overrides=dict(overrides), limits=read_limits(limits), continuous=continuous
+        file,
+        existing(trace),
+        overrides=dict(overrides),
+        limits=read_limits(limits),
+        continuous=continuous,
+        tolerance=tolerance,
     )
     say(judged.findings, summary.monitored_lines(judged), form, summary.monitored_document(judged))
     if not judged.ok:
@@ -124,11 +137,18 @@ class Live:
             raise click.UsageError("states come either from `--mcap` or over `--udp`")
 
 
-def _live(file: Path, overrides: dict[str, str], limits: Limits, form: str, asked: Live) -> Status:
+def _live(file: Path, overrides: dict[str, str], limits: Limits, tolerance: float, form: str, asked: Live) -> Status:
     ahead = {name: _seconds(name, text) for name, text in asked.skew}
     try:
         checked, session = driver.live_session(
-            file, overrides=overrides, limits=limits, wait=asked.wait, skew=ahead, leap=asked.leap, plan=asked.plan
+            file,
+            overrides=overrides,
+            limits=limits,
+            wait=asked.wait,
+            skew=ahead,
+            leap=asked.leap,
+            plan=asked.plan,
+            tolerance=tolerance,
         )
     except KeyError as error:
         raise click.UsageError(f"`--skew` names `{error.args[0]}`; the mission has no such agent") from None

@@ -1,17 +1,19 @@
 """A session of online monitoring: lines of samples to what changes in the verdicts.
 
 in   lines of JSON, one after the other
-out  changes of verdicts, agents that go missing and come back, lines that cannot be used, each step as it is judged; at
-     the end how all stands
+out  changes of verdicts, violated constraints, agents that go missing and come back, lines that cannot be used, each
+     step as it is judged; at the end how all stands
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+from missionc.base.constraint import Constraint, NotJudged, all_satisfied
 from missionc.base.figures import counted
 from missionc.base.limits import Limits
 from missionc.base.trace import Trace
@@ -21,7 +23,7 @@ from missionc.kernel.nodes import Kernel
 from missionc.monitoring.live.judge import LiveJudge
 from missionc.monitoring.live.plan_forecast import PlanForecast
 from missionc.monitoring.live.read_samples import SampleReader, UnusableError
-from missionc.monitoring.live.samples import Fate, SampleSteps, StepState
+from missionc.monitoring.live.samples import Fate, Sample, SampleSteps, StepState
 from missionc.monitoring.live.verdicts import Standing, Verdict
 
 
@@ -97,7 +99,31 @@ class Implausible:
     time: float
 
 
-Event = Implausible | Change | Forecast | Presence | Outrun | Unusable | Judged
+@dataclass(frozen=True, slots=True)
+class Breach:
+    """A constraint that is violated, for good, from a step on."""
+
+    step: int
+    constraint: Constraint
+
+
+class ConstraintWatch(Protocol):
+    """A judge of the constraints that the mission implies beside its requirements."""
+
+    def hear(self, sample: Sample) -> None:
+        """A sample has come."""
+
+    def judge_step(self, state: StepState) -> Sequence[Constraint]:
+        """Judge a step; what is violated for the first time."""
+
+    def constraints(self) -> tuple[Constraint, ...]:
+        """How all stand."""
+
+    def not_judged(self) -> tuple[NotJudged, ...]:
+        """What the samples do not show."""
+
+
+Event = Breach | Implausible | Change | Forecast | Presence | Outrun | Unusable | Judged
 
 
 class Session:
@@ -105,6 +131,7 @@ class Session:
 
     Args:
         wait, skew, leap: as of ``SampleSteps``.
+        constraints: judged beside the requirements, if given.
     """
 
     def __init__(
@@ -115,8 +142,10 @@ class Session:
         wait: float | None = None,
         skew: Mapping[int, float] | None = None,
         leap: float | None = None,
+        constraints: ConstraintWatch | None = None,
     ) -> None:
         self.mission = mission
+        self.constraints = constraints
         self.judge = LiveJudge(mission, kernel)
         """Knows the settled steps alone; ``ahead`` the closed ones as well, while there are such."""
         self.ahead: LiveJudge | None = None
@@ -142,8 +171,11 @@ class Session:
 
     @property
     def verdict(self) -> Verdict:
-        """How all requirements together stand."""
+        """How all requirements together stand, and the constraints, which last as long as the mission."""
         judged = {each.verdict for each in self.standings[: self.requirements]}
+        if self.constraints is not None:
+            kept = all_satisfied(self.constraints.constraints())
+            judged.add(Verdict.VIOLATED if kept is False else Verdict.SATISFIED if kept and self.over else Verdict.OPEN)
         if Verdict.VIOLATED in judged:
             return Verdict.VIOLATED
         return Verdict.SATISFIED if self.standings and Verdict.OPEN not in judged else Verdict.OPEN
@@ -166,6 +198,8 @@ class Session:
             yield Unusable(self.lines, str(error))
             return
         for sample in samples:
+            if self.constraints is not None:
+                self.constraints.hear(sample)
             set_aside = self.steps.fates[Fate.AHEAD]
             for state in self.steps.add(sample):
                 yield from self._judged(state)
@@ -224,6 +258,9 @@ class Session:
             if (margin < 0) != (planned.get(number, 0.0) < 0):
                 name, preference = self.standings[number].name, number >= self.requirements
                 yield Forecast(state.step, name, margin, self.units[number], preference)
+        if self.constraints is not None and state.settled:
+            for constraint in self.constraints.judge_step(state):
+                yield Breach(state.step, constraint)
         if is_new:
             yield Judged(self.latest, self.standings, self.by_plan)
 

@@ -22,7 +22,17 @@ from missionc.ir import Mission
 from missionc.kernel.analysis import robustness_unit
 from missionc.kernel.nodes import Kernel
 from missionc.language.walk_formulas import goals
-from missionc.monitoring.live.session import Change, Event, Forecast, Implausible, Judged, Outrun, Presence, Unusable
+from missionc.monitoring.live.session import (
+    Breach,
+    Change,
+    Event,
+    Forecast,
+    Implausible,
+    Judged,
+    Outrun,
+    Presence,
+    Unusable,
+)
 from missionc.monitoring.live.verdicts import Standing, Verdict
 from missionc.output.flight_page.couplings import CouplingsRecord, couplings_data, couplings_now, packed
 from missionc.output.report.pack import pack, thousandths
@@ -123,6 +133,8 @@ class FlightRecord:
             case Outrun(step, agents):
                 says = f"{', '.join(agents)} faster than the top speed: what rested on it is taken back"
                 self.tell(says, "bad", step * seconds)
+            case Breach(step, constraint):
+                self.tell(f"violated: {constraint.violation()}", "bad", step * seconds)
             case Implausible(line, agent, time):
                 self.tell(f"line {line} is set aside: {time:g} s of {agent} is far ahead of all others", "risk")
             case Unusable(line, reason):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from missionc.base.trace import Array, Trace
@@ -9,6 +11,9 @@ from missionc.ir import Agent, Exactly, Lanes, Mission
 from missionc.verify.certificate import Check, judged
 from missionc.verify.tolerances import MOTION
 from missionc.world.straight_runs import straight_runs
+
+Segments: TypeAlias = tuple[Array, Array, Array]
+"""Starts and ways, (segments, dim), metres, and the metres of one step at most, (segments,)."""
 
 
 def check_lanes_kept(mission: Mission, trace: Trace) -> list[Check]:
@@ -23,27 +28,39 @@ def check_lanes_kept(mission: Mission, trace: Trace) -> list[Check]:
 
 
 def _along_lanes(agent: Agent, lanes: Lanes, position: Array, step: float) -> Check:
-    start, way, most = _segments(agent, lanes, step)
-    length = np.linalg.norm(way, axis=-1)
-    direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0)
-    amiss = np.zeros((len(position), len(start)))
-    along = np.zeros_like(amiss)
-    for number, (origin, ahead, far) in enumerate(zip(start, direction, length, strict=True)):
-        offset = position - origin
-        along[:, number] = offset @ ahead
-        nearest = np.clip(along[:, number], 0.0, far)
-        amiss[:, number] = np.linalg.norm(offset - nearest[:, None] * ahead, axis=-1)
-    gone = np.diff(along, axis=0)
-    wrong = np.maximum(amiss[:-1], amiss[1:])
-    wrong = np.maximum(wrong, np.maximum(-gone, gone - most))  # who waits goes 0 m forward
-    margin = 0.0 - (wrong.min(axis=1) if len(gone) else amiss[:1].min(axis=1))
+    margin = lane_margins(segments(agent, lanes, step), position)
     at = int(margin.argmin())
     detail = f"every step leads along lanes of `{lanes.path}`"
     return judged("lane", agent.name, float(margin[at]), "m", MOTION, at=at * step, agents=(agent.name,), detail=detail)
 
 
-def _segments(agent: Agent, lanes: Lanes, step: float) -> tuple[Array, Array, Array]:
-    """Where it may go: starts and ways, (segments, dim), metres, and the metres of one step at most, (segments,).
+def lane_margins(along: Segments, position: Array) -> Array:
+    """How far each step is from leading along one of the segments, 0 or negative.
+
+    Args:
+        position: (steps + 1, dim), metres.
+
+    Returns:
+        (steps,), metres; of a single state (1,): how far it is from all of them.
+    """
+    start, way, most = along
+    length = np.linalg.norm(way, axis=-1)
+    direction = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0)
+    amiss = np.zeros((len(position), len(start)))
+    ahead_by = np.zeros_like(amiss)
+    for number, (origin, ahead, far) in enumerate(zip(start, direction, length, strict=True)):
+        offset = position - origin
+        ahead_by[:, number] = offset @ ahead
+        nearest = np.clip(ahead_by[:, number], 0.0, far)
+        amiss[:, number] = np.linalg.norm(offset - nearest[:, None] * ahead, axis=-1)
+    gone = np.diff(ahead_by, axis=0)
+    wrong = np.maximum(amiss[:-1], amiss[1:])
+    wrong = np.maximum(wrong, np.maximum(-gone, gone - most))  # who waits goes 0 m forward
+    return np.asarray(0.0 - (wrong.min(axis=1) if len(gone) else amiss[:1].min(axis=1)))
+
+
+def segments(agent: Agent, lanes: Lanes, step: float) -> Segments:
+    """The segments that an agent may move along.
 
     A node is one of no length; lanes that lead straight on at one speed are one too.
     """

@@ -11,7 +11,7 @@ from missionc.curves.piecewise_polynomials import Curves, Indices, extents, refi
 from missionc.ir import Mission, Obstacle, Path, Still
 from missionc.verify.certificate import Check
 from missionc.verify.plan.conservative_advancement import Least, least
-from missionc.verify.plan.obstacle_bodies import solid
+from missionc.verify.plan.obstacle_bodies import Distance, solid
 from missionc.verify.tolerances import CERTAIN, CONTACT
 from missionc.world.vectors import norm
 
@@ -32,16 +32,42 @@ def seen_from(curves: Curves, obstacle: Obstacle) -> Curves:
     match obstacle.motion:
         case Still():
             return curves
-        case Path(times, offsets):
+        case Path(times):
             finer = refined(curves, np.array(times))
-            knots = np.array(offsets)
-            at = np.stack([np.interp(finer.times, times, knots[:, axis]) for axis in range(knots.shape[1])], axis=-1)
+            at = _offsets(obstacle.motion, finer.times)
             coefficients = finer.coefficients.copy()
             coefficients[..., 0] -= at[:-1]
             coefficients[..., 1] -= np.diff(at, axis=0) / finer.durations[:, None]
             return Curves(finer.times, coefficients)
         case _:
             assert_never(obstacle.motion)
+
+
+def _offsets(path: Path, times: Array) -> Array:
+    """Where a moving obstacle is, from where it was written: (moments,), seconds -> (moments, dim), metres."""
+    return np.stack([np.interp(times, path.times, axis) for axis in np.array(path.offsets).T], axis=-1)
+
+
+def state_margins(obstacle: Obstacle, distance: Distance, need: Array, times: Array, position: Array) -> Array:
+    """The clearance margin of every agent at some moments.
+
+    Args:
+        distance: to the obstacle's body, as ``solid`` makes it.
+        need: (agents,), metres, as of ``needs``.
+        times: (moments,), seconds.
+        position: (agents, moments, dim), metres.
+
+    Returns:
+        (agents, moments), metres.
+    """
+    seen = position - _offsets(obstacle.motion, times) if isinstance(obstacle.motion, Path) else position
+    grown = np.array([obstacle.grown(time) for time in times.tolist()])
+    return np.asarray(distance(seen) - need[:, None] - grown)
+
+
+def needs(mission: Mission) -> Array:
+    """The distance from each agent's centre to any obstacle, at least: (agents,), metres."""
+    return np.array([agent.radius + mission.clearance for agent in mission.agents])
 
 
 def margins(
@@ -59,7 +85,7 @@ def margins(
     low, high = around if seen is curves else extents(seen)
     agents, pieces, *shape = seen.coefficients.shape
     distance = solid(obstacle.shape, mission.dimension)
-    need = np.array([agent.radius + mission.clearance for agent in mission.agents])
+    need = needs(mission)
     largest = obstacle.grown(float(seen.times[-1]))
     far = np.asarray(distance((low + high) / 2) - norm(high - low) / 2 - need - largest)
     lower, upper, at = np.repeat(far, pieces), np.full(agents * pieces, np.inf), np.zeros(agents * pieces)

@@ -47,8 +47,8 @@ def check_world(mission: Mission, curves: Curves, tolerance: float = CONTACT) ->
     Exact for straight and parabolic motion; a polynomial of higher degree is
     judged by its control points, which reach a little further than it does.
     """
+    where, _ = extremes(curves)
     low, high = np.array(mission.world.low), np.array(mission.world.high)
-    where, times = _extremes(curves) if curves.coefficients.shape[-1] <= 3 else _hull(curves)
     room = np.minimum(where - low[:, None], high[:, None] - where).min(axis=2)
     agent, piece, point = np.unravel_index(int(room.argmin()), room.shape)
     return judged(
@@ -57,23 +57,27 @@ def check_world(mission: Mission, curves: Curves, tolerance: float = CONTACT) ->
         float(room[agent, piece, point]),
         "m",
         tolerance,
-        at=float(times[piece]),
+        at=float(curves.times[piece]),
         agents=(mission.agents[int(agent)].name,),
         detail="every centre is inside it throughout",
     )
 
 
-def _extremes(curves: Curves) -> tuple[Array, Array]:
-    """Each coordinate at the ends of each piece and where it turns within: (agents, pieces, dim, points)."""
+def extremes(curves: Curves) -> tuple[Array, Array]:
+    """Points that bound each coordinate in each piece: (agents, pieces, dim, points), metres; and when, seconds.
+
+    Up to degree two the ends of the piece and where the coordinate turns; beyond it the control points, which the
+    curve may not reach, each at the begin of the piece.
+    """
+    begin = curves.times[:-1, None, None]
+    duration = curves.durations[:, None]
+    if curves.coefficients.shape[-1] > 3:
+        found = control_points(curves.coefficients, np.broadcast_to(curves.durations, curves.coefficients.shape[:2]))
+        return found, np.broadcast_to(begin, found.shape)
     start, linear = curves.coefficients[..., 0], curves.coefficients[..., 1]
     bend = curves.coefficients[..., 2] if curves.coefficients.shape[-1] == 3 else np.zeros_like(linear)
-    duration = curves.durations[:, None]
     turn = np.divide(-linear, 2 * bend, out=np.zeros_like(linear), where=bend != 0)
-    times = [np.zeros_like(linear), np.broadcast_to(duration, linear.shape), np.clip(turn, 0.0, duration)]
-    return np.stack([start + (linear + bend * time) * time for time in times], axis=-1), curves.times[:-1]
-
-
-def _hull(curves: Curves) -> tuple[Array, Array]:
-    """The control points of each piece: (agents, pieces, dim, points)."""
-    durations = np.broadcast_to(curves.durations, curves.coefficients.shape[:2])
-    return control_points(curves.coefficients, durations), curves.times[:-1]
+    local = np.stack(
+        [np.zeros_like(linear), np.broadcast_to(duration, linear.shape), np.clip(turn, 0.0, duration)], axis=-1
+    )
+    return start[..., None] + (linear[..., None] + bend[..., None] * local) * local, begin + local

@@ -30,9 +30,10 @@ def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
     for agent in mission.agents:
         position, velocity = trace.position[agent.index], trace.velocity[agent.index]
         dynamics, step = agent.dynamics, trace.step
-        motion, speeds = (_parabolic, _along) if dynamics.has_momentum else (_straight, _speeds)
+        motion = _parabolic if dynamics.has_momentum else _straight
         findings.append(motion(agent, position, velocity, step))
-        flown = speeds(position, velocity, step)
+        # Within a step of constant acceleration no speed is larger than at its ends.
+        flown = norm(velocity) if dynamics.has_momentum else mean_speeds(position, step)
         findings.append(_speed(agent, flown, dynamics.lowest_speed, dynamics.top_speed, step))
         if dynamics.faces_ahead:
             findings.append(_facing(agent, position, trace.heading[agent.index], step))
@@ -43,16 +44,35 @@ def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
     return findings
 
 
-def _speeds(position: Array, velocity: Array, step: float) -> Array:
-    """In each step."""
-    speeds: Array = norm(np.diff(position, axis=0)) / step
+def mean_speeds(position: Array, step: float) -> Array:
+    """Mean speed in each step: positions (..., steps + 1, dim), metres -> (..., steps), m/s."""
+    speeds: Array = norm(np.diff(position, axis=-2)) / step
     return speeds
 
 
-def _along(position: Array, velocity: Array, step: float) -> Array:
-    """At each step: within one of constant acceleration none is larger."""
-    speeds: Array = norm(velocity)
-    return speeds
+def accelerations(velocity: Array, step: float) -> Array:
+    """Mean acceleration in each step: velocities (..., steps + 1, dim), m/s -> (..., steps), m/s²."""
+    return mean_speeds(velocity, step)
+
+
+def facing_errors(position: Array, heading: Array) -> Array:
+    """Distance of each move from the same length along the heading.
+
+    Args:
+        position: (..., steps + 1, dim), metres.
+        heading: (..., steps), rad, at the begin of each move.
+
+    Returns:
+        (..., steps), metres. A climb does not turn the vehicle: heights do not count.
+    """
+    move = np.diff(position, axis=-2)[..., :2]
+    facing = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    return norm(move - norm(move)[..., None] * facing)
+
+
+def turned(change: Array) -> Array:
+    """Size of a change of heading, rad, by the shorter side."""
+    return np.asarray(np.abs((change + math.pi) % (2 * math.pi) - math.pi))
 
 
 def _straight(agent: Agent, position: Array, velocity: Array, step: float) -> Check:
@@ -77,25 +97,18 @@ def _speed(agent: Agent, speeds: Array, slowest: float, fastest: float, step: fl
 
 
 def _acceleration(agent: Agent, velocity: Array, most: float, step: float) -> Check:
-    margin = most - norm(np.diff(velocity, axis=0)) / step
+    margin = most - accelerations(velocity, step)
     return _worst(agent, "acceleration", margin, "m/s^2", step, f"at most {most:g} m/s^2")
 
 
 def _facing(agent: Agent, position: Array, heading: Array, step: float) -> Check:
-    move = np.diff(position, axis=0)
-    length = norm(move)
-    facing = np.zeros_like(move)
-    facing[:, 0], facing[:, 1] = np.cos(heading[:-1]), np.sin(heading[:-1])
-    # A climb does not turn the vehicle: its heading is about the plane alone.
-    level = norm(move[:, :2]) if move.shape[-1] > 2 else length
-    error = norm(move[:, :2] - level[:, None] * facing[:, :2])
+    error = facing_errors(position, heading[:-1])
     return _worst(agent, "heading", -error, "m", step, "it moves where it faces")
 
 
 def _turn(agent: Agent, heading: Array, turn: float, step: float) -> Check:
-    change = np.abs((np.diff(heading) + math.pi) % (2 * math.pi) - math.pi)
     allowed = f"at most {turn * step:g} rad from step to step"
-    return _worst(agent, "turn", turn * step - change, "rad", step, allowed)
+    return _worst(agent, "turn", turn * step - turned(np.diff(heading)), "rad", step, allowed)
 
 
 def _worst(agent: Agent, name: str, margin: Array, unit: str, step: float, detail: str) -> Check:
