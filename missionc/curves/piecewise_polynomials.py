@@ -91,13 +91,32 @@ def control_points(coefficients: Array, duration: Array) -> Array:
     return np.asarray(scaled @ change)
 
 
+def from_control_points(points: Array, duration: Array) -> Array:
+    """Polynomials with these Bernstein control points over [0, duration]: the inverse of ``control_points``."""
+    degree, difference, columns = points.shape[-1] - 1, points, []
+    for power in range(degree + 1):
+        columns.append(difference[..., 0] * comb(degree, power) / duration[..., None] ** power)
+        difference = np.diff(difference, axis=-1)
+    return np.stack(columns, axis=-1)
+
+
 def speed_bounds(curves: Curves) -> Array:
     """(agents, pieces), m/s: no agent is faster than this within the piece; exact up to degree two."""
     velocity = curves.derivative().coefficients
     if velocity.shape[-1] == 0:
         return np.zeros(curves.coefficients.shape[:2])
-    points = control_points(velocity, np.broadcast_to(curves.durations, velocity.shape[:2]))
-    return np.asarray(norm(points.swapaxes(-1, -2)).max(axis=-1))
+    return np.asarray(norm(hulls(curves.derivative()).swapaxes(-1, -2)).max(axis=-1))
+
+
+def hulls(curves: Curves, parts: int = 1) -> Array:
+    """Bernstein control points of so many equal parts of each piece, (agents, pieces * parts, dim, degree + 1).
+
+    Each part stays in the convex hull of its points: four times as near to the curve for twice as many parts.
+    """
+    if parts > 1:
+        shares = np.arange(1, parts) / parts
+        curves = refined(curves, (curves.times[:-1, None] + curves.durations[:, None] * shares).ravel())
+    return control_points(curves.coefficients, np.broadcast_to(curves.durations, curves.coefficients.shape[:2]))
 
 
 def extents(curves: Curves) -> tuple[Array, Array]:

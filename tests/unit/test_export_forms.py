@@ -10,7 +10,7 @@ import math
 import struct
 import zipfile
 from dataclasses import replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -22,12 +22,12 @@ from missionc.curves.crazyflie_csv import Pieces
 from missionc.curves.piecewise_polynomials import control_points
 from missionc.diagnostics.code import NOT_EXPORTED
 from missionc.diagnostics.model import Diagnostic
-from missionc.ir import Box
-from missionc.output.export import cubics, skybrush
+from missionc.ir import Box, Vehicle
+from missionc.output.export import cubics, skybrush, takeoff_and_landing, verified_flight
 from missionc.output.export.compressed import compress
 from missionc.output.export.formats import FORMATS, Exported, Flight
 from missionc.output.export.samples import RATE, sampled
-from missionc.output.export.takeoff_and_landing import phases
+from missionc.output.export.takeoff_and_landing import GROUND, phases
 from missionc.output.export.trajectory_memory import raw
 from missionc.output.export.verified_flight import Part
 from tests.support.hand_made_flights import cramped, place, turning, wandered
@@ -300,7 +300,7 @@ def show_of(flight: Flight) -> dict[str, Any]:
 
 def flown_whole(flight: Flight, each: Part, time: float) -> Array:
     """Where a vehicle is when the whole flight has lasted for so long: x, y, z, yaw."""
-    lasting = phases(flight)
+    lasting = phases(flight, GROUND)
     begins = lasting.rise + lasting.settle
     there = place(each, min(max(time - begins, 0.0), flight.duration))
     share = np.polynomial.Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
@@ -320,7 +320,7 @@ def test_a_skybrush_show_flies_within_a_millimetre_from_the_floor_to_the_floor(f
     assert [drone["settings"]["name"] for drone in drones] == [each.agent.name for each in flight.parts]
     bound = float(made.notes[0].rpartition("than ")[2].split()[0]) / 1000
     assert bound <= 1.01e-3
-    farthest, lasting = 0.0, phases(flight)
+    farthest, lasting = 0.0, phases(flight, GROUND)
     whole = lasting.rise + lasting.settle + flight.duration + lasting.settle + lasting.sink
     for each, drone in zip(flight.parts, drones, strict=True):
         points = drone["settings"]["trajectory"]["points"]
@@ -342,7 +342,7 @@ def test_a_skybrush_show_flies_within_a_millimetre_from_the_floor_to_the_floor(f
 
 def test_a_skybrush_show_turns_noses_the_way_they_are_flown() -> None:
     flight = turning(wandered(2, 6, 3), 0.25)
-    lasting = phases(flight)
+    lasting = phases(flight, GROUND)
     for each, drone in zip(flight.parts, show_of(flight)["swarm"]["drones"], strict=True):
         control = drone["settings"]["yawControl"]
         assert control["version"] == 1
@@ -414,13 +414,75 @@ def test_a_skybrush_show_that_strays_is_refused(monkeypatch: pytest.MonkeyPatch)
     assert refused.code is NOT_EXPORTED
 
 
-def test_a_skybrush_show_asks_for_what_the_flight_keeps() -> None:
-    flight = wandered(3, 6, 3)
-    limits = show_of(flight)["settings"]["validation"]
-    times = np.linspace(0, flight.duration, 601)
-    places = np.array([[place(each, time)[:3] for time in times] for each in flight.parts])
-    speeds = np.diff(places, axis=1) / np.diff(times)[:, None]
-    assert places[..., 2].max() <= limits["maxAltitude"]
-    assert np.linalg.norm(speeds[..., :2], axis=-1).max() <= limits["maxVelocityXY"]
-    assert np.abs(speeds[..., 2]).max() <= limits["maxVelocityZ"]
-    assert limits["minDistance"] == pytest.approx(0.3)
+def sampled_show(show: dict[str, Any]) -> tuple[Array, Array, Array]:
+    """Positions at common times, (drones, samples, 3), and of each cubic the heights, (samples,), and velocities."""
+    heights, velocities, paths = [], [], []
+    shares = np.linspace(0, 1, 41)[:, None]
+    times = np.linspace(0, show["swarm"]["drones"][0]["settings"]["trajectory"]["points"][-1][0], 2001)
+    for drone in show["swarm"]["drones"]:
+        along, passed = [], []
+        for (begin, first, _), (end, last, inner) in pairwise(drone["settings"]["trajectory"]["points"]):
+            control = np.array([first, *(inner or [first, last]), last])
+            if not inner:
+                control = np.linspace(control[0], control[-1], 4)
+            weights = [math.comb(3, i) * shares**i * (1 - shares) ** (3 - i) for i in range(4)]
+            place = np.sum([weight * point for weight, point in zip(weights, control, strict=True)], axis=0)
+            slope = np.diff(control, axis=0) * 3 / (end - begin)
+            weights = [math.comb(2, i) * shares**i * (1 - shares) ** (2 - i) for i in range(3)]
+            velocities.append(np.sum([weight * point for weight, point in zip(weights, slope, strict=True)], axis=0))
+            heights.append(place[:, 2])
+            along.append(place)
+            passed.append(begin + shares[:, 0] * (end - begin))
+        place, passed_by = np.concatenate(along), np.concatenate(passed)
+        paths.append(np.stack([np.interp(times, passed_by, place[:, axis]) for axis in range(3)], axis=-1))
+    return np.array(paths), np.concatenate(heights), np.concatenate(velocities)
+
+
+def nearest(paths: Array) -> float:
+    pairs = combinations(range(len(paths)), 2)
+    return min(float(np.linalg.norm(paths[one] - paths[other], axis=-1).min()) for one, other in pairs)
+
+
+@pytest.mark.parametrize("flight", [*FLIGHTS, pytest.param(wandered(1, 6, 3), id="alone")])
+def test_the_limits_of_a_skybrush_show_are_those_that_it_keeps(flight: Flight) -> None:
+    show = show_of(flight)
+    limits = show["settings"]["validation"]
+    paths, heights, velocities = sampled_show(show)
+    seen = {
+        "maxAltitude": heights.max(),
+        "maxVelocityXY": np.linalg.norm(velocities[:, :2], axis=-1).max(),
+        "maxVelocityZ": np.abs(velocities[:, 2]).max(),
+    }
+    for name, value in seen.items():
+        assert value <= limits[name] + 1e-9, name
+        assert limits[name] <= value * 1.002 + 0.011, name
+    assert limits["minDistance"] == pytest.approx(0.3 if len(paths) > 1 else 0.0)
+    assert len(paths) == 1 or nearest(paths) >= limits["minDistance"]
+
+
+def test_vehicles_on_the_floor_that_are_nearer_than_required_in_the_air_are_no_violation(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Above pads vehicles rise in turns, and may stand nearer to each other than they fly."""
+    monkeypatch.setattr(takeoff_and_landing, "turns_of", lambda flight: ((0,), (1,)))
+    flight = wandered(2, 6, 3)
+    show = show_of(replace(flight, mission=replace(flight.mission, separation=30.0)))
+    seen = nearest(sampled_show(show)[0])
+    assert seen < 30
+    assert seen * 0.998 - 0.003 <= show["settings"]["validation"]["minDistance"] <= seen
+
+
+def test_a_skybrush_show_sinks_to_the_floor_no_faster_than_the_profile_allows() -> None:
+    made = wandered(2, 6, 3)
+    for speed in (0.5, 0.25):
+        slow = tuple(replace(agent, vehicle=Vehicle("slow", vertical_speed=speed)) for agent in made.mission.agents)
+        texts = {each.agent.name: each.text for each in made.parts}
+        careful = verified_flight.flight(replace(made.mission, agents=slow), made.kernel, made.trace, texts)
+        begins = phases(careful).before - phases(careful).hover + phases(careful).settle + careful.duration
+        for drone in show_of(careful)["swarm"]["drones"]:
+            points = drone["settings"]["trajectory"]["points"]
+            for (begin, first, _), (end, last, inner) in pairwise(points):
+                control = np.array([first, *(inner or [first, last]), last])[:, 2]
+                if end <= phases(careful).rise or begin >= begins:
+                    # A cubic may be some millimetres per second faster than the curve that it follows.
+                    assert np.abs(np.diff(control)).max() * 3 / (end - begin) <= speed * 1.02

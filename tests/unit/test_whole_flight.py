@@ -29,7 +29,7 @@ from missionc.kernel.nodes import Kernel
 from missionc.monitoring.read_trace import read_trace
 from missionc.output.documents.whole_flight_json import whole_flight_json
 from missionc.output.export.formats import FORMATS, Exported, flight
-from missionc.output.export.takeoff_and_landing import floor_to_floor, phases
+from missionc.output.export.takeoff_and_landing import GROUND, floor_to_floor, phases
 from missionc.output.output_files import WholeFlight
 from missionc.pipeline.plan_ways import one_by_one, plan_ways
 from missionc.verify.flight.verify_whole_flight import verify_whole_flight
@@ -320,7 +320,7 @@ def test_from_pads_that_are_too_near_agents_rise_in_turns_and_land_the_other_way
 def test_a_show_and_the_scripts_rise_in_these_turns() -> None:
     flown = flight(staggered(), KERNEL, trace_of(), texts(), in_turns().ways)
     first, second = floor_to_floor(flown)
-    lasting = phases(flown)
+    lasting = phases(flown, GROUND)
     half = [state_at(own, lasting.rise)[0, 2] for own in (first, second)]
     assert half == pytest.approx([1.6, 0.0], abs=1e-5)
     end = float(first.times[-1]) - lasting.sink

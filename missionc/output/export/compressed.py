@@ -11,7 +11,6 @@ Source:
 
 from __future__ import annotations
 
-import math
 import struct
 from dataclasses import dataclass
 
@@ -19,7 +18,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import Curves, Indices, control_points, speed_bounds
+from missionc.curves.piecewise_polynomials import Curves, Indices, control_points, from_control_points, speed_bounds
 
 CONSTANT, SEVENTH = 0, 3
 """Types of an axis; 1 and 2, linear and cubic, are not used."""
@@ -72,13 +71,8 @@ def compress(own: Pieces) -> Compressed | str:
 
 def as_polynomials(packed: Compressed) -> Pieces:
     """What the firmware makes of it, to float32."""
-    difference = packed.points
-    columns = []
-    for power in range(8):
-        columns.append(difference[..., 0] * math.comb(7, power) / packed.duration[:, None] ** power)
-        difference = np.diff(difference, axis=-1)
     coefficients = np.zeros((packed.duration.size, 4, 8))
-    coefficients[:, :3] = np.stack(columns, axis=-1).astype(np.float32)
+    coefficients[:, :3] = from_control_points(packed.points, packed.duration).astype(np.float32)
     return Pieces(packed.duration.astype(np.float32).astype(np.float64), coefficients)
 
 

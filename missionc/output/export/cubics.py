@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import Curves, Indices, control_points, refined
+from missionc.curves.piecewise_polynomials import Curves, Indices, control_points, from_control_points, refined
 
 CLOSE = 1e-3
 """Metres: a cubic that may stray further is halved."""
@@ -39,6 +39,12 @@ class Cubics:
     clock: Indices
     points: Array
     deviation: float
+
+    @property
+    def curves(self) -> Curves:
+        """The cubics as polynomials, (1, cubics, 3, 4)."""
+        times = self.clock / 1000
+        return Curves(times, from_control_points(self.points, np.diff(times))[None])
 
 
 def cubics(curve: Curves) -> Cubics:
@@ -77,19 +83,16 @@ def _through(curve: Curves, times: Array) -> Array:
 
 def _apart(curve: Curves, times: Array, points: Array) -> Array:
     """(cubics,), metres: how far each cubic is from the curve at most."""
-    own = np.zeros((1, len(points), 3, 8))
-    difference = points
-    for power in range(4):
-        own[0, ..., power] = difference[..., 0] * math.comb(3, power) / np.diff(times)[:, None] ** power
-        difference = np.diff(difference, axis=-1)
+    own = Curves(times, from_control_points(points, np.diff(times))[None])
     # On one grid of times: the joints of both.
-    fine, course = refined(curve, times), refined(Curves(times, own), curve.times)
+    fine, course = refined(curve, times), refined(own, curve.times)
     last = min(fine.times[-1], course.times[-1])
     both = np.union1d(fine.times, course.times)
     both = both[both <= last]
     fine, course = refined(fine, both), refined(course, both)
     size = both.size - 1
-    gap = fine.coefficients[0, :size] - course.coefficients[0, :size]
+    gap = fine.coefficients[0, :size].copy()
+    gap[..., :4] -= course.coefficients[0, :size]
     far = np.linalg.norm(control_points(gap, np.diff(both)), axis=1).max(axis=-1) + PADDING
     result = np.zeros(len(points))
     cubic = np.clip(np.searchsorted(times, (both[:-1] + both[1:]) / 2, side="right") - 1, 0, len(points) - 1)

@@ -22,13 +22,14 @@ import numpy as np
 
 from missionc.base.palette import DARK
 from missionc.curves.crazyflie_csv import Pieces, curves_of
-from missionc.curves.piecewise_polynomials import Curves, control_points
+from missionc.curves.piecewise_polynomials import Curves, hulls
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.export.cubics import CLOSE, Cubics, cubics
 from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.samples import RATE
-from missionc.output.export.takeoff_and_landing import cannot_rise_or_land, floor_to_floor
+from missionc.output.export.takeoff_and_landing import GROUND, PARTS, cannot_rise_or_land, floor_to_floor
 from missionc.output.export.verified_flight import Flight, Part
+from missionc.verify.plan.agent_separation import relative_margins
 
 NAME = "skybrush"
 SET_COLOUR, END, FRAMES = 4, 0, 50
@@ -51,7 +52,7 @@ def write(flight: Flight) -> Exported | Diagnostic:
             "a show rises from the floor",
             help="fly it by another form, such as `cflib`",
         )
-    grounded = cannot_rise_or_land(NAME, flight)
+    grounded = cannot_rise_or_land(NAME, flight, GROUND)
     if grounded is not None:
         return grounded
     whole = floor_to_floor(flight)
@@ -67,7 +68,7 @@ def write(flight: Flight) -> Exported | Diagnostic:
     show = {
         "version": 1,
         "environment": {"type": "indoor"},
-        "settings": {"validation": _validation(flight, curves_of(whole, slice(0, 3)))},
+        "settings": {"validation": _validation(flight, _nearest(curves_of(whole, slice(0, 3))) - 2 * far, splines)},
         "swarm": {"drones": [_drone(*each) for each in zip(flight.parts, whole, splines, strict=True)]},
         "meta": {"title": flight.mission.name},
     }
@@ -123,22 +124,37 @@ def _light(index: int, seconds: float) -> str:
     return base64.b64encode(program).decode("ascii")
 
 
-def _validation(flight: Flight, curves: Curves) -> dict[str, float]:
-    """What this flight keeps, rounded up to tenths, so that the viewer marks what does not belong to it."""
-    velocity = curves.derivative()
-    points = control_points(velocity.coefficients, np.broadcast_to(velocity.durations, velocity.coefficients.shape[:2]))
-    places = control_points(curves.coefficients, np.broadcast_to(curves.durations, curves.coefficients.shape[:2]))
-    pairs = combinations(range(len(flight.parts)), 2)
+def _validation(flight: Flight, kept: float, splines: list[Cubics]) -> dict[str, float]:
+    """Limits that this show keeps, so that the viewer marks only violations.
+
+    Height and speeds are the largest of its cubics. The distance is the smallest required one, or the ``kept`` one,
+    metres, if vehicles come closer, as on the floor.
+    """
+    heights = [hulls(own.curves, PARTS)[:, :, 2] for own in splines]
+    velocities = [hulls(own.curves.derivative(), PARTS) for own in splines]
+    required = [flight.mission.spacing(*pair).sideways for pair in combinations(range(len(splines)), 2)]
     return {
-        "maxAltitude": _tenths(float(places[:, :, 2].max())),
-        "maxVelocityXY": _tenths(float(np.linalg.norm(points[:, :, :2], axis=-2).max())),
-        "maxVelocityZ": _tenths(float(np.abs(points[:, :, 2]).max())),
-        "minDistance": round(min((flight.mission.spacing(*pair).sideways for pair in pairs), default=0.0), 6),
+        "maxAltitude": _raised(max(own.max() for own in heights)),
+        "maxVelocityXY": _raised(max(np.linalg.norm(own[:, :, :2], axis=-2).max() for own in velocities)),
+        "maxVelocityZ": _raised(max(np.abs(own[:, :, 2]).max() for own in velocities)),
+        "minDistance": math.floor(min([*required, kept]) * 1000 + 1e-6) / 1000 if required else 0.0,
     }
 
 
-def _tenths(value: float) -> float:
-    return math.ceil(value * 10 - 1e-9) / 10 if value > 0 else 0.1
+def _raised(value: float) -> float:
+    """Rounded up to whole centimetres, at least one."""
+    return max(1, math.ceil(value * 100 - 1e-9)) / 100
+
+
+def _nearest(curves: Curves) -> float:
+    """Distance in metres that every two vehicles keep, at most a thousandth of it too small; infinite for one."""
+    first, second = np.triu_indices(len(curves.coefficients), 1)
+    least = math.inf
+    for piece in range(curves.durations.size):
+        own = Curves(curves.times[piece : piece + 2], curves.coefficients[:, piece : piece + 1])
+        lower, _, _ = relative_margins(own.between(first, second), np.zeros(first.size), None)
+        least = min(least, float(lower.min(initial=math.inf)))
+    return least
 
 
 def _zipped(files: dict[str, bytes]) -> bytes:

@@ -7,7 +7,6 @@ and is on the floor again before its battery is empty. Where that cannot be, a f
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import asdict
 from itertools import combinations
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import speed_bounds, values
+from missionc.curves.piecewise_polynomials import hulls, speed_bounds, values
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Obstacle
 from missionc.output.export.export_form import refused
@@ -39,15 +38,26 @@ Source:
     crazyflie-firmware, crtp_commander_high_level.c (``usecTimestamp() / 1e6``, a ``float``) and planner.c
     (``t - t_begin``).
 """
+PARTS = 32
+"""Parts of each piece whose hulls bound a height or a speed, to about a thousandth."""
 
 
-def phases(flight: Flight) -> Phases:
-    """How long a flight takes in each phase, so that nobody rises or sinks faster than its vehicle may."""
+def phases(flight: Flight, bottom: float = LANDED) -> Phases:
+    """Duration of each phase of a flight, so that no vehicle rises or sinks faster than its profile allows.
+
+    Args:
+        bottom: metres, the height to which vehicles sink: scripts stop motors above the floor.
+    """
     agents = [each.agent for each in flight.parts]
     up, down = (
         [end[2] for end in ends] for ends in zip(*((each.first, each.last) for each in flight.parts), strict=True)
     )
-    return phases_of(agents, up, down, flight.duration, len(turns_of(flight)), flight.in_flight)
+    return phases_of(agents, up, down, flight.duration, len(turns_of(flight)), flight.in_flight, bottom)
+
+
+def peaks(flight: Flight) -> list[float]:
+    """Greatest height of each vehicle on its trajectory, metres, at most some millimetres too much."""
+    return [float(points[:, 2].max()) for points in hulls(flight.curves, PARTS)]
 
 
 def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
@@ -85,20 +95,19 @@ def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:
     They rise, hover, fly, hover and sink, without the way to the first points that scripts fly: here vehicles rise to
     them.
     """
-    lasting, turns = phases(flight), turns_of(flight)
+    lasting, turns = phases(flight, GROUND), turns_of(flight)
     joined = []
     for each in flight.parts:
         own = next(number for number, turn in enumerate(turns) if each.agent.index in turn)
         up, down = each.first[2], each.last[2]
-        rising, sinking = [], []
+        rising, sinking = list[Array](), list[Array]()
         for number in range(len(turns)):
-            low, high = (GROUND if number <= own else up), (up if number >= own else GROUND)
-            rising.append(_upright(each, 0, low, high, lasting.rise))
-            later = len(turns) - 1 - number
-            low, high = (GROUND if later < own else down), (GROUND if later <= own else down)
-            sinking.append(_upright(each, -1, low, high, lasting.sink))
-        stay = _upright(each, 0, up, up, lasting.settle)
-        hover = _upright(each, -1, down, down, lasting.settle)
+            begin, end = (GROUND if number <= own else up), (up if number >= own else GROUND)
+            rising.append(_upright(each, 0, begin, end, lasting.rise))
+            # They land in reverse order.
+            begin, end = (GROUND if number < own else down), (GROUND if number <= own else down)
+            sinking.insert(0, _upright(each, -1, begin, end, lasting.sink))
+        stay, hover = (_upright(each, at, high, high, lasting.settle) for at, high in ((0, up), (-1, down)))
         before = [lasting.rise] * len(turns) + [lasting.settle]
         after = [lasting.settle] + [lasting.sink] * len(turns)
         duration = np.concatenate([before, each.pieces.duration, after])
@@ -118,20 +127,20 @@ def _upright(part: Part, at: int, low: float, high: float, seconds: float) -> Ar
     return own
 
 
-def cannot_rise_or_land(name: str, flight: Flight) -> Diagnostic | None:
-    """Why the form of this name cannot fly from the floor to the floor; None where it can."""
-    return _shared_column(name, flight) or _blocked_column(name, flight) or _too_long(name, flight)
+def cannot_rise_or_land(name: str, flight: Flight, bottom: float = LANDED) -> Diagnostic | None:
+    """Reason why the form of this name cannot fly from the floor to the floor; None if it can.
 
-
-def _ends(part: Part) -> Iterator[tuple[str, tuple[float, float, float], bool]]:
-    """Where a vehicle rises and sinks: the verb, the point in the air, whether it is the flight's end."""
-    yield "take off", part.first, False
-    yield "land", part.last, True
+    Args:
+        bottom: as of ``phases``.
+    """
+    whole = phases(flight, bottom).whole
+    return _shared_column(name, flight) or _blocked_column(name, flight) or _too_long(name, flight, whole)
 
 
 def _columns(flight: Flight, part: Part) -> list[tuple[str, tuple[float, float, float], bool]]:
-    """Those of them that it flies: who is in the air does not rise."""
-    return [each for each in _ends(part) if each[2] or not flight.in_flight]
+    """Columns in which a vehicle rises, unless in the air, and sinks: verb, point in the air, whether at the end."""
+    land = ("land", part.last, True)
+    return [land] if flight.in_flight else [("take off", part.first, False), land]
 
 
 def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
@@ -165,8 +174,7 @@ def _blocked_column(name: str, flight: Flight) -> Diagnostic | None:
     return None
 
 
-def _too_long(name: str, flight: Flight) -> Diagnostic | None:
-    whole = phases(flight).whole
+def _too_long(name: str, flight: Flight, whole: float) -> Diagnostic | None:
     for part in flight.parts:
         flies = part.agent.vehicle.endurance
         if whole > flies:

@@ -63,22 +63,24 @@ def phases_of(
     duration: float,
     rounds: int = 1,
     risen: bool = False,
+    bottom: float = LANDED,
 ) -> Phases:
     """How long a flight takes in each phase.
 
     Args:
         risen: whether all are in the air already.
+        bottom: metres, the height to which they sink.
         up, down: metres, by agent: the heights to which they rise, and from which they sink.
         duration: seconds of the polynomials.
     """
     rise = max(_seconds(height - FLOOR, agent, _rise(agent)) for agent, height in zip(agents, up, strict=True))
-    sink = max(landing_seconds(agent, height) for agent, height in zip(agents, down, strict=True))
+    sink = max(landing_seconds(agent, height, bottom) for agent, height in zip(agents, down, strict=True))
     return Phases(0.0 if risen else max(rise, RISE), SETTLE, GO, duration, sink, rounds)
 
 
-def landing_seconds(agent: Agent, height: float) -> float:
-    """For a landing from a height in metres."""
-    return max(_seconds(height - LANDED, agent, math.inf if agent.pad is None else agent.pad.land), SINK)
+def landing_seconds(agent: Agent, height: float, bottom: float = LANDED) -> float:
+    """Duration of a landing from a height in metres to another."""
+    return max(_seconds(height - bottom, agent, math.inf if agent.pad is None else agent.pad.land), SINK)
 
 
 def rest_to_rest(distance: float, speed: float, acceleration: float) -> float:
