@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from bisect import bisect_left
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+
+import numpy as np
 
 from missionc.base.trace import Flags, Trace
-from missionc.ir import Mission
+from missionc.ir import Mission, Predicate
 from missionc.kernel.nodes import (
     All,
     Any,
     At,
     AtLeast,
     Atom,
+    NeighbourNode,
     Node,
     Not,
+    PathLength,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
 )
-from missionc.kernel.walk import asks, children, looks_back, postorder, window_of
+from missionc.kernel.walk import children, looks_back, postorder
 from missionc.language.margins.predicate_margins import formation_margin
 from missionc.monitoring.evaluate import Evaluation
-from missionc.monitoring.logic import TRUTH
+from missionc.monitoring.logic import TRUTH, Values
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,119 +40,113 @@ class Decision:
 
 
 def first_violation(formula: Node, mission: Mission, trace: Trace) -> Decision:
-    """Where a formula that is false at step 0 fails: as early as any step is sure to break it.
+    """The first step by which nothing later can mend a formula that is false at step 0, and the agents it is lost at.
 
-    An *always* fails at the first step that breaks its body, an *eventually* at
-    the last step of its window. A spatial operator speaks of now, so its
-    operands are not looked into.
+    An *always* is lost at the first step that breaks its body, an *eventually* at the last step of its window. The
+    operands of a spatial operator decide when it is lost, but it is lost at the agent it is asked of.
     """
-    order = postorder((formula,))
-    truths = Evaluation(TRUTH, mission, trace).values(order)
-    return _Search(truths, mission, trace).decided((formula, 0, 0))
+    hopeful = _Hopeful(mission, trace)
+    step = bisect_left(
+        range(trace.position.shape[1] - 1), True, key=lambda now: not hopeful.after(now, (formula,))[formula][0, 0]
+    )
+    return Decision(step, _Search(hopeful.after(step, postorder((formula,))), mission, trace).agents(formula))
 
 
-Question: TypeAlias = tuple[Node, int, int]
-"""What decides this node, at this agent and step."""
+class _Hopeful(Evaluation):
+    """Truth if after some step every leaf and every link that can still change is as it has to be.
 
-Inquiry: TypeAlias = Generator[Question, Decision, Decision]
-"""Asks what it must know of the nodes below, and ends with its own decision; so no formula is too deep."""
+    In negation normal form truth only grows with that of the leaves: what is false here stays false.
+    """
+
+    def __init__(self, mission: Mission, trace: Trace) -> None:
+        super().__init__(TRUTH, mission, trace)
+        self.hopeful = np.zeros(self.steps, dtype=np.bool_)
+
+    def after(self, now: int, formulas: Iterable[Node]) -> dict[Node, Values]:
+        """The truth of the formulas if hope begins after the step ``now``."""
+        self.hopeful = np.arange(self.steps) > now
+        return self.values(formulas)
+
+    def atom(self, predicate: Predicate, holds: bool) -> Values:
+        found = super().atom(predicate, holds)
+        changes = predicate.others or predicate.reads_past or predicate.reads_oneself(self.mission.dimension)
+        return found | self.hopeful if changes else found
+
+    def path_length(self, node: PathLength, holds: bool) -> Values:
+        return super().path_length(node, holds) | self.hopeful
+
+    def neighbour(self, node: NeighbourNode, body: Values) -> Values:
+        return super().neighbour(node, body) | self.hopeful
+
+    def reach(self, node: ReachNode, through: Values, end: Values) -> Values:
+        return super().reach(node, through, end) | self.hopeful
+
+    def route(self, node: RouteNode, through: Values, end: Values) -> Values:
+        return super().route(node, through, end) | self.hopeful
 
 
 class _Search:
-    """Follows the verdict of a formula down to what decides it."""
+    """Follows a false formula down to the agents at which it is lost."""
 
     def __init__(self, truths: dict[Node, Flags], mission: Mission, trace: Trace) -> None:
         self.truths, self.mission, self.trace = truths, mission, trace
         self.last = trace.position.shape[1] - 1
 
-    def decided(self, question: Question) -> Decision:
-        known: dict[Question, Decision] = {}
-        open_questions = [(question, self._inquiry(*question))]
-        answer: Decision | None = None
-        while open_questions:
-            asked, inquiry = open_questions[-1]
-            try:
-                below = next(inquiry) if answer is None else inquiry.send(answer)
-            except StopIteration as end:
-                answer = known[asked] = end.value
-                open_questions.pop()
+    def agents(self, formula: Node) -> frozenset[int]:
+        """The agents of all that is lost below a formula that is false for the first agent at step 0."""
+        found: set[int] = set()
+        asked: dict[tuple[Node, int, int], None] = {(formula, 0, 0): None}
+        waiting = list(asked)
+        while waiting:
+            node, agent, step = waiting.pop()
+            below = self._below(node, agent, step)
+            if below is None:
+                found |= self._agents_of(node, agent, step) if isinstance(node, Atom) else {agent}
                 continue
-            answer = known.get(below)
-            if answer is None:
-                open_questions.append((below, self._inquiry(*below)))
-        return known[question]
+            fresh = [each for each in below if each not in asked]
+            asked.update(dict.fromkeys(fresh))
+            waiting += fresh
+        return frozenset(found)
 
-    def truth(self, node: Node, agent: int, step: int) -> bool:
+    def is_lost(self, node: Node, agent: int, step: int) -> bool:
         values = self.truths[node]
-        return bool(values[agent if len(values) > 1 else 0, step if values.shape[1] > 1 else 0])
+        return not values[agent if len(values) > 1 else 0, step if values.shape[1] > 1 else 0]
 
-    def _inquiry(self, node: Node, agent: int, step: int) -> Inquiry:
-        verdict = self.truth(node, agent, step)
+    def _below(self, node: Node, agent: int, step: int) -> list[tuple[Node, int, int]] | None:
+        """What a false formula is lost for; None if it is lost by itself."""
         match node:
-            case Atom():
-                return Decision(step, self._agents_of(node, agent, step))
-            case Not(body):
-                return (yield body, agent, step)
+            case Not(body) if isinstance(body, Atom):
+                return [(body, agent, step)]
             case At(other, body):
-                return (yield body, other, step)
-            case All(parts) | Any(parts):
-                return (yield from self._by_count(parts, agent, step, verdict, len(parts) if node.every else 1))
-            case AtLeast(count, parts):
-                return (yield from self._by_count(parts, agent, step, verdict, count))
-            case _ if looks_back(node):
-                below = self._in_the_past(node, agent, step)
-                return Decision(step, frozenset((agent,))) if below is None else (yield below)
-            case _ if window := window_of(node):
-                return (yield self._in_time(node, agent, step, *window))
+                return [(body, other, step)]
+            case All(parts) | Any(parts) | AtLeast(_, parts):
+                return [(part, agent, step) for part in parts if self.is_lost(part, agent, step)]
+            case WindowNode() | UntilNode():
+                return self._in_time(node, agent, step)
             case _:
-                return Decision(step, frozenset((agent,)))
+                return None
 
-    def _by_count(self, parts: tuple[Node, ...], agent: int, step: int, verdict: bool, count: int) -> Inquiry:
-        """``count`` true parts decide for true, one too many false parts decide for false; the earliest do."""
-        enough = count if verdict else len(parts) - count + 1
-        if not 0 < enough <= len(parts):
-            return Decision(step, frozenset())
-        decisions: list[Decision] = []
-        for part in parts:
-            if self.truth(part, agent, step) is verdict:
-                decision = yield part, agent, step
-                decisions.append(decision)
-        when = sorted(decision.step for decision in decisions)[enough - 1]
-        return Decision(when, frozenset().union(*(each.agents for each in decisions if each.step <= when)))
+    def _in_time(self, node: WindowNode | UntilNode, agent: int, step: int) -> list[tuple[Node, int, int]] | None:
+        """The step of the window that is lost first, if one is enough, or one before it that breaks what has to hold.
 
-    def _in_time(self, node: Node, agent: int, step: int, low: int, high: int | None) -> Question:
-        """The first step with the verdict where one is enough, or before it one that breaks what has to hold up to it.
-
-        Where it takes all steps of the window, the last.
+        If it takes all steps of the window, the last. Of the past the steps are in reverse.
         """
-        verdict, last = self.truth(node, agent, step), self.last if high is None else step + high
         *holds, end = children(node)
-        if verdict is not node.every:
-            return (
-                end,
-                agent,
-                next(now for now in range(step + low, last + 1) if self.truth(end, agent, now) is verdict),
-            )
-        for hold in holds:
-            for now in range(step, last):
-                if self.truth(hold, agent, now) is verdict:
-                    return hold, agent, now
-        return end, agent, last
-
-    def _in_the_past(self, node: Node, agent: int, step: int) -> Question | None:
-        """As ``_in_time``, with the steps in reverse; None where the window holds none."""
-        verdict, (wanted,) = self.truth(node, agent, step), asks(node)[-1:]
-        *holds, end = children(node)
-        window = range(max(step + wanted.low, 0), step + (wanted.high or 0) + 1)
+        if looks_back(node):
+            window: Sequence[int] = range(step + (node.high or 0), max(step + node.low, 0) - 1, -1)
+            between: Sequence[int] = range(step, window[-1], -1) if window else ()
+        else:
+            window = range(step + node.low, (self.last if node.high is None else step + node.high) + 1)
+            between = range(step, self.last)
         if not window:
             return None
-        if verdict is not node.every:
-            return end, agent, next(now for now in reversed(window) if self.truth(end, agent, now) is verdict)
+        if node.every:
+            return [(end, agent, next(now for now in window if self.is_lost(end, agent, now)))]
         for hold in holds:
-            for now in range(step, window[0], -1):
-                if self.truth(hold, agent, now) is verdict:
-                    return hold, agent, now
-        return end, agent, window[-1]
+            for now in between:
+                if self.is_lost(hold, agent, now):
+                    return [(hold, agent, now)]
+        return [(end, agent, window[-1])]
 
     def _agents_of(self, atom: Atom, agent: int, step: int) -> frozenset[int]:
         formation = atom.predicate.formation

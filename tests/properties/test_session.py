@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
@@ -97,6 +97,7 @@ def test_whatever_comes_within_the_wait_is_judged_as_if_it_had_come_in_order(str
     assert_final(session.standings[0], stream.judgement)
 
 
+@settings(max_examples=60)
 @given(streams(), st.integers(0, 2**32 - 1))
 def test_an_agent_that_is_silent_for_longer_than_a_step_makes_no_verdict_for_good_wrong(
     stream: Stream, seed: int
@@ -110,6 +111,7 @@ def test_an_agent_that_is_silent_for_longer_than_a_step_makes_no_verdict_for_goo
     judged(stream, delayed(stream, [place for place in range(len(stream.lines)) if place not in silent], generator))
 
 
+@settings(max_examples=30)
 @given(streams())
 def test_an_orderly_stream_is_judged_no_later_than_its_samples_pass_a_step(stream: Stream) -> None:
     session = Session(stream.mission, stream.kernel, wait=stream.wait)

@@ -59,11 +59,14 @@ def row(*edges: ir.FormationEdge) -> Atom:
         (Always(Eventually(A, -1, 0), 1, 5), 3, {0}),
         (Always(Eventually(A, -1, -1), 2, 5), 2, {0}),
         (Always(Always(A, -1, 0), 1, 5), 0, {0}),
-        (Always(Always(A, -2, -1), 4, 5), 3, {0}),
+        (Always(Always(A, -2, -1), 4, 5), 2, {0}),
         (At(1, Always(Always(A, -2, 0), 2, 5)), 3, {1}),
         (Eventually(A, -2, -1), 0, {0}),
-        (At(1, Always(Until(A, NEVER, -3, 0), 5, 5)), 3, {1}),
-        (At(1, Always(Until(A, NEVER, -2, 0), 5, 5)), 5, {1}),
+        # An end at the last moment would have kept it; one that no motion brings is lost from the start.
+        (At(1, Always(Until(A, FAR, -3, 0), 5, 5)), 5, {1}),
+        (At(1, Always(Until(A, FAR, -3, -1), 5, 5)), 4, {1}),
+        (At(1, Always(Until(A, NEVER, -3, 0), 5, 5)), 0, {1}),
+        (Eventually(NEVER, 2, 4), 0, {0}),
         (At(1, Always(Until(A, FAR, -1, -1), 5, 5)), 4, {1}),
         (At(1, Always(Release(NEVER, A, -3, 0), 5, 5)), 3, {1}),
         # Whom a predicate names it is about.
