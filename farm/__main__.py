@@ -32,7 +32,7 @@ from farm.table import table
 from farm.trial import Answer, Case
 from farm.trials import KINDS, trial
 
-LARGE = ("scipy.optimize", "shapely", "z3", "torch", "matplotlib.figure", "jinja2", "piqp")
+LARGE = ("scipy.optimize", "shapely", "z3", "torch", "matplotlib.figure", "jinja2", "piqp", "ezdxf")
 """Libraries that trials use; loaded once for all of them."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from farm.kinds.drawings import DRAWINGS
 from farm.kinds.full_disks import FULL_DISKS
 from farm.kinds.killed_processes import KILLED_PROCESSES
 from farm.kinds.lanes import LANES
@@ -15,12 +16,12 @@ from farm.trial import Case, Kind
 
 KINDS = {
     kind.name: kind
-    for kind in (WHOLE_MISSIONS, MUTATED_TEXTS, LANES, LATTICE, MUTATED_FOLDERS, KILLED_PROCESSES, FULL_DISKS)
+    for kind in (WHOLE_MISSIONS, MUTATED_TEXTS, LANES, LATTICE, MUTATED_FOLDERS, KILLED_PROCESSES, FULL_DISKS, DRAWINGS)
 }
 """Every kind there is, by its name."""
 
 TURNS = (
-    *("mutated_texts", "whole_missions", "lattice", "mutated_texts", "killed_processes", "lanes"),
+    *("mutated_texts", "whole_missions", "lattice", "mutated_texts", "killed_processes", "lanes", "drawings"),
     *("mutated_texts", "whole_missions", "lattice", "mutated_texts", "full_disks", "mutated_folders"),
 )
 """Kinds take turns in this order: what is done in a moment comes more often."""

@@ -21,6 +21,8 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.maps.feature import Area, Asked, Circle, Place
 
+ezdxf.options.write_fixed_meta_data_for_testing = True  # the same drawing is the same text at any time
+
 FINE = 1e-4
 """Metres that the referee's chords may lie inside of their arcs."""
 

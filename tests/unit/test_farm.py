@@ -17,6 +17,7 @@ import pytest
 from farm import found_files
 from farm.ended_command import Moment, run
 from farm.journal import Journal, Line
+from farm.kinds.drawings import DRAWINGS
 from farm.kinds.killed_processes import KILLED_PROCESSES
 from farm.kinds.lanes import LANES
 from farm.kinds.mutated_texts import MUTATED_TEXTS
@@ -260,6 +261,29 @@ def test_an_engine_that_calls_impossible_what_another_plans_or_proves_too_much_i
     for replies in ([plan, proud], [plan, engines.Reply("clot", "impossible", frozenset({"MC609"}), tmp_path)]):
         with pytest.raises(Broken):
             engines.consistent(replies)
+
+
+def test_a_reader_that_takes_the_axes_of_a_mirrored_entity_for_those_of_the_drawing_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("ezdxf")
+    from missionc.maps.dxf import shapes
+
+    case = next(
+        case for seed in range(99) if (case := DRAWINGS.draw(np.random.default_rng((0, seed)))) and mirrored(case)
+    )
+    assert carried_out(DRAWINGS, case).outcome == "the same area"
+    lift = shapes._Frame.lift
+    monkeypatch.setattr(shapes._Frame, "lift", lambda self, points, *height: lift(self, points, *height) * (-1, 1, 1))
+    answer = carried_out(DRAWINGS, case)
+    assert answer.fault is not None
+    assert answer.fault.signature == "drawings: area of a region"
+
+
+def mirrored(case: Case) -> bool:
+    """Whether it is whole and has a polyline whose own axes are not those of its block."""
+    text = case.files["floor.dxf"].split("ENTITIES")
+    return not case.settings and "\nLWPOLYLINE\n" in case.files["floor.dxf"] and "230\n-1.0" in "".join(text)
 
 
 def test_a_writer_that_leaves_half_a_folder_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -60,7 +60,10 @@ class World:
 
     def tolerance(self, placed: Placed) -> float:
         """Distance that a chord may have from its curve, in the units of the curve's own block."""
-        return SAGITTA / max(self.unit * float(np.linalg.norm(placed.matrix[:3, :2], 2)), np.finfo(float).tiny)
+        axes = placed.matrix[:3, :2]
+        if not np.isfinite(axes).all():
+            raise UnusableError("is in a block with a size that is not a finite number")
+        return SAGITTA / max(self.unit * float(np.linalg.norm(axes, 2)), np.finfo(float).tiny)
 
 
 def disc_of(placed: Placed, shape: Shape, world: World) -> Circle | None:
