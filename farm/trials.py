@@ -9,6 +9,7 @@ from farm.kinds.full_disks import FULL_DISKS
 from farm.kinds.killed_processes import KILLED_PROCESSES
 from farm.kinds.lanes import LANES
 from farm.kinds.lattice import LATTICE
+from farm.kinds.mutated_files import MUTATED_FILES
 from farm.kinds.mutated_folders import MUTATED_FOLDERS
 from farm.kinds.mutated_texts import MUTATED_TEXTS
 from farm.kinds.whole_missions import WHOLE_MISSIONS
@@ -16,13 +17,16 @@ from farm.trial import Case, Kind
 
 KINDS = {
     kind.name: kind
-    for kind in (WHOLE_MISSIONS, MUTATED_TEXTS, LANES, LATTICE, MUTATED_FOLDERS, KILLED_PROCESSES, FULL_DISKS, DRAWINGS)
+    for kind in (
+        *(WHOLE_MISSIONS, MUTATED_TEXTS, MUTATED_FILES, LANES),
+        *(LATTICE, MUTATED_FOLDERS, KILLED_PROCESSES, FULL_DISKS, DRAWINGS),
+    )
 }
 """Every kind there is, by its name."""
 
 TURNS = (
     *("mutated_texts", "whole_missions", "lattice", "mutated_texts", "killed_processes", "lanes", "drawings"),
-    *("mutated_texts", "whole_missions", "lattice", "mutated_texts", "full_disks", "mutated_folders"),
+    *("mutated_files", "whole_missions", "lattice", "mutated_texts", "full_disks", "mutated_folders"),
 )
 """Kinds take turns in this order: what is done in a moment comes more often."""
 

@@ -1,7 +1,8 @@
-"""Libraries that read files of other programs: loaded where such a file is."""
+"""Libraries that read files of other programs: loaded if there is such a file, and silent on standard error."""
 
 from __future__ import annotations
 
+import logging
 from importlib import import_module
 from typing import Any
 
@@ -16,6 +17,9 @@ def library(module: str, package: str, source: Source, asked: Span) -> Any:
     Raises:
         MapError: it is not installed.
     """
+    log = logging.getLogger(module.partition(".")[0])
+    if not log.handlers:
+        log.addHandler(logging.NullHandler())  # without a handler a warning of it goes to standard error
     try:
         return import_module(module)
     except ImportError:

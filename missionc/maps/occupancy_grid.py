@@ -38,6 +38,8 @@ FORMS = ("PPM", "PNG", "BMP")
 DECIMALS = 9
 """Decimals of coordinates in metres: nobody wants to read 1.4000000000000001."""
 
+SMALLEST = 1e-6
+"""Metres of the side of a cell: the corners of smaller ones would coincide when they are rounded."""
 RAW = 100.0
 """The shade of a cell that is certainly occupied, where the shades are the map's own numbers."""
 
@@ -54,6 +56,9 @@ def occupancy_grid(asked: Asked) -> Reading:
     """
     image, metadata = _image_and_metadata(asked)
     metadata = metadata if asked.resolution is None else replace(metadata, resolution=asked.resolution)
+    if metadata.resolution < SMALLEST:
+        message = f"`{image.name}` has cells of {metadata.resolution:g} m; the least is {SMALLEST:g} m"
+        raise unusable(message, asked.span, "state the side of a cell, as in `resolution 5 cm`")
     shades, known = _decoded(image, asked)
     cells = occupied_cells(shades, known, metadata, asked.unknown_free)
     if not cells.any():

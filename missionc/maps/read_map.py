@@ -7,6 +7,7 @@ says MC004 MC033 MC034 MC035 MC404
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from importlib import import_module
 
@@ -47,7 +48,9 @@ def read_map(asked: Asked) -> Reading | Diagnostic:
             endings = ", ".join(f"`{each}`" for each in FORMS)
             raise unreadable(source, "its ending is that of no form that is known", asked.span, f"known are {endings}")
         read: Callable[[Asked], Reading] = getattr(import_module(f"missionc.maps.{form.module}"), form.module)
-        reading = read(asked)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what a library thinks of a file is no finding
+            reading = read(asked)
         summary = reading.summary()
         if summary.extents is None:
             way_out = "name another file, or say of its features what they are: `kind`"
@@ -56,8 +59,8 @@ def read_map(asked: Asked) -> Reading | Diagnostic:
             raise too_many(source, "places", "map_features", summary.count, asked.limits, asked.span)
         low, high = summary.extents
         if not max(map(abs, (*low, *high))) <= asked.limits.magnitude:
-            far = f"`{source.name}` has places from ({low[0]:g}, {low[1]:g}) to ({high[0]:g}, {high[1]:g}) m"
-            raise unusable(f"{far}: that is too far away", asked.span, "check its unit, its origin and its resolution")
+            far = f"`{source.name}` has places that are more than {asked.limits.magnitude:g} m away"
+            raise unusable(far, asked.span, "check its unit, its origin and its resolution")
     except MapError as error:
         return error.finding
     return reading

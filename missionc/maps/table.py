@@ -94,13 +94,17 @@ def _lines(source: Source) -> Iterator[tuple[Span, list[str]]]:
             first, before = before, reader.line_num
             if any(cell.strip() for cell in cells):
                 yield Span(source, starts[first], starts[first] + len(lines[first].rstrip("\r\n"))), cells
-    except csv.Error as error:
+    except csv.Error:
         place = starts[before]
-        raise unreadable(source, f"it is no CSV: {error}", Span(source, place, place), "mend this row") from None
+        raise unreadable(source, "it is no CSV", Span(source, place, place), "check the quotes of this row") from None
 
 
 def _check_header(source: Source, span: Span, names: list[str], known: Sequence[str], needed: Sequence[str]) -> None:
     takes = ", ".join(f"`{name}`" for name in known)
+    other = next((sign for sign in (";", "\t") if len(names) == 1 and sign in names[0]), "")
+    if other:
+        sign = "tabs" if other == "\t" else f"`{other}`"
+        raise unusable(f"`{source.name}`: its values are separated by {sign}", span, "write commas between the values")
     for name in names:
         if name not in known:
             near = nearest(name, known)

@@ -9,6 +9,7 @@ import math
 from typing import TYPE_CHECKING
 
 from missionc import ir
+from missionc.base.plain_number import plain_number
 from missionc.base.source import Span
 from missionc.base.units import Seconds
 from missionc.diagnostics import code
@@ -105,11 +106,8 @@ def _lanes(context: Context, graph: Graphml, numbers: dict[str, int]) -> tuple[i
 def _number(context: Context, data: Data, name: str, above: float) -> float:
     """The value of an attribute; NaN once it is reported."""
     text, span = data[name]
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if math.isfinite(value) and abs(value) <= context.limits.magnitude and value > above:
+    value = plain_number(text)
+    if abs(value) <= context.limits.magnitude and value > above:
         return value
     wanted = "a number above 0" if above == 0 else "a number"
     _attribute(context, span, f"`{name}` is `{text[:40]}`, and not {wanted}", f"write {wanted} in metres and seconds")

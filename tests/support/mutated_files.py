@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import json
 import random
+import re
+from collections.abc import Iterator
 
-from tests.support.mapped_missions import YAML, picture
+from missionc.diagnostics.render import render_json, render_text
+from missionc.pipeline.checked import Checked
+from tests.support.mapped_missions import YAML
 from tests.support.mutated_texts import TOKEN, Mutation, double, drop, swap
 
 RING = [[5, 10], [7, 10], [7, 12], [5, 12], [5, 10]]
@@ -36,8 +40,8 @@ LANES = """<graphml xmlns="http://graphml.graphdrawing.org/xmlns">
 <edge source="a" target="b"><data key="v">1</data></edge><edge source="b" target="c"/><edge source="c" target="d"/>
 </graph></graphml>
 """
-FILES: dict[str, str | bytes] = {
-    "hall.pgm": picture("....", ".##.", "....", "?..."),
+FILES: dict[str, str] = {
+    "hall.pgm": "P2\n4 4\n255\n254 254 254 254\n254 0 0 254\n254 254 254 254\n205 254 254 254\n",
     "hall.yaml": YAML,
     "site.geojson": json.dumps(SITE, indent=1),
     "rows.csv": "name,kind,x,y,radius,width,depth,angle\npost,obstacle,9,9,0.5,,,\nrack,obstacle,12,9,,4,2,90\n"
@@ -114,15 +118,32 @@ def cut(tokens: list[str], chance: random.Random) -> None:
 MUTATIONS: tuple[Mutation, ...] = (drop, double, swap, replace, insert, value, value, value)
 
 
-def mutated_files(seed: int) -> dict[str, str | bytes]:
+def mutated_files(seed: int) -> dict[str, str]:
     """The files, one of them changed; the same seed gives the same texts."""
     chance = random.Random(seed)
-    texts = [name for name, content in FILES.items() if isinstance(content, str)]
-    name = texts[seed % len(texts)]
-    tokens = TOKEN.findall(str(FILES[name]))
+    name = list(FILES)[seed % len(FILES)]
+    tokens = TOKEN.findall(FILES[name])
     for _ in range(chance.choice((1, 1, 1, 2, 4))):
         chance.choice(MUTATIONS)(tokens, chance)
         tokens = tokens or [""]
     if chance.random() < 0.05:
         cut(tokens, chance)
     return {**FILES, name: "".join(tokens)}
+
+
+OF_PYTHON = re.compile(r"Node\(|tag:yaml|object at 0x|NoneType|\b(None|True|False)\b|indices|Error\b|Traceback|<class")
+"""What a message never says outside of the words of a file: values and errors as Python writes them."""
+
+
+def faults(checked: Checked) -> Iterator[str]:
+    """What is wrong with the findings themselves: unshown, in Python's words, or nowhere in a text."""
+    findings = list(checked.findings)
+    json.dumps(render_json(findings), allow_nan=False)
+    if render_text(findings, colour=False).count("[MC") < len(findings):
+        yield "a finding is not shown"
+    for finding in findings:
+        if OF_PYTHON.search(re.sub(r"`[^`]*`", "``", finding.words)) or not finding.message:
+            yield f"in the words of Python: {finding.words}"
+        for label in filter(None, (finding.primary, *finding.labels)):
+            if not 0 <= label.span.start <= label.span.end <= len(label.span.source.text):
+                yield f"nowhere in a text: {finding.words}"
