@@ -35,6 +35,14 @@ class Limits:
     formation_edges: int = 100_000
     clauses: int = 60_000_000
     trace_bytes: int = 1 << 28
+    trace_samples: int = 2_000_000
+    """Rows of a table, and agents times times of a list: each takes about half a kilobyte."""
+    chunk_bytes: int = 1 << 26
+    """Bytes of a record in a recording, and of a chunk unpacked: far more than recorders put together."""
+    recording_bytes: int = 1 << 34
+    """Bytes of all chunks of a recording, unpacked."""
+    json_values: int = 30_000_000
+    """Values of a file in JSON: more numbers than fit into a trace."""
     checkpoint_bytes: int = 1 << 28
     map_bytes: int = 1 << 25
     """Bytes of all files together that a mission's world and places are read from."""
@@ -49,7 +57,9 @@ class Limits:
     simulated_seconds: int = 20_000
     """Seconds of all agents in all flights together, flown once more to judge a simulation: a minute or two of work."""
     proof_steps: int = 1_000_000
-    """Lines of a proof that there is no plan, gone through once more to judge it: some minutes of work."""
+    """Clauses of a proof that there is no plan, gone through once more to judge it: some minutes of work."""
+    proof_literals: int = 20_000_000
+    """Numbers in such a proof and in the clauses that it refutes."""
 
     def __post_init__(self) -> None:
         for name in self.__slots__:

@@ -20,11 +20,15 @@ class Source:
     name: str
     text: str
     data: bytes | None = None
-    line_starts: tuple[int, ...] = field(init=False, repr=False)
+    _starts: list[int] = field(init=False, repr=False, default_factory=list)
 
-    def __post_init__(self) -> None:
-        ends = accumulate(len(line) + 1 for line in self.text.split("\n"))
-        object.__setattr__(self, "line_starts", (0, *islice(ends, self.text.count("\n"))))
+    @property
+    def line_starts(self) -> list[int]:
+        """Offset of each line, counted when a place is first asked for: few files need one."""
+        if not self._starts:
+            ends = accumulate(len(line) + 1 for line in self.text.split("\n"))
+            self._starts.extend((0, *islice(ends, self.text.count("\n"))))
+        return self._starts
 
     @property
     def content(self) -> bytes:
@@ -41,6 +45,11 @@ class Source:
         start = self.line_starts[number - 1]
         end = self.line_starts[number] if number < len(self.line_starts) else len(self.text)
         return self.text[start:end].rstrip("\r\n")
+
+
+def line_ends(text: str) -> int:
+    """Number of line ends in a text: line feeds, carriage returns, and pairs of both."""
+    return text.count("\n") + text.count("\r") - text.count("\r\n")
 
 
 class Turn(NamedTuple):

@@ -8,10 +8,16 @@ deeper than a reader goes. ``NaN`` and ``Infinity`` are left to who wants finite
 from __future__ import annotations
 
 import json
+from collections import Counter
 from typing import Any
+
+from missionc.base.limits import Limits
 
 LONGEST_INTEGER = 19
 """Digits: more do not fit into 64 bits."""
+
+VALUES = Limits().json_values
+"""Values of a text, if nothing else is allowed."""
 
 
 class NotJsonError(ValueError):
@@ -22,12 +28,20 @@ class NotJsonError(ValueError):
         self.reason, self.place = reason, place
 
 
-def parse_json(text: str) -> Any:
+def parse_json(text: str, most: int = VALUES) -> Any:
     """The value that a text holds.
 
+    Args:
+        most: values in it, those within others counted too.
+
     Raises:
-        NotJsonError: it holds none, or one that is not the same for every reader.
+        NotJsonError: it holds none, one that is not the same for every reader, or too many.
     """
+    count = 1 + text.count(",") + text.count("[") + text.count("{")
+    if count > most:
+        raise NotJsonError(
+            f"it has about {count} values; the limit is {most}; `--limit json_values={count}` allows more"
+        )
     try:
         value = json.loads(text, parse_int=_integer, object_pairs_hook=_record)
         # Half of a surrogate pair is no character: nothing could be written of it.
@@ -50,7 +64,6 @@ def _integer(digits: str) -> int:
 def _record(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     record = dict(pairs)
     if len(record) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for number, name in enumerate(names) if name in names[:number])
+        twice = next(name for name, count in Counter(name for name, _ in pairs).items() if count > 1)
         raise NotJsonError(f"the key {ascii(twice)[:40]} comes twice in one record")
     return record

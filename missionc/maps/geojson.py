@@ -63,7 +63,7 @@ def geojson(asked: Asked) -> Reading:
     """
     source = asked.sources[0]
     try:
-        root = parse_json(source.text)
+        root = parse_json(source.text, asked.limits.json_values)
     except NotJsonError as error:
         raise unreadable(source, error.reason, Span(source, error.place, error.place), COLLECTION) from None
     form = root.get("type") if isinstance(root, dict) else None
@@ -74,6 +74,9 @@ def geojson(asked: Asked) -> Reading:
         raise unreadable(source, "it is no `FeatureCollection`", Span(source, 0, 0), COLLECTION)
     if len(listed) > asked.limits.map_features:
         raise too_many(source, "features", "map_features", len(listed), asked.limits, asked.span)
+    corners = _corners(listed)
+    if corners > asked.limits.map_corners:
+        raise too_many(source, "corners", "map_corners", corners, asked.limits, asked.span)
     metres = _metres(asked, source, root.get("crs"))
     spans = _spans(source, len(listed)) if form == ALL else [Span(source, 0, len(source.text))]
     left_out: list[_Part] = []
@@ -82,6 +85,22 @@ def geojson(asked: Asked) -> Reading:
     return Reading(
         features, count_left_out((part.kind, part.reason) for part in left_out), tuple(_warnings(source, left_out))
     )
+
+
+def _corners(listed: list[object]) -> int:
+    """Number of positions in the polygons of features."""
+    count, waiting = 0, list(listed)
+    while waiting:
+        match waiting.pop():
+            case {"geometry": inside} | {"geometries": inside}:
+                waiting.append(inside)
+            case {"type": "Polygon" | "MultiPolygon", "coordinates": inside}:
+                waiting.append(inside)
+            case [int() | float(), *_]:
+                count += 1
+            case [*parts]:
+                waiting.extend(parts)
+    return count
 
 
 def _metres(asked: Asked, source: Source, system: object) -> Callable[[float, float], tuple[float, float]]:

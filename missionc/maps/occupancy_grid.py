@@ -30,7 +30,7 @@ from missionc.maps.feature import Area, Asked, Corners, Feature, too_many, unrea
 from missionc.maps.libraries import library
 from missionc.maps.map_metadata import MapMetadata, read_metadata
 from missionc.maps.read_summary import Reading, box
-from missionc.maps.vectorise import HALF_A_CELL, Cells, vectorise
+from missionc.maps.vectorise import HALF_A_CELL, Cells, corner_count, vectorise
 
 FORMS = ("PPM", "PNG", "BMP")
 """Forms of images, as Pillow calls them; PPM is PGM too."""
@@ -58,6 +58,11 @@ def occupancy_grid(asked: Asked) -> Reading:
     cells = occupied_cells(shades, known, metadata, asked.unknown_free)
     if not cells.any():
         raise unusable(f"`{image.name}` has no occupied cell", asked.span, "leave it out, or look at its thresholds")
+    corners = corner_count(cells)
+    if corners > asked.limits.map_corners:
+        raise too_many(
+            image, "corners between free and occupied cells", "map_corners", corners, asked.limits, asked.span
+        )
     stray = HALF_A_CELL if asked.within is None else asked.within / metadata.resolution
     polygons = _vectorised(np.packbits(cells).tobytes(), cells.shape, stray, asked.limits.shape_parts)
     if len(polygons) > asked.limits.map_features:
@@ -133,11 +138,11 @@ def _decoded(source: Source, asked: Asked) -> tuple[NDArray[np.float64], NDArray
         raise too_many(source, "cells", "map_cells", width * height, asked.limits, asked.span)
     try:
         deep = image.mode.startswith(("I", "F"))
-        pixels = np.asarray(image if deep else image.convert("RGBA"), dtype=np.float64)
+        pixels = np.asarray(image if deep else image.convert("RGBA"))
     except Exception:
         raise unreadable(source, "its picture ends early or is damaged", asked.span, way_out) from None
     if deep:
-        return pixels / 257.0, np.ones(pixels.shape, dtype=bool)
+        return pixels.astype(np.float64) / 257.0, np.ones(pixels.shape, dtype=bool)
     return pixels[..., :3].mean(axis=-1), pixels[..., 3] == 255
 
 

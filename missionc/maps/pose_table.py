@@ -55,7 +55,7 @@ def pose_table(source: Source, limits: Limits) -> list[PoseRow] | Diagnostic:
 def _listed(source: Source, whole: Span, limits: Limits) -> list[PoseRow]:
     form = "a list of records with `agent`, `x`, `y`, `z`"
     try:
-        value = parse_json(source.text)
+        value = parse_json(source.text, limits.json_values)
     except NotJsonError as error:
         raise unreadable(source, error.reason, Span(source, error.place, error.place), f"give {form}") from None
     if not isinstance(value, list) or not value:

@@ -12,11 +12,13 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Sequence
+from io import StringIO
+from itertools import accumulate
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
 from missionc.base.plain_number import plain_number
-from missionc.base.source import Source, Span
+from missionc.base.source import Source, Span, line_ends
 from missionc.diagnostics.suggest import nearest
 from missionc.maps.feature import MapError, too_many, unreadable, unusable
 
@@ -60,6 +62,9 @@ def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequen
     Raises:
         MapError: it is no such table.
     """
+    rows_at_most = line_ends(source.text.rstrip())
+    if rows_at_most > limits.map_features:
+        raise too_many(source, "rows", "map_features", rows_at_most, limits, asked)
     lines = list(_lines(source))
     if not lines:
         reason = "it has no values" if source.text.strip() else "it has no text in UTF-8"
@@ -67,8 +72,6 @@ def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequen
     header, *rows = lines
     names = [name.strip().lower() for name in header[1]]
     _check_header(source, header[0], names, known, needed)
-    if len(rows) > limits.map_features:
-        raise too_many(source, "rows", "map_features", len(rows), limits, asked)
     if not rows:
         raise unusable(f"`{source.name}` has no row", header[0], "add rows below the names of the columns")
     for span, cells in rows:
@@ -83,16 +86,16 @@ def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequen
 
 def _lines(source: Source) -> Iterator[tuple[Span, list[str]]]:
     """Rows that are not empty, each with where it begins."""
-    starts = (*source.line_starts, len(source.text))
-    reader, before = csv.reader(source.text.splitlines(keepends=True), strict=True), 0
+    lines = StringIO(source.text, newline="").readlines()
+    starts = [0, *accumulate(map(len, lines))]
+    reader, before = csv.reader(lines, strict=True), 0
     try:
         for cells in reader:
-            start = starts[min(before, len(starts) - 1)]
-            before = reader.line_num
+            first, before = before, reader.line_num
             if any(cell.strip() for cell in cells):
-                yield Span(source, start, start + len(source.text[start:].split("\n", 1)[0].rstrip("\r"))), cells
+                yield Span(source, starts[first], starts[first] + len(lines[first].rstrip("\r\n"))), cells
     except csv.Error as error:
-        place = starts[min(before, len(starts) - 1)]
+        place = starts[before]
         raise unreadable(source, f"it is no CSV: {error}", Span(source, place, place), "mend this row") from None
 
 

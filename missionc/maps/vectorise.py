@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import heapq
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 import numpy as np
@@ -55,6 +55,15 @@ def vectorise(occupied: Cells, stray: float, most_corners: int) -> list[Corners]
     return sorted(polygons, key=lambda corners: min((y, x) for x, y in corners))
 
 
+def corner_count(occupied: Cells) -> int:
+    """Number of corners on the borders of occupied cells; a point at which two cells touch diagonally counts twice."""
+    padded = np.pad(occupied, 1)
+    low_left, low_right, high_left, high_right = padded[:-1, :-1], padded[:-1, 1:], padded[1:, :-1], padded[1:, 1:]
+    single = low_left ^ low_right ^ high_left ^ high_right
+    double = (low_left == high_right) & (low_right == high_left) & (low_left != low_right)
+    return int(np.count_nonzero(single)) + 2 * int(np.count_nonzero(double))
+
+
 def _rectangles(occupied: Cells) -> NDArray[np.object_]:
     """Runs of occupied cells, those that are alike in rows above each other as one."""
     rows, columns = occupied.shape
@@ -74,9 +83,8 @@ def _rectangles(occupied: Cells) -> NDArray[np.object_]:
 
 def _filled(part: shapely.Polygon, stray: float) -> shapely.Geometry:
     """A polygon with the dents of its borders filled that are shallow enough."""
-    near = shapely.buffer(part, stray + ROUNDING, quad_segs=QUARTER)
-    shapely.prepare(near)
-    holes = [hole for hole in part.interiors if not near.covers(shapely.Polygon(hole))]
+    near = _cover_test(shapely.buffer(part, stray + ROUNDING, quad_segs=QUARTER))
+    holes = [hole for hole in part.interiors if not near(shapely.Polygon(hole))]
     filled = [shapely.Polygon(part.exterior, holes)]
     for ring, outer in ((part.exterior, True), *((hole, False) for hole in holes)):
         corners = shapely.get_coordinates(ring)[:-1].tolist()
@@ -84,7 +92,15 @@ def _filled(part: shapely.Polygon, stray: float) -> shapely.Geometry:
     return shapely.simplify(shapely.union_all(filled), 0.0)
 
 
-def _fillings(ring: list[tuple[float, float]], near: shapely.Geometry) -> Iterator[shapely.Polygon]:
+def _cover_test(area: shapely.Polygon) -> Callable[[shapely.Polygon], bool]:
+    """Test for polygons that an area covers; its time does not grow with the number of holes."""
+    outline = shapely.Polygon(area.exterior)
+    shapely.prepare(outline)
+    holes = shapely.STRtree([shapely.Polygon(hole) for hole in area.interiors])
+    return lambda polygon: outline.covers(polygon) and not len(holes.query(polygon, predicate="intersects"))
+
+
+def _fillings(ring: list[tuple[float, float]], near: Callable[[shapely.Polygon], bool]) -> Iterator[shapely.Polygon]:
     """Triangles that fill dents of a border, the polygon being to the right of it, as far as they are ``near``."""
     count = len(ring)
     before, after = [(at - 1) % count for at in range(count)], [(at + 1) % count for at in range(count)]
@@ -99,7 +115,7 @@ def _fillings(ring: list[tuple[float, float]], near: shapely.Geometry) -> Iterat
             continue
         if size > 0:
             triangle = shapely.Polygon((ring[low], ring[at], ring[high]))
-            if not near.covers(triangle):
+            if not near(triangle):
                 continue
             yield triangle
         gone[at] = True
@@ -127,19 +143,21 @@ def _cut(polygon: shapely.Polygon, most_corners: int) -> Iterator[shapely.Polygo
     waiting = [polygon]
     while waiting:
         part = waiting.pop()
+        west, south, east, north = part.bounds
         if part.interiors:
-            low_x, low_y, high_x, high_y = part.interiors[0].bounds
+            bounds = shapely.bounds(list(part.interiors))
         elif len(part.exterior.coords) - 1 > most_corners:
-            low_x, low_y, high_x, high_y = part.bounds
+            bounds = np.array([(west, south, east, north)])
         else:
             yield part
             continue
-        west, south, east, north = part.bounds
-        if high_x - low_x >= high_y - low_y:
-            cut = (low_x + high_x) / 2
+        width, height = bounds[0, 2:] - bounds[0, :2]
+        axis = 0 if width >= height else 1
+        # Through the median hole, so that the holes are halved.
+        cut = float(np.sort(bounds[:, axis] + bounds[:, axis + 2])[len(bounds) // 2]) / 2
+        if axis == 0:
             sides = shapely.box(west, south, cut, north), shapely.box(cut, south, east, north)
         else:
-            cut = (low_y + high_y) / 2
             sides = shapely.box(west, south, east, cut), shapely.box(west, cut, east, north)
         for side in sides:
             waiting += [each for each in shapely.get_parts(shapely.intersection(part, side)) if each.area > 0]

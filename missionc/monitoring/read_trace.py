@@ -14,6 +14,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -21,13 +22,14 @@ from typing import Any
 import numpy as np
 
 from missionc.base.limits import Limits
-from missionc.base.source import Source, Span
+from missionc.base.source import Source, Span, line_ends
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.base.trace import Array, Trace
 from missionc.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Holds, Mission
 from missionc.language.walk_formulas import asked_agents
+from missionc.maps.feature import MapError, too_many
 
 ON_TIME = 1e-6
 """Seconds: a sample so near to a step is at it."""
@@ -50,7 +52,7 @@ def read_trace(source: Source, mission: Mission, limits: Limits | None = None) -
     """The trace a text holds, or everything that keeps it from being one.
 
     Args:
-        limits: no number in it is larger than their ``magnitude``.
+        limits: of its samples, and the ``magnitude`` of a number in it.
     """
     states, findings = read_states(source, mission, limits)
     return (None, findings) if findings else assemble(source, mission, states)
@@ -58,16 +60,21 @@ def read_trace(source: Source, mission: Mission, limits: Limits | None = None) -
 
 def read_states(source: Source, mission: Mission, limits: Limits | None = None) -> tuple[list[State], list[Diagnostic]]:
     """Every agent's state at every time that a text has, or what keeps it from being read."""
+    limits = limits or Limits()
     opening = source.text.lstrip()[:1]
-    states, findings = _from_json(source) if opening in ("{", "[") else _from_csv(source, mission)
-    findings += _too_large(states, (limits or Limits()).magnitude)
+    try:
+        states, findings = _from_json(source, limits) if opening in ("{", "[") else _from_csv(source, mission, limits)
+    except MapError as error:
+        return [], [error.finding]
+    findings += _too_large(states, limits.magnitude)
     return states, findings[:MOST_FINDINGS]
 
 
 # ----------------------------------------------------------------- reading
 
 
-def _from_csv(source: Source, mission: Mission) -> tuple[list[State], list[Diagnostic]]:
+def _from_csv(source: Source, mission: Mission, limits: Limits) -> tuple[list[State], list[Diagnostic]]:
+    _allow_samples(source, line_ends(source.text.rstrip()), limits)
     lines = source.text.splitlines()
     try:
         rows = list(csv.reader(lines, skipinitialspace=True))
@@ -112,9 +119,17 @@ def _number(word: object) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _from_json(source: Source) -> tuple[list[State], list[Diagnostic]]:
+def _allow_samples(source: Source, count: int, limits: Limits) -> None:
+    """Raises:
+    MapError: a file has more samples than the limit.
+    """
+    if count > limits.trace_samples:
+        raise too_many(source, "samples", "trace_samples", count, limits, Span(source, 0, 0))
+
+
+def _from_json(source: Source, limits: Limits) -> tuple[list[State], list[Diagnostic]]:
     try:
-        document = parse_json(source.text)
+        document = parse_json(source.text, limits.json_values)
     except NotJsonError as error:
         place = Span(source, error.place, min(error.place + 1, len(source.text)))
         return [], [_unreadable(place, error.reason)]
@@ -122,13 +137,16 @@ def _from_json(source: Source) -> tuple[list[State], list[Diagnostic]]:
         times, agents = _list(document["times"]), _list(document["agents"])
     except (KeyError, TypeError):
         return [], [_unreadable(_first_line(source), "the plan has no lists `times` and `agents`", _PLAN)]
+    _allow_samples(source, len(agents) * max(1, len(times)), limits)
     states: list[State] = []
     findings: list[Diagnostic] = []
+    places = _name_places(source)
     for agent in agents:
+        span = _named(source, agent, places)
         try:
-            states += _agent_states(source, times, agent)
+            states += _agent_states(span, times, agent)
         except _StrangeError as strange:
-            findings.append(_unreadable(_named(source, agent), strange.args[0], _PLAN))
+            findings.append(_unreadable(span, strange.args[0], _PLAN))
     return states, findings
 
 
@@ -136,10 +154,10 @@ class _StrangeError(Exception):
     """An entry of a plan that is not what it must be; the text says which."""
 
 
-def _agent_states(source: Source, times: list[Any], agent: Any) -> list[State]:
+def _agent_states(span: Span, times: list[Any], agent: Any) -> list[State]:
     if not isinstance(agent, dict) or not isinstance(agent.get("name"), str):
         raise _StrangeError("an agent has no name")
-    name, span = agent["name"], _named(source, agent)
+    name = agent["name"]
     columns: dict[str, Any] = {key: agent.get(key) for key in ("position", "velocity", "yaw")}
     states = []
     for key, values in columns.items():
@@ -333,9 +351,15 @@ def _line(source: Source, number: int) -> Span:
     return Span(source, start, start + len(source.line(number)))
 
 
-def _named(source: Source, agent: Any) -> Span:
+def _name_places(source: Source) -> dict[str, tuple[int, int]]:
+    """The first place of each name in a plan, by the name in quotes."""
+    return {found[1]: found.span(1) for found in reversed(list(_NAME.finditer(source.text)))}
+
+
+_NAME = re.compile(r'"name"\s*:\s*("(?:[^"\\]|\\.)*")')
+
+
+def _named(source: Source, agent: Any, places: dict[str, tuple[int, int]]) -> Span:
     """Where the agent's name stands in a plan."""
-    name = agent.get("name") if isinstance(agent, dict) else None
-    quoted = json.dumps(name) if isinstance(name, str) else ""
-    place = source.text.find(quoted) if quoted else -1
-    return Span(source, place, place + len(quoted)) if place >= 0 else _first_line(source)
+    place = places.get(json.dumps(agent.get("name"))) if isinstance(agent, dict) else None
+    return Span(source, *place) if place else _first_line(source)

@@ -27,6 +27,20 @@ def without_any(
     return ir.Without(number, agents, body, lost, cases, span), tuple(named.values())
 
 
+def named_members(formula: ir.Formula) -> int:
+    """Number of agents and links in the sets of a formula: each loss has its own copy of them."""
+    count = 0
+    for part in bottom_up([formula], as_written):
+        match part:
+            case ir.Holds(predicate):
+                count += len(predicate.others) + (len(predicate.formation.edges) if predicate.formation else 0)
+            case ir.Apply(bounds=ir.Length(graph=graph)):
+                count += len(graph.agents)
+            case ir.AtLeastOf(agents=agents):
+                count += len(agents.agents)
+    return count
+
+
 class _Loss:
     """Formulas without the ``lost``; ``named`` are those that name one of them."""
 

@@ -22,7 +22,7 @@ from missionc.resolve.context import Context
 from missionc.resolve.definitions import ordered
 from missionc.resolve.families import no_family
 from missionc.resolve.formula_findings import asked_of_the_lost, no_such_call, not_a_formula, not_on_the_graph
-from missionc.resolve.lost_agents import without_any
+from missionc.resolve.lost_agents import named_members, without_any
 from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
 from missionc.resolve.prefix_scope import check_prefix_scope
 from missionc.resolve.resolve_agents import resolve_set
@@ -347,7 +347,7 @@ def _recurrent(context: Context, formula: ast.Quantified, length: ast.Name) -> T
 
 def _without(context: Context, formula: ast.Quantified, number: int, agents: ir.AgentSet, body: Typed) -> Typed:
     """The body of whoever is left; spelt out only where there is room for all cases."""
-    size = 1 + math.comb(len(agents.agents), number) * body.size
+    size = 1 + math.comb(len(agents.agents), number) * (body.size + named_members(body.formula))
     nothing = Typed(ir.Truth(True, formula.span), About.TEAM, formula.span, size=size, depth=1 + body.depth)
     if not size <= context.limits.formula_nodes:
         return nothing

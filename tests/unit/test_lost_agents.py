@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from missionc import ir
+from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.explain.sentences import sentences
@@ -159,3 +160,9 @@ def test_it_is_printed_and_said_as_written() -> None:
     assert sentences(found.requirements[0].formula, found).whole.startswith("Whichever 2 drones are lost: ")
     found = mission(text("without any 1 drone[2]: some drone: goal"))
     assert sentences(found.requirements[0].formula, found).whole.startswith("Without drone[2]: ")
+
+
+def test_copies_for_each_loss_are_counted_before_they_are_made() -> None:
+    asked = text("without any 2 drone: connected(radio) and (every drone: goal)")
+    assert codes(asked, limits=Limits(formula_nodes=72)) == ["MC207"]
+    assert codes(asked, limits=Limits(formula_nodes=73)) == []

@@ -127,7 +127,7 @@ def chunk_spoilt() -> bytes:
     ("content", "why"),
     [
         (b"no recording", "does not begin"),
-        (b"\x89MCAP0\r\n\x05" + struct.pack("<Q", 1 << 40), "a record claims"),
+        (b"\x89MCAP0\r\n\x05" + struct.pack("<Q", 1 << 40), "a record has"),
         (b"\x89MCAP0\r\n\x06" + struct.pack("<Q", 32) + bytes(16) + struct.pack("<Q", 1 << 40) + bytes(8), "a chunk"),
         (b"\x89MCAP0\r\n\x03" + struct.pack("<Q", 3) + b"abc", "cannot be read"),
         (chunk_spoilt(), "CRCValidationError"),

@@ -135,7 +135,7 @@ def _live(file: Path, overrides: dict[str, str], limits: Limits, form: str, aske
     if session is None or checked.kernel is None:
         say(checked.findings, [], form, {})
         return Status.MISSION_ERRORS
-    lines = _lines(asked, session.mission)
+    lines = _lines(asked, session.mission, limits)
     if isinstance(lines, Diagnostic):
         say([*checked.findings, lines], [], form, {})
         return Status.MISSION_ERRORS
@@ -148,7 +148,7 @@ def _live(file: Path, overrides: dict[str, str], limits: Limits, form: str, aske
     return live_monitor.run(session, lines, form, shown, asked.no_open)
 
 
-def _lines(asked: Live, mission: Mission) -> Iterator[str] | Diagnostic:
+def _lines(asked: Live, mission: Mission, limits: Limits) -> Iterator[str] | Diagnostic:
     """Where the samples come from, or why none can."""
     if asked.udp is not None:
         host, port = asked.udp
@@ -173,7 +173,7 @@ def _lines(asked: Live, mission: Mission) -> Iterator[str] | Diagnostic:
     if unknown is not None:
         raise click.UsageError(f"`--topic` names `{unknown}`; the mission has no such agent")
     topics = topics or {f"/{robot}/pose": name for name, robot in robots.items()}
-    return sample_lines.of_recording(asked.mcap, McapPoses(topics, mission.dimension))
+    return sample_lines.of_recording(asked.mcap, McapPoses(topics, mission.dimension, limits))
 
 
 def _seconds(name: str, text: str) -> float:

@@ -19,13 +19,11 @@ import struct
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from missionc.base.limits import Limits
+
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK, FOOTER = 0x06, 0x02
 FOXGLOVE, ROS = "foxglove.PoseInFrame", "geometry_msgs/msg/PoseStamped"
-
-LARGEST = 64 << 20
-"""Bytes of a record, and of a chunk unpacked: far more than recorders put together."""
-
 
 NANO = 1_000_000_000
 
@@ -40,13 +38,16 @@ class McapPoses:
     Args:
         agents: the agent's name for each topic that has its poses.
         dimension: of the mission: how many of three coordinates are handed on.
+        limits: of the bytes of a record, a chunk unpacked, and all chunks.
     """
 
-    def __init__(self, agents: Mapping[str, str], dimension: int) -> None:
+    def __init__(self, agents: Mapping[str, str], dimension: int, limits: Limits | None = None) -> None:
+        self.limits = limits or Limits()
+        self._unpacked_bytes = 0
         self.agents, self.dimension = dict(agents), dimension
         self.over = False
         """Whether the recording has been closed."""
-        self._rest = b""
+        self._rest = bytearray()
         self._begun = False
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, tuple[str, str, str]] = {}
@@ -64,33 +65,49 @@ class McapPoses:
                 raise BrokenRecordingError("it does not begin as MCAP does")
             if len(self._rest) < len(MAGIC):
                 return
-            self._rest, self._begun = self._rest[len(MAGIC) :], True
+            del self._rest[: len(MAGIC)]
+            self._begun = True
         at = 0
         try:
             while not self.over and at + 9 <= len(self._rest):
                 kind, size = struct.unpack_from("<BQ", self._rest, at)
-                if size > LARGEST:
-                    raise BrokenRecordingError(f"a record claims {size} bytes, more than the {LARGEST} that are read")
+                self._allow("chunk_bytes", "a record has", size)
                 if at + 9 + size > len(self._rest):
                     break
-                record = self._rest[at : at + 9 + size]
+                record = bytes(self._rest[at : at + 9 + size])
                 at += 9 + size
                 self.over = kind == FOOTER
                 if not self.over:
                     yield from self._record(kind, record)
         finally:
-            self._rest = self._rest[at:]
+            del self._rest[:at]
+
+    def _allow(self, name: str, what: str, size: int) -> None:
+        """Raises:
+        BrokenRecordingError: a size is above the limit of this name.
+        """
+        most = getattr(self.limits, name)
+        if size > most:
+            raise BrokenRecordingError(
+                f"{what} {size} bytes; the limit is {most}; allow more with `--limit {name}={size}`"
+            )
 
     def _record(self, kind: int, record: bytes) -> Iterator[str]:
         from mcap.records import Channel, Message, Schema
         from mcap.stream_reader import StreamReader
 
-        if kind == CHUNK and (len(record) < 41 or struct.unpack_from("<Q", record, 25)[0] > LARGEST):
-            raise BrokenRecordingError("a chunk in it is too large, or too short")
         try:
+            if kind == CHUNK:
+                size = _claimed(record)
+                self._unpacked_bytes += size
+                self._allow("chunk_bytes", "a chunk unpacks to", size)
+                self._allow("recording_bytes", "it unpacks to", self._unpacked_bytes)
+                record = _unpacked(record, size)
             # A footer ends the reader of one record.
             closed = io.BytesIO(record + struct.pack("<BQQQI", FOOTER, 20, 0, 0, 0) + MAGIC)
             found = list(StreamReader(closed, skip_magic=True, validate_crcs=True).records)
+        except BrokenRecordingError:
+            raise
         except Exception as error:  # of the library, and of whatever unpacks for it
             raise BrokenRecordingError(f"a record in it cannot be read ({type(error).__name__})") from None
         for each in found:
@@ -120,6 +137,36 @@ class McapPoses:
         position = place[: self.dimension]
         sample = {"t": (time - self._first) / 1e9, "agent": agent, "position": position, "heading": heading}
         return json.dumps(sample)
+
+
+def _claimed(chunk: bytes) -> int:
+    """Bytes that a chunk claims to hold unpacked."""
+    if len(chunk) < 41:
+        raise BrokenRecordingError("a chunk in it is too short")
+    return int(struct.unpack_from("<Q", chunk, 25)[0])
+
+
+def _unpacked(chunk: bytes, size: int) -> bytes:
+    """The same chunk, not compressed; one byte more than ``size`` is unpacked at most, whatever there is.
+
+    Raises:
+        BrokenRecordingError: it does not hold ``size`` bytes.
+    """
+    begin = 41 + int(struct.unpack_from("<I", chunk, 37)[0])
+    compression, packed = chunk[41:begin], chunk[begin + 8 :]
+    if compression == b"zstd":
+        import zstandard
+
+        data = zstandard.ZstdDecompressor().stream_reader(packed).read(size + 1)
+    elif compression == b"lz4":
+        import lz4.frame
+
+        data = lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
+    else:
+        data = packed
+    if len(data) != size:
+        raise BrokenRecordingError(f"a chunk claims {size} bytes unpacked, and has {len(data)} or more")
+    return struct.pack("<BQ", CHUNK, 40 + size) + chunk[9:37] + struct.pack("<IQ", 0, size) + data
 
 
 def _foxglove(message: Any) -> tuple[int, list[float], list[float]]:

@@ -11,6 +11,7 @@ by step.
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
@@ -37,6 +38,12 @@ from missionc.verify.impossibility.encode_formulas import refutation
 from missionc.verify.tolerances import MOTION
 
 CNF, DRAT = "impossible.cnf", "impossible.drat"
+
+SPACES = b" \t\n\r\v\f\x1c\x1d\x1e\x1f"
+"""Characters that end a number; some of them end a line."""
+
+_END = re.compile(rb"(?:^|\s)d?[-+]?0+(?=\s|$)")
+"""The zero that ends a clause."""
 
 
 def check_refutation(
@@ -106,26 +113,34 @@ def check_drat(files: Mapping[str, bytes], limits: Limits, deadline: float = mat
     Each step has to follow by unit propagation. One that only keeps the clauses satisfiable (RAT) is refused, for what
     that is has to be looked for among clauses that were deleted as well, once literals have been propagated from them.
     """
-    return _check("proof", DRAT, _faults_of_proof(files, limits.proof_steps, deadline))
+    return _check("proof", DRAT, _faults_of_proof(files, limits, deadline))
 
 
 class _TooLateError(Exception):
     """The deadline came while a proof was gone through."""
 
 
-def _faults_of_proof(files: Mapping[str, bytes], most: int, deadline: float) -> Iterator[str]:
-    steps = files.get(DRAT, b"").count(b"\n")
-    if steps > most:
+def _faults_of_proof(files: Mapping[str, bytes], limits: Limits, deadline: float) -> Iterator[str]:
+    proof, clauses = files.get(DRAT, b""), files.get(CNF, b"")
+    if not (proof.isascii() and clauses.isascii()):
+        yield "it is not ASCII text"
+        return
+    literals = sum(len(each) - len(each.translate(None, SPACES)) for each in (proof, clauses))
+    if literals > limits.proof_literals:
+        yield f"it has {literals} literals, more than the limit: allow more with `--limit proof_literals={literals}`"
+        return
+    steps = max(proof.count(b"\n"), sum(1 for _ in _END.finditer(proof)))
+    if steps > limits.proof_steps:
         yield f"it has {steps} steps, more than the limit: allow more with `--limit proof_steps={steps}`"
         return
     try:
-        formula = parse_dimacs(files[CNF].decode())
-        if formula.nvars > len(files[CNF]):
+        formula = parse_dimacs(clauses.decode())
+        if formula.nvars > len(clauses):
             raise ValueError("its clauses promise more variables than they name")
-        steps_until = _until(deadline, formula.nvars, parse_proof(files[DRAT].decode()))
+        steps_until = _until(deadline, formula.nvars, parse_proof(proof.decode()))
         result = DRATChecker(formula, check_rat=False).check(steps_until)
-    except (KeyError, ValueError) as error:
-        yield f"it cannot be read: {error}"
+    except ValueError as error:
+        yield f"it cannot be read: {str(error)[:200]}"
     except _TooLateError:
         yield "time was up before it was gone through"
     else:
