@@ -39,7 +39,7 @@ PATIENCE = 3.0
 NO_THREAD_DATA = 127
 """Exit status that the C library of Linux gives a process whose thread gets no memory; no command ends with it."""
 
-_DEADLINE, _HELD = b"d", b"h"
+_DEADLINE, _HELD, _KEPT = b"d", b"h", b"k"
 _RECORD = struct.Struct("<cd")
 
 
@@ -52,10 +52,11 @@ class Cause(Enum):
 
 
 class Ended(NamedTuple):
-    """End of the worker: its exit status, or what ended it and by which signal."""
+    """End of the worker: its exit status, or what ended it and by which signal; whether it had written a plan."""
 
     status: int
     cause: Cause | None = None
+    kept: bool = False
 
 
 class _Worker:
@@ -81,6 +82,11 @@ def tell_deadline(moment: float) -> None:
 def tell_held(held: bool) -> None:
     """Tell the parent whether there is a plan that a signal lets the worker bring home."""
     _tell(_HELD, held)
+
+
+def tell_kept() -> None:
+    """Tell the parent that a verified plan is written."""
+    _tell(_KEPT, True)
 
 
 def _tell(kind: bytes, value: float) -> None:
@@ -134,7 +140,7 @@ class _Supervisor:
     def __init__(self, process: int, reports: int, woken: int) -> None:
         self.process, self.reports, self.woken = process, reports, woken
         self.deadline = self.patience = math.inf
-        self.held = False
+        self.held = self.kept = False
         self.seen = 0
         self.killed = False
 
@@ -150,6 +156,8 @@ class _Supervisor:
                     self._forward(number)
                 done, status = os.waitpid(self.process, os.WNOHANG)
                 if done:
+                    if select.select([self.reports], [], [], 0)[0]:
+                        self._hear()
                     return self._ended(os.waitstatus_to_exitcode(status))
             elif not ready and time.monotonic() - moment > GRACE:
                 self.deadline = time.monotonic() + GRACE  # both were stopped for some time, as by a shell
@@ -161,8 +169,10 @@ class _Supervisor:
         for kind, value in _RECORD.iter_unpack(os.read(self.reports, 100 * _RECORD.size)):
             if kind == _DEADLINE:
                 self.deadline = value + GRACE + SHARE * max(0.0, value - time.monotonic())
-            else:
+            elif kind == _HELD:
                 self.held = bool(value)
+            else:
+                self.kept = True
 
     def _forward(self, number: int) -> None:
         if number not in HANDLED:
@@ -175,11 +185,11 @@ class _Supervisor:
     def _ended(self, code: int) -> Ended:
         number = -code
         if code >= 0:
-            return Ended(code, Cause.MEMORY if code == NO_THREAD_DATA else None)
+            return Ended(code, Cause.MEMORY if code == NO_THREAD_DATA else None, self.kept)
         if self.seen or number - FORWARDED in HANDLED:
             return Ended(128 + (self.seen or number - FORWARDED))
         if self.killed:
-            return Ended(number, Cause.TIME)
+            return Ended(number, Cause.TIME, self.kept)
         # The system kills what takes too much memory, and libraries abort if they get none.
         short = number in (signal.SIGKILL, signal.SIGABRT, signal.SIGBUS)
-        return Ended(number, Cause.MEMORY if short else Cause.CRASH)
+        return Ended(number, Cause.MEMORY if short else Cause.CRASH, self.kept)

@@ -17,9 +17,9 @@ import click
 from missionc.base.memory import exhausted
 from missionc.base.signals import stop_again
 from missionc.base.supervision import Cause, Ended
-from missionc.cli.exit_status import Status, crashed, cut_off, out_of_memory, say
+from missionc.cli.exit_status import Status, out_of_memory, say
 from missionc.cli.streams import Unsaid, speaking
-from missionc.diagnostics.defect import defect
+from missionc.diagnostics.defect import cut_off, defect
 from missionc.diagnostics.sanitize import plain
 from missionc.diagnostics.suggest import nearest
 from missionc.syntax.read_file import nowhere
@@ -88,11 +88,10 @@ def _run(words: list[str], began: float | None) -> int:
 def say_ended(ended: Ended, words: list[str]) -> Status:
     """Report why the process that did the work was ended, and return the exit status."""
     with speaking():
-        if ended.cause is Cause.CRASH:
-            say([crashed(ended.status)], [], _form(words), {})
-            return Status.DEFECT
-        say([cut_off(ended.cause is Cause.TIME)], [], _form(words), {})
-        return Status.UNDECIDED
+        say([cut_off(ended)], [], _form(words), {})
+        if ended.kept:
+            return Status.DONE
+        return Status.DEFECT if ended.cause is Cause.CRASH else Status.UNDECIDED
 
 
 def _refused(error: click.ClickException) -> Status:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Iterable
 from enum import IntEnum
@@ -12,7 +11,7 @@ from shutil import get_terminal_size
 import click
 
 from missionc.cli.streams import HUNG_UP, NOT_SAID
-from missionc.diagnostics.code import INTERNAL, OUT_OF_MEMORY, OUT_OF_TIME
+from missionc.diagnostics.code import OUT_OF_MEMORY
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import render_json, render_text, wrapped
 from missionc.diagnostics.sanitize import as_json, plain
@@ -71,23 +70,6 @@ def out_of_memory() -> Diagnostic:
     """What is said where there is no memory for what limits that were raised, or a large team, ask for."""
     help_ = "make it smaller, or run it where there is more memory; `--limit` bounds what a mission may hold"
     return Diagnostic(OUT_OF_MEMORY, "there is not enough memory for what this mission holds", None, help=help_)
-
-
-def cut_off(late: bool) -> Diagnostic:
-    """What is said where the process that did the work was ended: ``late``, or as it took too much memory."""
-    code, what, help_ = (
-        (OUT_OF_TIME, "time", "allow more with `--time-limit`, or make the mission smaller")
-        if late
-        else (OUT_OF_MEMORY, "memory", "make the mission smaller, or run it on a machine with more memory")
-    )
-    message = f"undecided: the {what} limit came first, in a library call that cannot be interrupted"
-    return Diagnostic(code, message, None, notes=("a plan that was written before is kept",), help=help_)
-
-
-def crashed(number: int) -> Diagnostic:
-    """What is said where a signal ended the process that did the work, and nobody had sent it."""
-    help_ = "report it with the mission, the command and `missionc --version`"
-    return Diagnostic(INTERNAL, f"a defect of the compiler: {signal.Signals(number).name}", None, help=help_)
 
 
 def columns(terminal: bool) -> int:

@@ -27,7 +27,7 @@ from missionc.base.signals import Stopped, asked, hold, stoppable
 supervision.GRACE = supervision.PATIENCE = 0.2
 ended = supervision.supervise()
 if ended:
-    print("parent:", ended.status, ended.cause, flush=True)
+    print("parent:", ended.status, ended.cause, *[True] * ended.kept, flush=True)
     os._exit(0)
 def forever():
     print("begun", flush=True)
@@ -122,7 +122,18 @@ def test_an_end_from_outside_has_a_code_in_every_form(capsys: pytest.CaptureFixt
     assert say_ended(Ended(6, Cause.MEMORY), ["check", "m"]) == 4
     assert "error[MC603]" in capsys.readouterr().err
     assert say_ended(Ended(11, Cause.CRASH), ["check", "m"]) == 70
-    assert "SIGSEGV" in capsys.readouterr().err
+    assert "error[MC901]" in capsys.readouterr().err
+
+
+def test_a_plan_that_was_written_is_the_result_however_the_work_ends(capsys: pytest.CaptureFixture[str]) -> None:
+    found = said("""
+supervision.tell_kept()
+with stoppable(), interrupted_at(time.monotonic() + 0.1):
+    forever()
+""")
+    assert found == f"begun\nparent: 9 {Cause.TIME} True\n"
+    assert say_ended(Ended(9, Cause.TIME, True), ["compile", "m"]) == 0
+    assert "warning[MC613]" in capsys.readouterr().err
 
 
 def test_libraries_of_cxx_have_their_own_words_for_no_memory() -> None:
