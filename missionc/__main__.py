@@ -20,19 +20,33 @@ def main() -> int:
     import io
     import sys
     import time
+    from contextlib import nullcontext
 
     began = time.monotonic()
 
-    from missionc.base.signals import Stopped, stoppable
+    from missionc.base.supervision import supervise
     from missionc.cli.streams import finished, hold_numbers
 
     hold_numbers()
+    # A server has no deadline of its own, and its editor or terminal ends it.
+    serves = {"lsp", "studio", "--watch", "--live"} & set(sys.argv[1:])
+    ended = None if serves else supervise()
     for stream in (sys.stdout, sys.stderr):
         # A letter that the terminal lacks, or a file name in no encoding, must not stop a message.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    if ended is not None:
+        if ended.cause is None:
+            return ended.status
+        from missionc.cli.app import say_ended
+
+        return finished(say_ended(ended, sys.argv[1:]))
+    from missionc.base.memory import DEFAULT_LIMIT, limited
+    from missionc.base.signals import Stopped, stoppable
+
+    sized = serves or any(word.startswith("--memory-limit") for word in sys.argv)
     try:
-        with stoppable():
+        with stoppable(), nullcontext() if sized else limited(DEFAULT_LIMIT):
             from missionc.cli.app import main as run
 
             return finished(run(sys.argv[1:], began))

@@ -6,10 +6,13 @@ a fit) knows nothing of time; it is interrupted.
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
 import time
 from types import FrameType, TracebackType
+
+from missionc.base.supervision import tell_deadline
 
 GRACE, SHARE = 0.1, 0.02
 """Seconds after its deadline, and a share of the time it had, that a search has to end by itself."""
@@ -37,7 +40,8 @@ class interrupted_at:  # noqa: N801 (it is used as a statement)
 
     It may stand within another: the earlier one comes first. Only the main thread can be interrupted; in any other,
     and where the system has no timers, nothing is done. An error that comes out after the interruption is taken for
-    it: numpy, where it is interrupted while it compares, raises a ``TypeError`` instead.
+    it: numpy, where it is interrupted while it compares, raises a ``TypeError`` instead. The parent of a supervised
+    process is told too, and ends it where nothing within can.
 
     Args:
         moment: on the clock of ``time.monotonic``, seconds.
@@ -58,6 +62,7 @@ class interrupted_at:  # noqa: N801 (it is used as a statement)
         if self.outer[0] and self.outer[0] < left:
             self.able = False
             return
+        tell_deadline(self.moment)
         signal.signal(signal.SIGALRM, self._interrupt)
         signal.setitimer(signal.ITIMER_REAL, max(SOON, left), AGAIN)
 
@@ -70,6 +75,7 @@ class interrupted_at:  # noqa: N801 (it is used as a statement)
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, self.handler)
         left, interval = self.outer
+        tell_deadline(time.monotonic() + left if left else math.inf)
         if left:
             signal.setitimer(signal.ITIMER_REAL, max(SOON, left - (time.perf_counter() - self.begin)), interval)
         if self.raised and isinstance(error, Exception):

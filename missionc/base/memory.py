@@ -11,6 +11,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+DEFAULT_LIMIT = 8 << 30
+"""Bytes that a command may take if nothing else is asked."""
+
 ROOM = 128 << 20
 """Bytes that a process may take in any case, whatever the limit: less would not even hold a message."""
 
@@ -57,6 +60,11 @@ def reserve(size: float, what: str) -> None:
     allowed = _allowed()
     if allowed is not None and size > (room := max(0, allowed - _status("VmData"))):
         raise MemoryError(f"{what} take about {sized(size)}, and {sized(room)} are left")
+
+
+def exhausted(error: Exception) -> bool:
+    """Whether an error says that there is no memory; libraries in C++ say so in words of their own."""
+    return isinstance(error, MemoryError) or "bad_alloc" in str(error) or "bad allocation" in str(error)
 
 
 def left(size: int) -> int:

@@ -19,8 +19,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 from missionc.base.deadline import OutOfTime
-
-HANDLED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from missionc.base.supervision import FORWARDED, HANDLED, supervised, tell_held
 
 PATIENCE = 1.5
 """Seconds that the process may take to tidy up."""
@@ -48,7 +47,10 @@ _now = _State()
 def stoppable() -> Iterator[None]:
     """Within, the first signal raises ``Stopped`` (after ``hold``, is noted); a second one ends the process at once."""
 
+    forwarded = FORWARDED if supervised() else 0
+
     def stop(number: int, frame: FrameType | None) -> None:
+        number -= forwarded
         if _now.seen:
             os._exit(128 + number)
         _now.seen = number
@@ -59,8 +61,9 @@ def stoppable() -> Iterator[None]:
         yield  # only the main thread may install handlers
         return
     _now.seen, _now.held = 0, False
-    with _ended_by_force(), _lost_in_silence():
-        before = {number: signal.signal(number, stop) for number in HANDLED if not _nobody_hangs_up(number)}
+    with _ended_by_force(forwarded), _lost_in_silence():
+        numbers = [number + forwarded for number in HANDLED if not _nobody_hangs_up(number)]
+        before = {number: signal.signal(number, stop) for number in numbers}
         try:
             yield
         finally:
@@ -75,11 +78,11 @@ def _nobody_hangs_up(number: signal.Signals) -> bool:
 
 
 @contextmanager
-def _ended_by_force() -> Iterator[None]:
+def _ended_by_force(forwarded: int) -> Iterator[None]:
     """Within, the process ends ``PATIENCE`` after a signal that leaves nothing to bring home, and at a second one."""
     read_end, write_end = os.pipe()
     os.set_blocking(write_end, False)
-    threading.Thread(target=_watch, args=(read_end,), daemon=True).start()
+    threading.Thread(target=_watch, args=(read_end, forwarded), daemon=True).start()
     before = signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
     try:
         yield
@@ -88,19 +91,21 @@ def _ended_by_force() -> Iterator[None]:
         os.close(write_end)
 
 
-def _watch(read_end: int) -> None:
+def _watch(read_end: int, forwarded: int) -> None:
     """End the process where it does not do so itself; until nothing more can be told."""
-    number = _next_signal(read_end)
-    if number and (not select.select([read_end], [], [], None if _now.held else PATIENCE)[0] or _next_signal(read_end)):
+    number = _next_signal(read_end, forwarded)
+    if number and (
+        not select.select([read_end], [], [], None if _now.held else PATIENCE)[0] or _next_signal(read_end, forwarded)
+    ):
         os._exit(128 + number)
     os.close(read_end)
 
 
-def _next_signal(read_end: int) -> int:
+def _next_signal(read_end: int, forwarded: int) -> int:
     """The next that is handled here; 0 where there will be none."""
     while number := os.read(read_end, 1):
-        if number[0] in HANDLED:
-            return number[0]
+        if number[0] - forwarded in HANDLED:
+            return number[0] - forwarded
     return 0
 
 
@@ -131,6 +136,7 @@ def leave_signals() -> None:
 def hold() -> None:
     """From now on, to the end of ``stoppable``, there is something to bring home."""
     _now.held = True
+    tell_held(True)
 
 
 def asked() -> bool:
@@ -141,6 +147,7 @@ def asked() -> bool:
 def let_go() -> None:
     """What there was is brought home: raise the ``Stopped`` of a signal that came meanwhile, if one did."""
     _now.held = False
+    tell_held(False)
     stop_again()
 
 

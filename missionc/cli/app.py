@@ -14,10 +14,12 @@ from importlib.util import find_spec
 
 import click
 
+from missionc.base.memory import exhausted
 from missionc.base.signals import stop_again
+from missionc.base.supervision import Cause, Ended
 from missionc.cli.exit_status import Status, out_of_memory, say
 from missionc.cli.streams import Unsaid, speaking
-from missionc.diagnostics.defect import defect
+from missionc.diagnostics.defect import cut_off, defect
 from missionc.diagnostics.sanitize import plain
 from missionc.diagnostics.suggest import nearest
 from missionc.syntax.read_file import nowhere
@@ -70,17 +72,26 @@ def _run(words: list[str], began: float | None) -> int:
         return _refused(error)
     except Unsaid:
         raise
-    except MemoryError:
-        say([out_of_memory()], [], _form(words), {})
-        return Status.MISSION_ERRORS
     except Exception as error:
         stop_again()
+        if exhausted(error):
+            say([out_of_memory()], [], _form(words), {})
+            return Status.MISSION_ERRORS
         if nowhere():
             return _refused(click.UsageError("the folder that this runs in is gone; change to one that is there"))
         if os.environ.get("MISSIONC_TRACEBACK"):
             raise
         say([defect(error)], [], _form(words), {})
         return Status.DEFECT
+
+
+def say_ended(ended: Ended, words: list[str]) -> Status:
+    """Report why the process that did the work was ended, and return the exit status."""
+    with speaking():
+        say([cut_off(ended)], [], _form(words), {})
+        if ended.kept:
+            return Status.DONE
+        return Status.DEFECT if ended.cause is Cause.CRASH else Status.UNDECIDED
 
 
 def _refused(error: click.ClickException) -> Status:

@@ -17,6 +17,7 @@ from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.signals import stop_again
 from missionc.base.source import Source
+from missionc.base.supervision import tell_kept
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import emit_stages, stage_names, summary
@@ -233,6 +234,8 @@ class PlanFolder:
         own = bool(before) and manifest.is_file() and manifest.read_bytes() == before[MANIFEST]
         wrong = write_folder(self.path, compiled.files, self.force or own)
         self.kept = self.kept if wrong else compiled
+        if not wrong and isinstance(compiled.outcome, Verified):
+            tell_kept()
         return wrong
 
 

@@ -1,15 +1,17 @@
 """Defects of the compiler as findings: an error that no stage foresaw, and where it happened.
 
-says MC613 MC901
+says MC602 MC603 MC613 MC901
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from missionc.diagnostics.code import IMPROVEMENT_FAILED, INTERNAL
+from missionc.base.supervision import Cause, Ended
+from missionc.diagnostics.code import IMPROVEMENT_FAILED, INTERNAL, OUT_OF_MEMORY, OUT_OF_TIME
 from missionc.diagnostics.model import Diagnostic
 
+KEPT = "the result was complete before this step, and is unchanged"
 MORE = "MISSIONC_TRACEBACK=1 shows more"
 
 
@@ -36,11 +38,24 @@ def improvement_failed(step: str, error: Exception) -> Diagnostic:
         IMPROVEMENT_FAILED,
         f"{step} failed: {why}",
         None,
-        notes=("the result was complete before this step, and is unchanged",),
+        notes=(KEPT,),
         help="allow more with `--memory-limit`"
         if memory
         else "use the result, and report the defect with the mission, the command and `missionc --version`",
     )
+
+
+def cut_off(ended: Ended) -> Diagnostic:
+    """Report the end of the process that did the work, which its parent or the system ended."""
+    code, why, help_ = {
+        Cause.TIME: (OUT_OF_TIME, "the time limit came first, in", "allow more with `--time-limit`"),
+        Cause.MEMORY: (OUT_OF_MEMORY, "the memory limit came first, in", "make the mission smaller"),
+        Cause.CRASH: (INTERNAL, f"a defect of the compiler: signal {ended.status} in", "report it with the mission"),
+    }[ended.cause or Cause.CRASH]
+    why += " a library call that cannot be interrupted"
+    if ended.kept:
+        return Diagnostic(IMPROVEMENT_FAILED, f"improving the plan failed: {why}", None, notes=(KEPT,), help=help_)
+    return Diagnostic(code, why if code is INTERNAL else f"undecided: {why}", None, help=help_)
 
 
 def _named(error: Exception) -> str:

@@ -36,6 +36,7 @@ from missionc.backends.load import load_engines as load_backend
 from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.limits import Limits
+from missionc.base.memory import DEFAULT_LIMIT as DEFAULT_MEMORY_LIMIT
 from missionc.base.memory import limited
 from missionc.base.signals import asked, hold
 from missionc.base.source import Source
@@ -64,7 +65,6 @@ if TYPE_CHECKING:
     from missionc.verify.certificate import Between
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
-DEFAULT_MEMORY_LIMIT = 8 << 30
 NO_EXPLANATION = Seconds(0.0)
 __all__ = ["ANY_BACKEND", "DEFAULT_MEMORY_LIMIT", "DEFAULT_TIME_LIMIT", "check", "compile", "monitor", "plan"]
 

@@ -12,6 +12,7 @@ from typing import TypeVar
 
 from missionc.backends.api import Reason
 from missionc.base.deadline import OutOfTime, interrupted_at
+from missionc.base.memory import exhausted
 
 Result = TypeVar("Result")
 
@@ -41,5 +42,7 @@ def within(moment: float, work: Callable[[], Result]) -> Result | Ended:
             return work()
     except OutOfTime:
         return Ended(Reason.TIME)
-    except MemoryError as error:
+    except Exception as error:
+        if not exhausted(error):
+            raise
         return Ended(Reason.MEMORY, str(error))

@@ -123,6 +123,10 @@ def at_work(path: Path) -> Iterator[Journal | Diagnostic]:
 
 def _about(path: Path) -> dict[str, Any] | Diagnostic:
     try:
+        if (path / SWEEP).stat().st_size > LARGEST:
+            return _unreadable(
+                path, f"its `{SWEEP}` is larger than {LARGEST:,} bytes", "sweep anew, into another folder"
+            )
         document = parse_json((path / SWEEP).read_text(encoding="utf-8"))
     except FileNotFoundError:
         return _unreadable(path, f"there is no `{SWEEP}` in it", "name a folder that `missionc sweep` wrote")

@@ -104,6 +104,8 @@ class _Reader:
         self.key = ""
         self.text: list[str] = []
         self.began = Span(source, 0, 0)
+        self.reached = 0, 0
+        """The last place in bytes and in characters."""
         self.parser = expat.ParserCreate("utf-8", SPACE)
         self.parser.StartDoctypeDeclHandler = self.doctype
         self.parser.StartElementHandler = self.start
@@ -113,11 +115,13 @@ class _Reader:
     def place(self, byte: int) -> Span:
         """From a byte to the end of the tag that begins there, or one character."""
         text = self.source.text
-        start = byte if text.isascii() else len(self.content[:byte].decode("utf-8", "ignore"))
+        before, characters = self.reached if self.reached[0] <= byte else (0, 0)
+        # Places come one after the other: only the text since the last one is decoded.
+        start = characters + len(self.content[before:byte].decode("utf-8", "ignore"))
+        self.reached = byte, start
         start = max(0, min(start, len(text) - 1))
         tag = text.find(">", start) + 1 if text[start : start + 1] == "<" else 0
-        line = text.find("\n", start)
-        end = tag if tag and (line < 0 or tag <= line) else start + 1
+        end = tag if tag and text.find("\n", start, tag) < 0 else start + 1
         return Span(self.source, start, min(end, len(text)))
 
     def refuse(self, reason: str) -> _WrongError:

@@ -9,7 +9,8 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from missionc.base.signals import HANDLED, Stopped
+from missionc.base.signals import Stopped
+from missionc.base.supervision import HANDLED
 from missionc.cli.compile_request import CompileRequest
 from missionc.cli.studio.local_server import LocalServer
 from missionc.cli.studio.text_file import TextFile

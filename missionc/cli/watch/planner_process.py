@@ -17,7 +17,8 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import TYPE_CHECKING, Self
 
-from missionc.base.signals import HANDLED, Stopped, end_with_parent, stoppable
+from missionc.base.signals import Stopped, end_with_parent, stoppable
+from missionc.base.supervision import HANDLED
 from missionc.base.units import Seconds
 from missionc.cli.compile_request import CompileRequest
 from missionc.cli.exit_status import Status, say

@@ -18,7 +18,8 @@ from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
 
 from missionc.backends.api import Progress
 from missionc.base.memory import copies
-from missionc.base.signals import HANDLED, end_with_parent, leave_signals
+from missionc.base.signals import end_with_parent, leave_signals
+from missionc.base.supervision import STOPPING
 
 Piece = TypeVar("Piece")
 Answer = TypeVar("Answer")
@@ -73,7 +74,7 @@ class Children(Generic[Piece, Answer]):
         """
         context = multiprocessing.get_context("fork")
         # No signal may meet a child that is not ready for it, nor this process before it knows of the child.
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, HANDLED)
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, STOPPING)
         try:
             for _ in range(count):
                 ours, theirs = context.Pipe()
@@ -141,7 +142,7 @@ def children(count: int, work: Callable[[Piece, Say], Answer], listen: Say) -> I
 
 def _serve(pipe: Connection, work: Callable[[Any, Say], Any]) -> None:
     leave_signals()
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOPPING)
     end_with_parent()
 
     def say(progress: Progress) -> None:
