@@ -1,17 +1,20 @@
 """A strict JSON reader: everything that two readers could understand differently is refused.
 
-No key comes twice in one record, no number is longer than a double or a 64-bit
-integer needs, no half of a surrogate pair stands alone, and nothing is nested
-deeper than a reader goes. ``NaN`` and ``Infinity`` are left to who wants finite numbers.
+No key comes twice in one record, every number is finite (unless the caller
+takes others) and no longer than a double or a 64-bit integer needs, no half of
+a surrogate pair stands alone, and nothing is nested deeper than a reader goes.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 LONGEST_INTEGER = 19
 """Digits: more do not fit into 64 bits."""
+CONSTANT = re.compile(r"-?(?:NaN|Infinity)")
+"""A number that is none in JSON, as some writers have it."""
 
 
 class NotJsonError(ValueError):
@@ -22,22 +25,52 @@ class NotJsonError(ValueError):
         self.reason, self.place = reason, place
 
 
-def parse_json(text: str) -> Any:
-    """The value that a text holds.
+def parse_json(content: str | bytes, *, finite: bool = True) -> Any:
+    """The value that a text holds, or UTF-8.
+
+    Args:
+        finite: refuse ``NaN`` and ``Infinity``; they are kept otherwise.
 
     Raises:
         NotJsonError: it holds none, or one that is not the same for every reader.
     """
     try:
+        text = content if isinstance(content, str) else content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise NotJsonError("it is not UTF-8") from None
+    try:
         value = json.loads(text, parse_int=_integer, object_pairs_hook=_record)
-        # Half of a surrogate pair is no character: nothing could be written of it.
-        json.dumps(value, ensure_ascii=False).encode()
+        # Half of a surrogate pair is no character, and NaN no number: nothing could be written of them.
+        json.dumps(value, ensure_ascii=False, allow_nan=not finite).encode()
     except json.JSONDecodeError as error:
-        raise NotJsonError(f"this is not JSON: {error.msg}", error.pos) from None
+        here = f"unexpected `{text[error.pos]}`" if error.pos < len(text) else "it ends too soon"
+        raise NotJsonError(f"this is not JSON: {here}", error.pos) from None
     except UnicodeEncodeError:
         raise NotJsonError("half of a surrogate pair stands alone in a text") from None
     except RecursionError:
         raise NotJsonError("the lists are nested too deep") from None
+    except NotJsonError:
+        raise
+    except ValueError:
+        found = CONSTANT.search(text)
+        raise NotJsonError("a number is not finite", found.start() if found else 0) from None
+    return value
+
+
+def parse_record(content: str | bytes, schema: str = "") -> dict[str, Any]:
+    """The record that a text holds.
+
+    Args:
+        schema: what its ``schema`` says; any record is read if this is empty.
+
+    Raises:
+        NotJsonError: as ``parse_json``; or the text holds something else.
+    """
+    value = parse_json(content)
+    if not isinstance(value, dict):
+        raise NotJsonError("it is no record")
+    if schema and value.get("schema") != schema:
+        raise NotJsonError("it is not what this version of the compiler writes")
     return value
 
 
