@@ -114,7 +114,7 @@ def _number(word: object) -> float | None:
 
 def _from_json(source: Source) -> tuple[list[State], list[Diagnostic]]:
     try:
-        document = parse_json(source.text)
+        document = parse_json(source.text, finite=False)
     except NotJsonError as error:
         place = Span(source, error.place, min(error.place + 1, len(source.text)))
         return [], [_unreadable(place, error.reason)]

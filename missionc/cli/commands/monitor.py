@@ -18,6 +18,7 @@ from missionc.diagnostics.code import EXTRA_MISSING, NOT_LISTENING
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.pipeline import driver
+from missionc.syntax.read_file import closed_input
 
 
 @click.command("monitor")
@@ -159,7 +160,7 @@ def _lines(asked: Live, mission: Mission) -> Iterator[str] | Diagnostic:
             reason = f"nothing can be received on port {port} of {host}: {why}"
             return Diagnostic(NOT_LISTENING, reason, None, help="name another port, or end what listens there")
     if asked.mcap is None:
-        return sample_lines.of_standard_input()
+        return sample_lines.of_standard_input() if sys.stdin is not None else closed_input()
     if not find_spec("mcap"):
         help_ = "install it with `pip install 'missionc[export]'`"
         message = "a recording in MCAP needs the package mcap, which is not installed"
