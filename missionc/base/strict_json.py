@@ -1,13 +1,14 @@
 """A strict JSON reader: everything that two readers could understand differently is refused.
 
-No key comes twice in one record, no number is longer than a double or a 64-bit
-integer needs, no half of a surrogate pair stands alone, and nothing is nested
-deeper than a reader goes. ``NaN`` and ``Infinity`` are left to who wants finite numbers.
+No key comes twice in one record, every number is finite (unless the caller
+takes others) and no longer than a double or a 64-bit integer needs, no half of
+a surrogate pair stands alone, and nothing is nested deeper than a reader goes.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from typing import Any
 
@@ -15,6 +16,8 @@ from missionc.base.limits import Limits
 
 LONGEST_INTEGER = 19
 """Digits: more do not fit into 64 bits."""
+CONSTANT = re.compile(r"-?(?:NaN|Infinity)")
+"""A number that is none in JSON, as some writers have it."""
 
 VALUES = Limits().json_values
 """Values of a text, if nothing else is allowed."""
@@ -28,15 +31,20 @@ class NotJsonError(ValueError):
         self.reason, self.place = reason, place
 
 
-def parse_json(text: str, most: int = VALUES) -> Any:
-    """The value that a text holds.
+def parse_json(content: str | bytes, most: int = VALUES, *, finite: bool = True) -> Any:
+    """The value that a text holds, or UTF-8.
 
     Args:
         most: values in it, those within others counted too.
+        finite: refuse ``NaN`` and ``Infinity``; they are kept otherwise.
 
     Raises:
         NotJsonError: it holds none, one that is not the same for every reader, or too many.
     """
+    try:
+        text = content if isinstance(content, str) else content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise NotJsonError("it is not UTF-8") from None
     count = 1 + text.count(",") + text.count("[") + text.count("{")
     if count > most:
         raise NotJsonError(
@@ -44,14 +52,37 @@ def parse_json(text: str, most: int = VALUES) -> Any:
         )
     try:
         value = json.loads(text, parse_int=_integer, object_pairs_hook=_record)
-        # Half of a surrogate pair is no character: nothing could be written of it.
-        json.dumps(value, ensure_ascii=False).encode()
+        # Half of a surrogate pair is no character, and NaN no number: nothing could be written of them.
+        json.dumps(value, ensure_ascii=False, allow_nan=not finite).encode()
     except json.JSONDecodeError as error:
-        raise NotJsonError(f"this is not JSON: {error.msg}", error.pos) from None
+        here = f"unexpected `{text[error.pos]}`" if error.pos < len(text) else "it ends too soon"
+        raise NotJsonError(f"this is not JSON: {here}", error.pos) from None
     except UnicodeEncodeError:
         raise NotJsonError("half of a surrogate pair stands alone in a text") from None
     except RecursionError:
         raise NotJsonError("the lists are nested too deep") from None
+    except NotJsonError:
+        raise
+    except ValueError:
+        found = CONSTANT.search(text)
+        raise NotJsonError("a number is not finite", found.start() if found else 0) from None
+    return value
+
+
+def parse_record(content: str | bytes, schema: str = "") -> dict[str, Any]:
+    """The record that a text holds.
+
+    Args:
+        schema: what its ``schema`` says; any record is read if this is empty.
+
+    Raises:
+        NotJsonError: as ``parse_json``; or the text holds something else.
+    """
+    value = parse_json(content)
+    if not isinstance(value, dict):
+        raise NotJsonError("it is no record")
+    if schema and value.get("schema") != schema:
+        raise NotJsonError("it is not what this version of the compiler writes")
     return value
 
 

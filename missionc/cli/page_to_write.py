@@ -26,7 +26,7 @@ def refuse_page(target: Path, named: bool, inputs: Iterable[Path], others: Itera
         others: what else the command writes.
     """
     wrong = overlapping([Output("-o", target), *others], inputs)
-    return wrong or (None if named else _not_ours(target)) or refuse_file(target)
+    return wrong or refuse_file(target) or (None if named else _not_ours(target))
 
 
 def _not_ours(target: Path) -> Diagnostic | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import stat
 import sys
 import time
 from collections.abc import Iterator
@@ -47,7 +48,9 @@ def of_recording(file: Path, poses: McapPoses) -> Iterator[str]:
     """
     from missionc.monitoring.live.mcap_poses import BrokenRecordingError
 
-    with file.open("rb") as recording:
+    with open(os.open(file, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK), "rb") as recording:
+        if not stat.S_ISREG(os.fstat(recording.fileno()).st_mode):
+            raise BrokenRecordingError("it is not a regular file")
         while not poses.over:
             if data := recording.read(PIECE):
                 yield from poses.feed(data)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
 
+from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.diagnostics.model import Diagnostic
 from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA
@@ -90,7 +90,6 @@ def _read(path: Path, changed: int, size: int) -> dict[str, object]:
     if isinstance(content, Diagnostic):
         return {}
     try:
-        read = json.loads(content)
-    except (ValueError, RecursionError):
+        return parse_record(content)
+    except NotJsonError:
         return {}
-    return read if isinstance(read, dict) else {}

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import logging
 import sys
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 from lsprotocol import types
+from pygls.exceptions import JsonRpcException, JsonRpcInvalidRequest, JsonRpcParseError
 from pygls.lsp.server import LanguageServer
 from pygls.uris import to_fs_path
 
@@ -41,6 +43,8 @@ from missionc.version import __version__
 class Server(LanguageServer):
     """What is open, and the checks of it."""
 
+    protocol: Protocol
+
     def __init__(self) -> None:
         full = types.TextDocumentSyncKind.Full
         super().__init__("missionc", __version__, text_document_sync_kind=full, protocol_cls=Protocol)
@@ -48,6 +52,14 @@ class Server(LanguageServer):
         self.checks = Checks(self.publish)
         self.symbols = WorkspaceSymbols()
         self.commands: frozenset[str] = frozenset()
+
+    def report_server_error(self, error: Exception, source: Any) -> None:
+        """Tell the client of an error; what was no message is answered as the protocol says."""
+        if source is not JsonRpcException:
+            super().report_server_error(error, source)
+        else:
+            unread = isinstance(error, ValueError | RecursionError)
+            self.protocol.refuse(JsonRpcParseError() if unread else JsonRpcInvalidRequest())
 
     def put(self, uri: str, version: int) -> None:
         """Take a text as the client has it now, and have it checked."""
@@ -83,6 +95,7 @@ def serve() -> None:
     """Answer on standard input and output until the client hangs up."""
     if sys.stdin is None:
         return  # closed, so that nobody will ever ask
+    logging.getLogger("pygls").setLevel(logging.CRITICAL)  # the client is told of every error, with where it came from
     gc.freeze()
     gc.set_threshold(50_000)
     made().start_io(cast(BinaryIO, Incoming(sys.stdin.buffer)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, BinaryIO
 
-from pygls.exceptions import JsonRpcException
+from pygls.exceptions import JsonRpcException, JsonRpcInternalError, JsonRpcInvalidRequest
 from pygls.protocol import LanguageServerProtocol
 from pygls.protocol.json_rpc import JsonRPCNotification
 
@@ -39,9 +39,17 @@ class Protocol(LanguageServerProtocol):
 
     def structure_message(self, data: dict[str, Any]) -> Any:
         try:
+            if "jsonrpc" in data and "method" in data:
+                data.setdefault("params", None)  # it may be left out
+                if not isinstance(data["method"], str):
+                    raise JsonRpcInvalidRequest
             return super().structure_message(data)
         except JsonRpcException as wrong:
-            request_id = data.get("id")
-            if "method" in data and isinstance(request_id, int | str):
-                self._send_response(request_id, error=wrong.to_response_error())
+            if "method" in data and "id" in data:
+                request_id = data["id"] if isinstance(data["id"], int | str) else None
+                self.refuse(JsonRpcInvalidRequest() if isinstance(wrong, JsonRpcInternalError) else wrong, request_id)
             return JsonRPCNotification(method="", params=None, jsonrpc="")  # of no version, so that nobody acts on it
+
+    def refuse(self, error: JsonRpcException, request_id: int | str | None = None) -> None:
+        """Answer a message with an error; its id is null if the message states none that can be read."""
+        self._send_data({"jsonrpc": self.VERSION, "id": request_id, "error": error.to_response_error()})

@@ -63,7 +63,7 @@ def geojson(asked: Asked) -> Reading:
     """
     source = asked.sources[0]
     try:
-        root = parse_json(source.text, asked.limits.json_values)
+        root = parse_json(source.text, asked.limits.json_values, finite=False)
     except NotJsonError as error:
         raise unreadable(source, error.reason, Span(source, error.place, error.place), COLLECTION) from None
     form = root.get("type") if isinstance(root, dict) else None

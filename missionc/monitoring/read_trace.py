@@ -129,7 +129,7 @@ def _allow_samples(source: Source, count: int, limits: Limits) -> None:
 
 def _from_json(source: Source, limits: Limits) -> tuple[list[State], list[Diagnostic]]:
     try:
-        document = parse_json(source.text, limits.json_values)
+        document = parse_json(source.text, limits.json_values, finite=False)
     except NotJsonError as error:
         place = Span(source, error.place, min(error.place + 1, len(source.text)))
         return [], [_unreadable(place, error.reason)]

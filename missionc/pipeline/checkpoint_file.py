@@ -18,6 +18,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from missionc.backends.api import Snapshot
+from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.base.trace import Array
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
@@ -51,12 +52,13 @@ def from_bytes(content: bytes, name: str, run: Identity) -> Snapshot | Diagnosti
     """
     try:
         arrays = _arrays(content)
-        about = json.loads(arrays.pop(WORDS).tobytes())
+        about = parse_record(arrays.pop(WORDS).tobytes())
         schema, saved_run, words = str(about["schema"]), dict(about["run"]), dict(about["words"])
         if schema == SCHEMA and sorted(arrays) != about["arrays"]:
-            raise ValueError("not all of its arrays are there")
-    except Exception as wrong:
-        return unreadable(name, str(wrong) or type(wrong).__name__)
+            raise _DamagedError("not all of its arrays are there")
+    except Exception as wrong:  # of whatever unpacks it, too
+        ours = isinstance(wrong, _DamagedError | NotJsonError)
+        return unreadable(name, str(wrong) if ours else "it is damaged, or no checkpoint")
     if schema != SCHEMA:
         return _of_another(name, f"it is written as `{schema[:40]}`, this version writes `{SCHEMA}`", "")
     different = difference(saved_run, run)
@@ -73,20 +75,24 @@ def difference(saved: Mapping[str, object], now: Identity) -> tuple[str, str] | 
     return None
 
 
+class _DamagedError(ValueError):
+    """A checkpoint that is not whole; the text says in what."""
+
+
 def _arrays(content: bytes) -> dict[str, Array]:
     """Every array of an npz, none of which is believed before its size is known.
 
     Raises:
-        ValueError, zipfile.BadZipFile: it is no such file, or damaged.
+        Exception: it is no such file, or damaged.
     """
     arrays = {}
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = archive.infolist()
         if len(members) > MOST_ARRAYS or sum(member.file_size for member in members) > len(content):
-            raise ValueError("it claims to hold more than it can")
+            raise _DamagedError("it claims to hold more than it can")
         for member in members:
             if member.compress_type != zipfile.ZIP_STORED or not member.filename.endswith(".npy"):
-                raise ValueError(f"`{member.filename[:40]}` is no plain array")
+                raise _DamagedError(f"`{member.filename[:40]}` is no plain array")
             name = member.filename.removesuffix(".npy")
             arrays[name] = _array(archive.read(member), "|u1" if name == WORDS else "<f8")
     return arrays
@@ -95,13 +101,13 @@ def _arrays(content: bytes) -> dict[str, Array]:
 def _array(data: bytes, kind: str) -> Array:
     file = io.BytesIO(data)
     if np.lib.format.read_magic(file) != (1, 0):
-        raise ValueError("an array is of another format")
+        raise _DamagedError("an array is of another format")
     shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
     if dtype.str != kind or fortran or math.prod(shape) * dtype.itemsize != len(data) - file.tell():
-        raise ValueError("an array is not what its header says")
+        raise _DamagedError("an array is not what its header says")
     array: Array = np.load(io.BytesIO(data), allow_pickle=False)
     if not np.isfinite(array).all():
-        raise ValueError("a number is not finite")
+        raise _DamagedError("a number is not finite")
     return array
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
 from missionc.progression.stretches import Stretch
@@ -103,12 +103,9 @@ def read_past(text: str, magnitude: float) -> Past | str:
         magnitude: no number is larger.
     """
     try:
-        document = parse_json(text)
+        stretches = parse_record(text, SCHEMA).get("stretches")
     except NotJsonError as error:
         return error.reason
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        return "it is not what this version of the compiler writes"
-    stretches = document.get("stretches")
     if not isinstance(stretches, list) or not 1 <= len(stretches) <= MOST_STRETCHES:
         return "it has no list of stretches"
     flown = [_flown(each, magnitude) for each in stretches]

@@ -20,7 +20,7 @@ from typing import Protocol
 from missionc.backends.options import SLOWEST
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import FOLDER_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
@@ -230,14 +230,9 @@ def manifest_in(folder: Path, limits: Limits) -> dict[str, object] | Diagnostic:
 
 def parsed(folder: Path, content: bytes) -> dict[str, object] | Diagnostic:
     try:
-        manifest = parse_json(content.decode("utf-8"))
-    except UnicodeDecodeError:
-        return unusable(folder, f"its `{MANIFEST}` is not UTF-8")
+        return parse_record(content, MANIFEST_SCHEMA)
     except NotJsonError as error:
         return unusable(folder, f"its `{MANIFEST}` cannot be read: {error.reason}")
-    if not isinstance(manifest, dict) or manifest.get("schema") != MANIFEST_SCHEMA:
-        return unusable(folder, f"its `{MANIFEST}` is not what this version of the compiler writes")
-    return manifest
 
 
 def names_and_hashes(listed: object) -> dict[str, str]:

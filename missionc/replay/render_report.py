@@ -19,7 +19,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MANIFEST, REPORT, SIMULATION
 from missionc.output.folder.manifest import relisted
 from missionc.output.folder.unwritable import shown
-from missionc.output.folder.write_file import write_file
+from missionc.output.folder.write_file import write_inside
 from missionc.output.folder.write_folder import refuse, write_folder
 from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.rebuild.alternatives import table_of
@@ -80,7 +80,7 @@ def _replaced(opened: OutputFolder, new: Mapping[str, bytes]) -> Diagnostic | No
 
 def _one_by_one(folder: Path, new: Mapping[str, bytes]) -> Diagnostic | None:
     """The manifest last: what it does not list as it is yet is told by it."""
-    return next(filter(None, (write_file(folder / name, content) for name, content in new.items())), None)
+    return next(filter(None, (write_inside(folder, name, content) for name, content in new.items())), None)
 
 
 def _foreign(opened: OutputFolder, name: str) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -17,9 +18,12 @@ from pathlib import Path
 from missionc.diagnostics.code import SWEEP_AT_WORK
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.unwritable import cannot_write, reason, shown
+from missionc.output.folder.write_file import NOT_REGULAR
 
 LARGEST = 1 << 30
 """Bytes of a journal that is read."""
+FLAGS = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
+"""How it is opened: no link is followed, and no pipe is waited for."""
 BLOCK = 4096
 """Bytes that are looked at together for the end of the last line."""
 
@@ -84,11 +88,14 @@ def locked(path: Path, of: Path, another: str) -> Iterator[Journal | Diagnostic]
         another: how another one is named, in words.
     """
     try:
-        handle = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o666)
+        handle = os.open(path, FLAGS, 0o666)
     except OSError as error:
         yield cannot_write(path, reason(error))
         return
     try:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            yield cannot_write(path, NOT_REGULAR)
+            return
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:

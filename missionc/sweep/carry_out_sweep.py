@@ -21,7 +21,7 @@ from missionc.diagnostics.code import NOT_TO_BE_LOST
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.ir import Mission
 from missionc.output.folder.manifest import sha256
-from missionc.output.folder.write_file import write_file
+from missionc.output.folder.write_file import write_file, write_inside
 from missionc.output.plot import plot
 from missionc.pipeline.provenance import inputs
 from missionc.sweep import results_table, run_answer
@@ -227,7 +227,7 @@ class _Outputs:
         if results_table.missing() is None:
             files[results_table.PARQUET] = table.parquet()
         files[PAGE] = sweep_html(self._page(by_values, comparisons))
-        wrong = [write_file(folder / name, content) for name, content in files.items()]
+        wrong = [write_inside(folder, name, content) for name, content in files.items()]
         if self.request.plot:
             path, width = self.request.plot
             wrong.append(write_file(path, sweep_figure(grid.names, by_values, path.suffix[1:], width)))

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from missionc.base.judgement import Judgement
+from missionc.base.strict_json import parse_json
 from missionc.base.trace import Trace
 from missionc.simulate.judge_flight import Error, Flight
 from missionc.verify.certificate import Check
@@ -31,7 +32,7 @@ def written(flights: Iterable[Flight], curves: bool) -> bytes:
 
 def read(content: bytes, trace: Trace) -> list[Flight]:
     """The flights of some records; ``trace`` stands for the states of each."""
-    return flights(json.loads(content), trace)
+    return flights(parse_json(content, finite=False), trace)
 
 
 def flights(records: Iterable[dict[str, Any]], trace: Trace) -> list[Flight]:

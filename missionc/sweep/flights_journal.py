@@ -12,16 +12,19 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 
-from missionc.base.strict_json import parse_json
+from missionc.base.judgement import Judgement
+from missionc.base.strict_json import NotJsonError, parse_json, parse_record
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.unwritable import ANOTHER_FILE, cannot_write, reason, shown
 from missionc.pipeline.checkpoint_file import Identity, difference
-from missionc.simulate.judge_flight import Flight
+from missionc.simulate.judge_flight import Error, Flight
 from missionc.sweep import flight_records, wire_text
 from missionc.sweep.append_journal import LARGEST, Journal, locked
+from missionc.verify.certificate import Check
 
 SCHEMA = "missionc.flights/1"
 ANOTHER = "another file with `--journal`"
@@ -77,7 +80,8 @@ class FlightsJournal:
                 number += 1
                 self.over |= _flights(line, like)
         except (ValueError, KeyError, TypeError) as error:
-            return _unreadable(self._path, f"its line {number} is none of a journal of flights: {error}")
+            why = f": {error.reason}" if isinstance(error, NotJsonError) else ""
+            return _unreadable(self._path, f"line {number} is not one of a journal of flights{why}")
         return None
 
 
@@ -95,7 +99,7 @@ def _first(of: Identity) -> bytes:
 
 def _not_of(line: bytes, of: Identity) -> str:
     """Why a first line is one of other flights; empty where it is not."""
-    document = parse_json(line.decode("ascii"))
+    document = parse_record(line)
     if document["schema"] != SCHEMA:
         return f"it is written as `{str(document['schema'])[:40]}`, and not `{SCHEMA}`"
     what, why = difference(dict(document["run"]), of) or ("", "")
@@ -104,25 +108,42 @@ def _not_of(line: bytes, of: Identity) -> str:
 
 def _flights(line: bytes, like: Flight) -> dict[int, Flight]:
     """The flights of a line, by their numbers."""
-    document = parse_json(line.decode("ascii"))
+    document = parse_json(line, finite=False)
     first, flights = document["first"], flight_records.flights(document["flights"], like.trace)
-    if not isinstance(first, int) or not all(_alike(each, like) for each in flights):
-        raise ValueError("its flights are none of this team")
+    if type(first) is not int or not all(_alike(each, like) for each in flights):
+        raise NotJsonError("its flights are not those of this team")
     return dict(enumerate(flights, first))
 
 
 def _alike(flight: Flight, like: Flight) -> bool:
-    """Whether two flights can be counted together, and their figures are numbers."""
-    figures = [value for each in flight.error for value in (each.mean, each.usual, each.most, each.at)]
-    figures += [each.robustness for each in (*flight.requirements, *flight.preferences)]
-    figures += [each.margin for each in flight.room]
+    """Two flights can be counted together: they have the same entries, whose values are of the same types."""
+    own, other = (_entries(each) for each in (flight, like))
     return (
-        all(isinstance(each, float | int) for each in figures)
-        and len(flight.error) == len(like.error)
+        len(flight.error) == len(like.error)
         and [each.name for each in flight.requirements] == [each.name for each in like.requirements]
         and [each.name for each in flight.preferences] == [each.name for each in like.preferences]
         and [each.subject for each in flight.room] == [each.subject for each in like.room]
+        and all(
+            _is_like(getattr(one, entry.name), getattr(two, entry.name), optional=entry.default is None)
+            for one, two in zip(own, other, strict=True)
+            for entry in fields(two)
+        )
     )
+
+
+def _entries(flight: Flight) -> list[Error | Judgement | Check]:
+    return [*flight.error, *flight.requirements, *flight.preferences, *flight.room]
+
+
+def _is_like(value: object, like: object, *, optional: bool) -> bool:
+    """A value of the same type; any number is like another one, and nothing is one only if it is optional."""
+    if value is None:
+        return optional
+    if isinstance(like, bool | str):
+        return type(value) is type(like)
+    if isinstance(like, tuple):
+        return isinstance(value, tuple) and all(isinstance(each, str) for each in value)
+    return isinstance(value, float | int) and not isinstance(value, bool) and value == value
 
 
 # ---------------------------------------------------------------- messages

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
+from missionc.base.strict_json import parse_record
 from missionc.output.folder.manifest import versions
 from missionc.sweep import wire_text
 from missionc.sweep.run_result import ERROR, RunResult, Value
@@ -56,7 +57,7 @@ def other_versions(here: Mapping[str, str]) -> str:
 
 def with_usage(text: str, seconds: float, size: int) -> str:
     """An answer with the processor time that its process took, and the most memory it had, bytes."""
-    document = wire_text.read_line(text, SCHEMA)
+    document = parse_record(text, SCHEMA)
     document["values"] |= {"cpu_seconds": round(seconds, 4), "peak_bytes": size}
     return wire_text.one_line(document)
 
@@ -67,7 +68,7 @@ def read(text: str) -> Answer:
     Raises:
         ValueError, KeyError, TypeError: the text is none.
     """
-    document = wire_text.read_line(text, SCHEMA)
+    document = parse_record(text, SCHEMA)
     files = tuple((name, zlib.decompress(each)) for name, each in wire_text.received(document["files"]).items())
     values: dict[str, Value] = dict(document["values"])
     result = RunResult(document["outcome"], values, document["sizes"], files)

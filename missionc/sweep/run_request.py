@@ -12,6 +12,7 @@ from typing import Any
 
 from missionc.backends.options import DESCRIBED, Options
 from missionc.base.limits import Limits
+from missionc.base.strict_json import parse_record
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.sweep import wire_text
@@ -114,7 +115,7 @@ def read(text: str) -> Request:
     Raises:
         ValueError, KeyError, TypeError: the text is none.
     """
-    document = wire_text.read_line(text, SCHEMA)
+    document = parse_record(text, SCHEMA)
     settings = Settings(
         wire_text.received(document["files"]),
         document["fixed"],

@@ -14,7 +14,6 @@ Run as ``python -m missionc.sweep.run_server FOLDER``; the folder, for temporary
 from __future__ import annotations
 
 import gc
-import json
 import os
 import resource
 import select
@@ -27,6 +26,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from missionc.base.signals import leave_signals
+from missionc.base.strict_json import parse_record
 from missionc.sweep import run_answer, run_request, trial_request
 from missionc.sweep.run_result import RunResult
 
@@ -50,7 +50,7 @@ def write_all(handle: int, content: bytes) -> None:
 
 def _answer(text: str, requests: int) -> str:
     try:
-        document = json.loads(text)
+        document = parse_record(text)
         carry_out = KINDS[document["schema"]]
         seconds, engines, asked = float(document["seconds"]), tuple(document["engines"]), dict(document["versions"])
     except (ValueError, KeyError, TypeError) as error:

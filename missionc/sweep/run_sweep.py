@@ -22,6 +22,7 @@ from pathlib import Path
 from missionc.diagnostics.code import OTHER_VERSIONS
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.unwritable import cannot_write, reason
+from missionc.output.folder.write_file import linked
 from missionc.output.folder.write_folder import write_folder
 from missionc.sweep import executors, run_answer, run_request
 from missionc.sweep.append_journal import Journal
@@ -153,7 +154,7 @@ def _written(row: Row, journal: Journal, folder: Path, keep: bool) -> Diagnostic
     """The plan first, then the line that says that it is there."""
     try:
         if keep and row.result.files:
-            wrong = write_folder(folder / PLANS / row.run.name, row.result.files, True)
+            wrong = linked(folder, PLANS) or write_folder(folder / PLANS / row.run.name, row.result.files, True)
             if wrong:
                 return wrong
         journal.add(row.as_line())

@@ -17,16 +17,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.diagnostics.code import OTHER_SWEEP, SWEEP_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.staging import NAME, sweep
 from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
-from missionc.output.folder.write_file import write_file
+from missionc.output.folder.write_file import write_inside
 from missionc.sweep import wire_text
 from missionc.sweep.append_journal import LARGEST, Journal, locked
 from missionc.sweep.run_grid import Run
 from missionc.sweep.run_result import ERROR, OUTCOMES, RunResult
+from missionc.syntax.read_file import Absent, read_bytes
 
 SWEEP, SCHEMA = "sweep.json", "missionc.sweep/1"
 JOURNAL = "runs.jsonl"
@@ -106,9 +107,9 @@ def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -
         if before == document and all((path / MISSION / name).exists() for name in files):
             return None
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    wrong = write_file(path / SWEEP, text.encode())
+    wrong = write_inside(path, SWEEP, text.encode())
     for name, content in files.items():
-        wrong = wrong or write_file(path / MISSION / name, content)
+        wrong = wrong or write_inside(path, f"{MISSION}/{name}", content)
     return wrong
 
 
@@ -122,31 +123,42 @@ def at_work(path: Path) -> Iterator[Journal | Diagnostic]:
 
 
 def _about(path: Path) -> dict[str, Any] | Diagnostic:
-    try:
-        if (path / SWEEP).stat().st_size > LARGEST:
-            return _unreadable(
-                path, f"its `{SWEEP}` is larger than {LARGEST:,} bytes", "sweep anew, into another folder"
-            )
-        document = parse_json((path / SWEEP).read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    anew = "start the sweep again in another folder"
+    content = _content(path, SWEEP, anew)
+    if isinstance(content, Diagnostic):
+        return content
+    if content is None:
         return _unreadable(path, f"there is no `{SWEEP}` in it", "name a folder that `missionc sweep` wrote")
-    except (OSError, ValueError, NotJsonError) as error:
-        return _unreadable(path, f"its `{SWEEP}` cannot be read: {error}", "sweep anew, into another folder")
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        return _unreadable(path, f"its `{SWEEP}` does not say that it is `{SCHEMA}`", "sweep anew, into another folder")
-    return document
+    try:
+        document = parse_record(content, SCHEMA)
+    except NotJsonError as error:
+        return _unreadable(path, f"its `{SWEEP}` cannot be read: {error.reason}", anew)
+    match document:
+        case {"varied": dict() as varied, "seeds": int()} if all(map(_texts, varied.values())):
+            return document
+        case _:
+            return _unreadable(path, f"its `{SWEEP}` has no `varied` or no `seeds`", anew)
+
+
+def _content(path: Path, name: str, anew: str) -> bytes | Diagnostic | None:
+    """A file of the folder; None if there is none."""
+    found = read_bytes(path / name, name, LARGEST, SWEEP_UNREADABLE)
+    if isinstance(found, Absent):
+        return None
+    return found if isinstance(found, bytes) else _unreadable(path, found.message, anew)
+
+
+def _texts(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(each, str) for each in value)
 
 
 def _rows(path: Path) -> dict[Run, Row] | Diagnostic:
     anew = "sweep anew, into another folder; or take the line out"
-    try:
-        if (path / JOURNAL).exists() and (path / JOURNAL).stat().st_size > LARGEST:
-            return _unreadable(path, f"its `{JOURNAL}` is larger than {LARGEST:,} bytes", anew)
-        text = (path / JOURNAL).read_text(encoding="ascii") if (path / JOURNAL).exists() else ""
-    except (OSError, ValueError) as error:
-        return _unreadable(path, f"its `{JOURNAL}` cannot be read: {error}", anew)
+    content = _content(path, JOURNAL, anew)
+    if isinstance(content, Diagnostic):
+        return content
     rows: dict[Run, Row] = {}
-    lines = text.split("\n")
+    lines = (content or b"").split(b"\n")
     for number, line in enumerate(lines[:-1], 1):  # what comes after the last line end is half a line
         row = _row(line)
         if isinstance(row, str):
@@ -155,20 +167,18 @@ def _rows(path: Path) -> dict[Run, Row] | Diagnostic:
     return rows
 
 
-def _row(line: str) -> Row | str:
+def _row(line: bytes) -> Row | str:
     try:
-        record = parse_json(line)
+        record = parse_record(line)
     except NotJsonError as error:
         return error.reason
-    if not isinstance(record, dict):
-        return "it is no record"
     values, seed, outcome = record.pop("values", None), record.pop("seed", None), record.pop("outcome", None)
     host, sizes = record.pop("host", ""), record.pop("sizes", {})
     if not (isinstance(values, dict) and all(isinstance(each, str) for each in values.values())):
         return "its `values` are no texts"
-    if not isinstance(seed, int) or isinstance(seed, bool) or outcome not in OUTCOMES:
+    if type(seed) is not int or not isinstance(outcome, str) or outcome not in OUTCOMES:
         return "it has no `seed`, or no `outcome` that there is"
-    if not (isinstance(sizes, dict) and all(isinstance(each, int) for each in sizes.values())):
+    if not (isinstance(sizes, dict) and all(type(each) is int for each in sizes.values())):
         return "its `sizes` are no whole numbers"
     if not all(isinstance(each, str | int | float) and not isinstance(each, bool) for each in record.values()):
         return "a value of it is no text and no number"
@@ -188,16 +198,16 @@ def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]
         for name in dict.fromkeys((*was, *has))
         if was.get(name) != has.get(name)
     ]
-    old, new = before.get("varied"), now["varied"]
-    if not isinstance(old, dict) or list(old) != list(new):
-        different.append(f"`--vary` had {_brief(list(old or {}))}, and has {_brief(list(new))}")
+    old, new = before["varied"], now["varied"]
+    if list(old) != list(new):
+        different.append(f"`--vary` had {_brief(list(old))}, and has {_brief(list(new))}")
     else:
         different += [
             f"`--vary {name}` had {_brief(missing[0])}, and has it no longer"
             for name in old
             if (missing := [value for value in old[name] if value not in new[name]])
         ]
-    if isinstance(before.get("seeds"), int) and before["seeds"] > now["seeds"]:
+    if before["seeds"] > now["seeds"]:
         different.append(f"there were {before['seeds']} seeds, and are {now['seeds']}")
     return different
 

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from missionc.base.limits import Limits
+from missionc.base.strict_json import parse_record
 from missionc.simulate.disturbance import Disturbance
 from missionc.simulate.trials import Trial
 from missionc.sweep import wire_text
@@ -57,7 +58,7 @@ def read(text: str) -> TrialRequest:
     Raises:
         ValueError, KeyError, TypeError: the text is none.
     """
-    document = wire_text.read_line(text, SCHEMA)
+    document = parse_record(text, SCHEMA)
     drawn = document["trial"].pop("disturbance")
     lost = tuple((str(name), float(when)) for name, when in drawn.pop("lose"))
     trial = Trial(**document["trial"], disturbance=Disturbance(**drawn, lose=lost))

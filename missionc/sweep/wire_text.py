@@ -17,18 +17,6 @@ def one_line(document: Mapping[str, Any]) -> str:
     return json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
 
 
-def read_line(text: str, schema: str) -> dict[str, Any]:
-    """The document in a text.
-
-    Raises:
-        ValueError, KeyError, TypeError: the text is none, or of another schema.
-    """
-    document: dict[str, Any] = json.loads(text)
-    if document["schema"] != schema:
-        raise ValueError(f"a text of the form {document['schema']}, and not {schema}")
-    return document
-
-
 def sent(files: Mapping[str, bytes]) -> dict[str, str]:
     """Files, by their names, as a document holds them."""
     return {name: base64.b64encode(content).decode("ascii") for name, content in files.items()}

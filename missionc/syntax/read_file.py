@@ -31,6 +31,7 @@ from missionc.diagnostics.code import (
     FOLDER_UNREADABLE,
     INCLUDE_NOT_ALLOWED,
     MAP_UNREADABLE,
+    SCENARIO_UNUSABLE,
     TRACE_UNREADABLE,
     UNREADABLE,
     Code,
@@ -43,6 +44,7 @@ LIMITS = {
     CHECKPOINT_UNREADABLE: "checkpoint_bytes",
     FOLDER_UNREADABLE: "trace_bytes",
     MAP_UNREADABLE: "map_bytes",
+    SCENARIO_UNUSABLE: "file_bytes",
 }
 """The limit that a file of each kind may exceed, by the code that says it cannot be read."""
 
@@ -128,9 +130,8 @@ def read_data(path: Path, name: str, limits: Limits, cause: Span | None = None) 
 def read_standard_input(limits: Limits) -> Source | Diagnostic:
     """A mission from standard input, within the limits; no more than that is read, however much there is."""
     name, limit = "<stdin>", limits.file_bytes
-    # Python has no such file where the process was started with it closed.
     if sys.stdin is None:
-        return _unreadable(UNREADABLE, name, "standard input is closed", None)
+        return closed_input()
     try:
         content = sys.stdin.buffer.read(limit + 1)
     except (OSError, ValueError) as error:
@@ -140,6 +141,11 @@ def read_standard_input(limits: Limits) -> Source | Diagnostic:
         return too_large(UNREADABLE, name, len(content), limit, more=True)
     text = text_of(content, name)
     return text if isinstance(text, Diagnostic) else Source(name, text)
+
+
+def closed_input() -> Diagnostic:
+    """The refusal of standard input that was closed when the process started: Python has no such file then."""
+    return _unreadable(UNREADABLE, "<stdin>", "standard input is closed", None)
 
 
 def loader(main: Path, name: str, limits: Limits) -> Loader:
@@ -258,7 +264,8 @@ def too_large(
     code: Code, name: str, size: int, limit: int, cause: Span | None = None, *, more: bool = False
 ) -> Diagnostic:
     """What is said of ``size`` bytes, or ``more`` of which nobody knows how many, where ``limit`` are allowed."""
-    raised = f"allow more with `--limit {LIMITS[code]}={'BYTES' if more else size}`"
+    limited = LIMITS.get(code)
+    raised = f"allow more with `--limit {limited}={'BYTES' if more else size}`" if limited else "give a smaller file"
     return Diagnostic(
         FILE_TOO_LARGE,
         f"`{name}` has {size} bytes{' or more' if more else ''}; the limit is {limit}",

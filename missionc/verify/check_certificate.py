@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, TypeAlias
 
-from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.verify.certificate import Certificate, Check, Figure
 from missionc.verify.compare_documents import close, difference, is_number, shown
 from missionc.verify.proof.branch_and_bound import SHARE
@@ -49,10 +49,8 @@ MOMENT = 2e-6
 def check_certificate(text: str, plan_sha256: str, certificate: Certificate) -> list[Check]:
     """What ``certificate.json`` states, held against what was found."""
     try:
-        stated = parse_json(text)
+        stated = parse_record(text, SCHEMA)
     except NotJsonError:
-        stated = None
-    if not isinstance(stated, dict) or stated.get("schema") != SCHEMA:
         return [_check("schema", "it is no certificate that this version of the compiler writes")]
     return [
         _check("head", _head(stated, plan_sha256, certificate)),

@@ -64,6 +64,11 @@ def mutated(files: Mapping[str, bytes], seed: int) -> tuple[Files, str]:
     return hashed(found, keep=name == "manifest.json") if forged else found, f"{name}: {what}{', forged' * forged}"
 
 
+def mutated_file(name: str, content: bytes, seed: int) -> tuple[bytes, str]:
+    """Another content for one file, the same for the same seed; and in words what was done."""
+    return _changed(random.Random(seed), name, content)
+
+
 def _weight(name: str) -> int:
     """JSON documents are the ones that are read in most ways."""
     return 8 if name.endswith(".json") else 1
@@ -72,6 +77,13 @@ def _weight(name: str) -> int:
 def _changed(chance: random.Random, name: str, content: bytes) -> tuple[bytes, str]:
     if name.endswith(".json"):
         return _json(chance, content)
+    if name.endswith(".jsonl"):
+        lines = content.split(b"\n")
+        number = chance.randrange(len(lines) - 1)
+        lines[number], what = _json(chance, lines[number])
+        return b"\n".join(lines), f"line {number + 1}, {what}"
+    if name.endswith(".toml") and chance.random() < 0.6:
+        return _setting(chance, content)
     if name.endswith(".csv") and chance.random() < 0.8:
         return _table(chance, content)
     return _text(chance, content)
@@ -174,6 +186,16 @@ def _table(chance: random.Random, content: bytes) -> tuple[bytes, str]:
         case _:
             lines[row] += ",0"
     return "\n".join(lines).encode(), f"line {row + 1} {kind}"
+
+
+def _setting(chance: random.Random, content: bytes) -> tuple[bytes, str]:
+    """One value of a text in TOML is another one."""
+    values = ("nan", "inf", "-1", "true", '""', "[]", "{}", "9" * 310, "1e308", "9" * 5000, "[" * 5000 + "]" * 5000)
+    lines = content.split(b"\n")
+    number = chance.choice([number for number, line in enumerate(lines) if b"=" in line])
+    value = chance.choice(values)
+    lines[number] = lines[number].partition(b"=")[0] + b"= " + value.encode()
+    return b"\n".join(lines), f"line {number + 1} is {value[:20]}"
 
 
 def _moved(chance: random.Random, word: str) -> str:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import io
 import json
+from threading import Event
 from typing import Any
 
 import pytest
 
 pytest.importorskip("pygls")
+
+from pygls.io_ import run
 
 from missionc.base.source import Source
 from missionc.lsp.open_text import name_of
@@ -19,7 +22,7 @@ from tests.support.small_missions import SMALL
 
 URI = "file:///tmp/a.mission"
 PLACE = {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 1}}
-INVALID = -32602
+INVALID, INVALID_REQUEST, METHOD_NOT_FOUND, PARSE_ERROR = -32602, -32600, -32601, -32700
 
 
 class Sent:
@@ -114,6 +117,37 @@ def test_a_text_of_any_name_is_opened_checked_and_asked_about(uri: str, server: 
 def test_what_was_never_opened_has_no_answer_but_one(server: Server, sent: Sent) -> None:
     asked(server, "textDocument/hover", PLACE, 4)
     assert next(each for each in sent.messages if each.get("id") == 4)["result"] is None
+
+
+def framed(body: bytes) -> bytes:
+    return b"Content-Length: %d\r\n\r\n%s" % (len(body), body)
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (b'{"jsonrpc": "2.0",', PARSE_ERROR),
+        (b'"\xff"', PARSE_ERROR),
+        (b"[" * 20_000 + b"]" * 20_000, PARSE_ERROR),
+        (b'{"jsonrpc": "2.0", "id": ' + b"9" * 5000 + b"}", PARSE_ERROR),
+        (b"[1, 2]", INVALID_REQUEST),
+        (b"null", INVALID_REQUEST),
+        (b'{"id": 1, "method": "shutdown"}', INVALID_REQUEST),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": 5}', INVALID_REQUEST),
+        (b'{"jsonrpc": "2.0", "id": [], "method": "textDocument/hover"}', INVALID),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "nothing"}', METHOD_NOT_FOUND),
+    ],
+)
+def test_a_message_that_is_no_request_is_answered_with_an_error_and_the_next_one_is_heard(
+    body: bytes, code: int, server: Server, sent: Sent
+) -> None:
+    before = len(sent.messages)
+    incoming = Incoming(io.BytesIO(framed(body) + framed(b'{"jsonrpc": "2.0", "id": 9, "method": "shutdown"}')))
+    run(Event(), incoming, server.protocol, error_handler=server.report_server_error)
+    refused, heard = sent.messages[before:]
+    assert refused["error"]["code"] == code
+    assert refused["id"] in (None, 1)
+    assert heard == {"jsonrpc": "2.0", "id": 9, "result": None}
 
 
 @pytest.mark.parametrize(

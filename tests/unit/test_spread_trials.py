@@ -143,7 +143,11 @@ def test_a_journal_that_does_not_fit_is_left_as_it_is(folder: Path, tmp_path: Pa
         (b"my notes\n", CHECKPOINT_UNREADABLE, "line 1"),
         (b"{}\n", CHECKPOINT_UNREADABLE, "line 1"),
         (first + b"[]\n", CHECKPOINT_UNREADABLE, "line 2"),
-        (first + line + strange, CHECKPOINT_UNREADABLE, "line 3 is none of a journal of flights: its flights are none"),
+        (
+            first + line + strange,
+            CHECKPOINT_UNREADABLE,
+            "line 3 is not one of a journal of flights: its flights",
+        ),
         (first + line.replace(b'"first":1', b'"first":"1"'), CHECKPOINT_UNREADABLE, "line 2"),
         (first + line.replace(b'"most":', b'"most":"a","usual":'), CHECKPOINT_UNREADABLE, "line 2"),
         (first.replace(b'"3"', b'"4"') + line, CHECKPOINT_MISMATCH, "its seed is `4`, and here it is `3`"),

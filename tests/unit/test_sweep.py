@@ -22,6 +22,7 @@ import pytest
 from missionc.backends.options import Options
 from missionc.cli.app import main
 from missionc.diagnostics.code import (
+    CANNOT_WRITE,
     NOT_COMPARABLE,
     NOT_TO_BE_LOST,
     OTHER_SWEEP,
@@ -43,7 +44,7 @@ from missionc.sweep.run_grid import Grid, Run
 from missionc.sweep.run_process import RunProcesses
 from missionc.sweep.run_request import Flights, Request, Settings
 from missionc.sweep.run_result import OUTCOMES, RunResult
-from missionc.sweep.sweep_folder import JOURNAL, Row, SweepFolder, at_work, begin, read_sweep
+from missionc.sweep.sweep_folder import JOURNAL, SCHEMA, SWEEP, Row, SweepFolder, at_work, begin, read_sweep
 from missionc.sweep.varied_values import Varied, read_varied
 from tests.support.small_missions import CONFLICT, SMALL
 
@@ -282,6 +283,48 @@ def test_a_journal_that_somebody_wrote_in_is_refused_with_its_line(tmp_path: Pat
     assert "line 1" in wrong.notes[0]
 
 
+@pytest.mark.parametrize("about", [{"varied": 5}, {"varied": {"N": 5}}, {"seeds": "2"}, {"seeds": None}])
+def test_a_sweep_that_does_not_say_what_it_is_of_is_refused(about: dict[str, object], tmp_path: Path) -> None:
+    (tmp_path / SWEEP).write_text(json.dumps({"schema": SCHEMA, **ABOUT, **about}))
+    for wrong in (read_sweep(tmp_path), begin(tmp_path, ABOUT, {})):
+        assert isinstance(wrong, Diagnostic)
+        assert wrong.code is SWEEP_UNREADABLE
+
+
+@pytest.mark.parametrize("name", [SWEEP, JOURNAL])
+def test_a_pipe_in_the_place_of_a_file_of_a_sweep_is_refused_and_not_waited_for(name: str, tmp_path: Path) -> None:
+    begin(tmp_path, ABOUT, {})
+    (tmp_path / name).unlink(missing_ok=True)
+    os.mkfifo(tmp_path / name)
+    wrong = read_sweep(tmp_path)
+    assert isinstance(wrong, Diagnostic)
+    assert wrong.code is SWEEP_UNREADABLE
+    assert "not a regular file" in wrong.notes[0]
+    if name == JOURNAL:
+        with at_work(tmp_path) as journal:
+            assert isinstance(journal, Diagnostic)
+            assert journal.code is CANNOT_WRITE
+
+
+@pytest.mark.parametrize("name", [SWEEP, "mission/a.mission", "mission"])
+def test_a_sweep_does_not_write_through_a_link_in_its_folder(name: str, tmp_path: Path) -> None:
+    out, mine = tmp_path / "out", tmp_path / "mine"
+    (mine / "a").mkdir(parents=True)
+    (mine / "file").write_text("mine")
+    assert begin(out, ABOUT, {}) is None
+    (out / name).parent.mkdir(exist_ok=True)
+    (out / name).unlink(missing_ok=True)
+    (out / name).symlink_to(mine if name == "mission" else mine / "file")
+    if name == SWEEP:
+        (mine / "file").write_text(json.dumps({"schema": SCHEMA, **ABOUT}))
+    before = (mine / "file").read_text()
+    wrong = begin(out, {**ABOUT, "seeds": 7}, {"a.mission": b"mission a"})
+    assert wrong is not None
+    assert wrong.code is CANNOT_WRITE
+    assert (mine / "file").read_text() == before
+    assert sorted(path.name for path in mine.iterdir()) == ["a", "file"]
+
+
 def test_one_command_is_at_work_in_a_folder(tmp_path: Path) -> None:
     begin(tmp_path, ABOUT, {})
     with at_work(tmp_path) as first, at_work(tmp_path) as second:
@@ -425,6 +468,21 @@ def test_the_same_command_has_nothing_left_to_do(swept: Path, capsys: pytest.Cap
     said = json.loads(capsys.readouterr().out)
     assert (said["over"], said["now"], said["complete"]) == (4, 0, True)
     assert (swept / "out" / "runs.csv").read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["sweep.html", "runs.csv"])
+def test_the_page_and_the_table_are_not_written_through_a_link(
+    name: str, swept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "mine").write_text("mine")
+    (swept / "out" / name).unlink()
+    (swept / "out" / name).symlink_to(tmp_path / "mine")
+    try:
+        assert again(swept) == 1
+    finally:
+        (swept / "out" / name).unlink()
+    assert codes(capsys) == {"MC702"}
+    assert (tmp_path / "mine").read_text() == "mine"
 
 
 def test_a_sweep_is_compared_with_itself(swept: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -174,6 +174,17 @@ def test_a_stop_is_where_it_was_told_to_be_at_every_step_that_was_not_flown_yet(
     assert failing(judged(stops)) == (set() if passed else {"stop told"})
 
 
+@pytest.mark.parametrize(("end", "passed"), [(0.0, True), (0.01, False)])
+def test_snap_may_jump_at_a_joint_only_where_the_stop_comes_to_rest(end: float, passed: bool) -> None:
+    # x = 1 + (t - 1)^4 up to 1 s: at rest then up to jerk, and its snap of 24 ends; or still in motion.
+    power = np.polynomial.Polynomial([-1, 1]) ** 4 + np.polynomial.Polynomial([-end, end])
+    stop = standing(STARTS[0])
+    stop.coefficients[0, 0, :5] += power.coef
+    stop.coefficients[1, 0, 1] += end
+    own = judged(told(MISSION, stop, standing(STARTS[1])))
+    assert own["stop joints", "drone[0]"].passed is passed
+
+
 def test_a_stop_does_not_begin_before_the_flown_states_end() -> None:
     assert failing(judged(told(MISSION, *map(standing, STARTS), until=1.0))) == {"stop told"}
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from missionc.diagnostics.code import CANNOT_WRITE, OUTPUT_EXISTS
+from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder import write_folder as folder_module
 from missionc.output.folder.file_names import EXPORT, NEAR_MISS, PROOF
 from missionc.output.folder.ownership import ownership
@@ -325,6 +327,20 @@ def test_an_interruption_at_any_moment_leaves_one_folder_whole_and_nothing_besid
     with pytest.raises(KeyboardInterrupt):
         write_folder(target, with_manifest(NEW), force=True)
     assert unlisted(target) == (FILES if moment == "set aside" else NEW)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_many_that_replace_one_folder_at_once_all_succeed_and_leave_the_folder_of_one(tmp_path: Path) -> None:
+    target = written(tmp_path / "out", FILES)
+    contents = [{"plan.json": str(number).encode(), "a/b.csv": b"1"} for number in range(8)]
+
+    def write(own: Mapping[str, bytes]) -> list[Diagnostic | None]:
+        return [write_folder(target, with_manifest(own), force=True) for _ in range(5)]
+
+    with ThreadPoolExecutor(len(contents)) as pool:
+        outcomes = list(pool.map(write, contents))
+    assert outcomes == [[None] * 5] * len(contents)
+    assert unlisted(target) in contents
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from importlib.util import find_spec
@@ -18,6 +19,7 @@ from missionc.diagnostics.code import EXTRA_MISSING, NOT_LISTENING
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.pipeline import driver
+from missionc.syntax.read_file import closed_input
 
 
 @click.command("monitor")
@@ -179,7 +181,7 @@ def _lines(asked: Live, mission: Mission, limits: Limits) -> Iterator[str] | Dia
             reason = f"nothing can be received on port {port} of {host}: {why}"
             return Diagnostic(NOT_LISTENING, reason, None, help="name another port, or end what listens there")
     if asked.mcap is None:
-        return sample_lines.of_standard_input()
+        return sample_lines.of_standard_input() if sys.stdin is not None else closed_input()
     if not find_spec("mcap"):
         help_ = "install it with `pip install 'missionc[export]'`"
         message = "a recording in MCAP needs the package mcap, which is not installed"

@@ -13,6 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Self
 
 from lsprotocol.converters import get_converter
+from pygls.exceptions import JsonRpcException
 
 from missionc.backends.offers import OFFERS
 from missionc.cli.studio.compilation import Compilation
@@ -97,8 +98,8 @@ class Session:
         protocol = self._lsp.protocol
         try:
             protocol.handle_message(json.loads(data, object_hook=protocol.structure_message))
-        except Exception:
-            log.exception("a message of a page cannot be handled")
+        except Exception as error:
+            self._lsp.report_server_error(error, JsonRpcException)
 
     def _answer(self, method: str, message: Json) -> None:
         number, params = message.get("id"), message.get("params")

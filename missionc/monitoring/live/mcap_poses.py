@@ -20,6 +20,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from missionc.base.limits import Limits
+from missionc.base.strict_json import parse_json
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK, FOOTER = 0x06, 0x02
@@ -123,19 +124,20 @@ class McapPoses:
     def _line(self, agent: str, schema: str, encoding: str, data: bytes) -> str:
         try:
             if (schema, encoding) == (FOXGLOVE, "json"):
-                time, place, turn = _foxglove(json.loads(data))
+                time, place, turn = _foxglove(parse_json(data))
             elif (schema, encoding) == (ROS, "cdr"):
                 time, place, turn = _ros(data)
             else:
                 return json.dumps(f"{schema} in {encoding}")
-        except (ValueError, KeyError, TypeError, OverflowError, RecursionError, struct.error):
+            since = (time - (time if self._first is None else self._first)) / NANO
+        except (ValueError, KeyError, TypeError, OverflowError, struct.error):
             return json.dumps(f"no {schema} for {agent}")
         if self._first is None:
             self._first = time
         x, y, z, w = turn
         heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
         position = place[: self.dimension]
-        sample = {"t": (time - self._first) / 1e9, "agent": agent, "position": position, "heading": heading}
+        sample = {"t": since, "agent": agent, "position": position, "heading": heading}
         return json.dumps(sample)
 
 

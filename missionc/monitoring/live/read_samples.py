@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from missionc.base.limits import Limits
-from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.ir import Mission
 from missionc.kernel.analysis import agents_asked
 from missionc.kernel.nodes import Atom, Kernel
@@ -53,11 +53,9 @@ class SampleReader:
             UnusableError: nothing that can be used.
         """
         try:
-            record = parse_json(line)
+            record = parse_record(line)
         except NotJsonError as error:
             raise UnusableError(error.reason) from None
-        if not isinstance(record, dict):
-            raise UnusableError("this is no record with `t` and `agent`")
         time = self._number(record.get("t"), "`t`")
         if "agents" in record:
             agents = record["agents"]

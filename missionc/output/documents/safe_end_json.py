@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.curves.piecewise_polynomials import values
 from missionc.ir import Mission
@@ -61,14 +61,14 @@ def _numbers(own: Pieces) -> list[float]:
 def read_safe_end(text: str, mission: Mission) -> tuple[Stop, ...] | str:
     """The stops that a text holds, as the firmware would hold their numbers; or what is wrong with it."""
     try:
-        value = parse_json(text)
+        value = parse_record(text, SCHEMA)
     except NotJsonError as error:
         return error.reason
     names = [agent.name for agent in mission.agents]
-    if not isinstance(value, dict) or set(value) != {"schema", "mission", "agents", "moments"}:
+    if set(value) != {"schema", "mission", "agents", "moments"}:
         return "it has not the keys of safe ends"
-    if value["schema"] != SCHEMA or value["agents"] != names or not isinstance(value["moments"], list):
-        return "it is about other agents, or of another version"
+    if value["agents"] != names or not isinstance(value["moments"], list):
+        return "it is about other agents, or has no list of moments"
     if len(value["moments"]) > MOST_MOMENTS:
         return f"it has more than {MOST_MOMENTS} moments"
     stops = []
@@ -90,10 +90,10 @@ def _stop(row: object, names: list[str]) -> Stop | None:
     if not sound or not all(_is_number(each) for own in numbers for each in own):
         return None
     turns = _turns(row["land"], names)
-    seconds = np.float32(row["seconds"])
-    if turns is None or not 0 < seconds < np.inf:
-        return None
     with np.errstate(over="ignore", invalid="ignore"):
+        seconds = np.float32(row["seconds"])
+        if turns is None or not 0 < seconds < np.inf:
+            return None
         pieces = tuple(_pieces(own, float(seconds)) for own in numbers)
     if not all(np.isfinite(own.coefficients).all() for own in pieces):
         return None

@@ -12,7 +12,6 @@ missing. The manifest is the one file that it cannot list.
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import stat
 from collections.abc import Iterable, Mapping
@@ -22,6 +21,7 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 
 from missionc.base.limits import Limits
+from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.diagnostics.code import FOLDER_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, PLAN
@@ -93,12 +93,11 @@ def remove_folders(folder: Path, files: Iterable[str]) -> None:
 def listed(manifest: bytes) -> Ours | None:
     """The folder as its manifest has it; None where that is not one of the compiler's."""
     try:
-        says = json.loads(manifest)
-    except (ValueError, RecursionError):
+        says = parse_record(manifest, MANIFEST_SCHEMA)
+    except NotJsonError:
         return None
-    if not isinstance(says, dict) or says.get("schema") != MANIFEST_SCHEMA or not isinstance(says.get("files"), dict):
-        return None
-    return Ours(says["files"], str(says.get("holds", PLAN)), manifest)
+    files = says.get("files")
+    return Ours(files, str(says.get("holds", PLAN)), manifest) if isinstance(files, dict) else None
 
 
 def _judged(folder: Path) -> Ours | Foreign:

@@ -30,6 +30,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from missionc.base.strict_json import parse_record
 from missionc.output.folder.file_names import MANIFEST
 from missionc.output.folder.ownership import Ours, listed, ownership, remove, remove_folders
 from missionc.output.folder.walk_folder import entries
@@ -132,6 +133,23 @@ def _begun(staged: Staging, token: str) -> int:
     raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
 
 
+@contextmanager
+def alone(parent: Path) -> Iterator[None]:
+    """Wait until nothing else of ours judges or renames a folder in this one; if nothing can be locked, go on."""
+    try:
+        handle = os.open(parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    except OSError:
+        handle = None
+    try:
+        if handle is not None:
+            with suppress(OSError):
+                fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        if handle is not None:
+            os.close(handle)
+
+
 def sweep(parent: Path) -> None:
     """Tidy up in a folder after processes that died while they wrote there."""
     with suppress(OSError):
@@ -178,7 +196,7 @@ def _recover(path: Path) -> None:
 def _target(marker: bytes, path: Path) -> Path | None:
     """The place that a staging folder is for; None where its marker is not that of this folder, or not whole."""
     try:
-        says = json.loads(marker)
+        says = parse_record(marker)
         name = str(says["target"])
         ours = says["schema"] == SCHEMA and path.name == f".missionc-{says['token']}"
     except (ValueError, TypeError, KeyError):

@@ -50,6 +50,19 @@ def write_file(target: Path, content: bytes) -> Diagnostic | None:
     return None
 
 
+def write_inside(folder: Path, name: str, content: bytes) -> Diagnostic | None:
+    """Write one file of a folder, as ``write_file`` does, unless a symbolic link in the folder leads elsewhere."""
+    return linked(folder, name) or write_file(folder / name, content)
+
+
+def linked(folder: Path, name: str) -> Diagnostic | None:
+    """Refuse a place in a folder that is a symbolic link, or lies behind one; the folder itself may be named by one."""
+    target = folder / name
+    if os.path.realpath(target) == os.path.join(os.path.realpath(folder), name):
+        return None
+    return cannot_write(target, "a symbolic link leads to another place")
+
+
 def beside(folder: Path, ending: str) -> Path:
     """The path of what is named after a folder, and lies where that lies."""
     whole = os.path.abspath(folder)

@@ -19,7 +19,7 @@ from missionc.diagnostics.code import OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MANIFEST, NEAR_MISS
 from missionc.output.folder.ownership import Foreign, Ours, ownership, remove
-from missionc.output.folder.staging import LONGEST_NAME, Staging, staging, sweep
+from missionc.output.folder.staging import LONGEST_NAME, Staging, alone, staging, sweep
 from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
 from missionc.output.folder.write_file import create, keep_rights, standing
 
@@ -36,10 +36,10 @@ def refuse(target: Path, force: bool) -> Diagnostic | None:
         parent = _nearest_parent(place)
         if parent == place.parent and parent.is_dir():
             sweep(parent)
-        if standing(place) is not None:
-            owner = _replaceable(target, place, force)
-            if isinstance(owner, Diagnostic):
-                return owner
+        with alone(parent):
+            owner = _replaceable(target, place, force) if standing(place) is not None else None
+        if isinstance(owner, Diagnostic):
+            return owner
         if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
             return cannot_write(target, f"`{shown(parent)}` is not a folder one can write to")
         if any(len(os.fsencode(name)) > LONGEST_NAME for name in place.relative_to(parent).parts):
@@ -68,7 +68,8 @@ def write_folder(target: Path, files: Iterable[tuple[str, bytes]], force: bool) 
             for name, content in ordered:
                 (staged.new / name).parent.mkdir(parents=True, exist_ok=True)
                 create(staged.new / name, content)
-            return _put(staged, target, force)
+            with alone(place.parent):
+                return _put(staged, target, force)
     except (OSError, ValueError) as error:
         return cannot_write(target, reason(error))
 

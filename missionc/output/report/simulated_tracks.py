@@ -8,7 +8,6 @@ What the text says is shown and not believed: the error is what its places come 
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from missionc.base.limits import Limits
+from missionc.base.strict_json import parse_json
 from missionc.base.trace import Array
 from missionc.curves.piecewise_polynomials import Curves
 from missionc.ir import Mission
@@ -50,8 +50,8 @@ class Simulated:
 def simulated(mission: Mission, text: str, flown: Curves, rate: int) -> Simulated | None:
     """``rate`` samples to a step; ``flown`` has three coordinates."""
     try:
-        return _read(mission, json.loads(text), flown, rate)
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
+        return _read(mission, parse_json(text), flown, rate)
+    except (ValueError, KeyError, TypeError, AttributeError):
         return None
 
 

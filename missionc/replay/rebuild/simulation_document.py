@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from missionc.base.limits import Limits
-from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.strict_json import NotJsonError, parse_json, parse_record
 from missionc.curves.crazyflie_csv import Pieces, read
 from missionc.ir import Mission
 from missionc.monitoring.monitor import monitor
@@ -41,11 +41,9 @@ AGAIN = "`missionc simulate` flies the folder again, and takes its place"
 def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
     """The first entry that is not what its flights come to, if there is one; or why they cannot be flown here."""
     try:
-        document = parse_json(opened.text(SIMULATION))
+        document = parse_record(opened.text(SIMULATION))
     except NotJsonError as error:
         return verdict(SIMULATION, error.reason)
-    if not isinstance(document, dict):
-        return verdict(SIMULATION, "it is no record")
     if document.get("schema") in SIMULATIONS_BEFORE:
         return unjudged(SIMULATION, f"it is of an older form, whose flights were flown otherwise: {AGAIN}")
     if document.get("schema") != SIMULATION_SCHEMA:

@@ -63,11 +63,15 @@ def _off(own: Pieces, axis: int, wanted: float) -> Array:
     return np.asarray((np.abs(whole.points[:, 0] - wanted).max(axis=-1) + whole.radius[:, 0]) * GROWN)
 
 
-def check_smooth(agent: Agent, own: Pieces) -> list[Check]:
-    """Joints, and rest at both ends, of an agent's file; it begins in its motion where it is in any then."""
+def check_smooth(agent: Agent, own: Pieces, *, stops: bool = False) -> list[Check]:
+    """Joints, and rest at both ends, of an agent's file; it begins in its motion where it is in any then.
+
+    Args:
+        stops: it may come to rest at a joint: snap ends there, as at the end of a flight.
+    """
     exact = exactness(own)
     beginning = [_begins(agent, own, exact)] if agent.begins else []
-    return [_joints(agent, own, own.times, exact), *beginning, _rest(agent, own, own.times, exact)]
+    return [_joints(agent, own, exact, stops), *beginning, _rest(agent, own, own.times, exact)]
 
 
 def exactness(own: Pieces) -> float:
@@ -109,15 +113,19 @@ def _length(offset: Array, radius: Array | float, unit: Array) -> Array:
     return np.asarray(np.linalg.norm(np.abs(offset) + radius, axis=-1) * unit * GROWN)
 
 
-def _joints(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
-    jumps = np.zeros(own.duration.size - 1)
+def _joints(agent: Agent, own: Pieces, exact: float, stops: bool) -> Check:
+    jumps = moving = np.zeros(own.duration.size - 1)
     shorter = np.minimum(own.duration[:-1], own.duration[1:])
     for order in range(5):
         change = _change(own.coefficients, order)
         before = from_powers(change[:-1], own.duration[:-1, None])
         off = before.points[..., -1] - change[1:, :, 0]
-        jumps = np.maximum(jumps, _length(off, before.radius, shorter**order / math.perm(DEGREE, order)))
-    return _worst(agent, "joints", -jumps, times[1:], exact, "from position to snap, nothing jumps between pieces")
+        unit = shorter**order / math.perm(DEGREE, order)
+        length = _length(off, before.radius, unit)
+        jumps = np.maximum(jumps, np.where(moving <= exact, 0.0, length) if stops and order == 4 else length)
+        moving = np.maximum(moving, _length(before.points[..., -1], before.radius, unit)) if order else moving
+    detail = "from position to snap, nothing jumps between pieces"
+    return _worst(agent, "joints", -jumps, own.times[1:], exact, f"{detail}, but for snap at rest" if stops else detail)
 
 
 def _rest(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:

@@ -109,7 +109,7 @@ def _smooth(stops: Stops, agent: Agent, own: Pieces) -> list[Check]:
     if begin is None:
         detail = "`past.json` states the position to snap in which it begins"
         return [Check("begins", agent.name, 0.0, "", 0.0, False, agents=(agent.name,), detail=detail)]
-    checks = check_smooth(replace(agent, begins=tuple(map(tuple, begin.tolist()))), own)
+    checks = check_smooth(replace(agent, begins=tuple(map(tuple, begin.tolist()))), own, stops=True)
     smooth = [check for check in checks if check.name != "rest" or not agent.begins]
     return [*smooth, *(check for check in check_level(stops.mission, agent, own) if check.name == "altitude")]
 
