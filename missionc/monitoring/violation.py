@@ -16,8 +16,10 @@ from missionc.kernel.nodes import (
     Atom,
     Node,
     Not,
+    UntilNode,
+    WindowNode,
 )
-from missionc.kernel.walk import asks, children, looks_back, postorder, window_of
+from missionc.kernel.walk import asks, children, looks_back, postorder
 from missionc.language.margins.predicate_margins import formation_margin
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH
@@ -91,11 +93,9 @@ class _Search:
                 return (yield from self._by_count(parts, agent, step, verdict, len(parts) if node.every else 1))
             case AtLeast(count, parts):
                 return (yield from self._by_count(parts, agent, step, verdict, count))
-            case _ if looks_back(node):
-                below = self._in_the_past(node, agent, step)
+            case WindowNode() | UntilNode():
+                below = self._in_time(node, agent, step)
                 return Decision(step, frozenset((agent,))) if below is None else (yield below)
-            case _ if window := window_of(node):
-                return (yield self._in_time(node, agent, step, *window))
             case _:
                 return Decision(step, frozenset((agent,)))
 
@@ -112,36 +112,21 @@ class _Search:
         when = sorted(decision.step for decision in decisions)[enough - 1]
         return Decision(when, frozenset().union(*(each.agents for each in decisions if each.step <= when)))
 
-    def _in_time(self, node: Node, agent: int, step: int, low: int, high: int | None) -> Question:
+    def _in_time(self, node: Node, agent: int, step: int) -> Question | None:
         """The first step with the verdict where one is enough, or before it one that breaks what has to hold up to it.
 
-        Where it takes all steps of the window, the last.
+        Where it takes all steps of the window, the last. In reverse of one that looks back; None of one without steps.
         """
-        verdict, last = self.truth(node, agent, step), self.last if high is None else step + high
+        verdict, back = self.truth(node, agent, step), looks_back(node)
         *holds, end = children(node)
-        if verdict is not node.every:
-            return (
-                end,
-                agent,
-                next(now for now in range(step + low, last + 1) if self.truth(end, agent, now) is verdict),
-            )
-        for hold in holds:
-            for now in range(step, last):
-                if self.truth(hold, agent, now) is verdict:
-                    return hold, agent, now
-        return end, agent, last
-
-    def _in_the_past(self, node: Node, agent: int, step: int) -> Question | None:
-        """As ``_in_time``, with the steps in reverse; None where the window holds none."""
-        verdict, (wanted,) = self.truth(node, agent, step), asks(node)[-1:]
-        *holds, end = children(node)
-        window = range(max(step + wanted.low, 0), step + (wanted.high or 0) + 1)
+        window = asks(node)[-1].steps_from(step, self.last)
         if not window:
             return None
         if verdict is not node.every:
-            return end, agent, next(now for now in reversed(window) if self.truth(end, agent, now) is verdict)
+            steps = reversed(window) if back else window
+            return end, agent, next(now for now in steps if self.truth(end, agent, now) is verdict)
         for hold in holds:
-            for now in range(step, window[0], -1):
+            for now in range(step, window[0], -1) if back else range(step, window[-1]):
                 if self.truth(hold, agent, now) is verdict:
                     return hold, agent, now
         return end, agent, window[-1]
