@@ -150,7 +150,7 @@ def with_cover(row: Row, path: Path, limit: float) -> Row:
     checked = driver.check(path)
     assert checked.mission is not None
     assert checked.kernel is not None
-    kernel = looking_ahead(checked.kernel, checked.mission.steps, Limits().formula_nodes)
+    kernel = looking_ahead(checked.mission, checked.kernel, Limits().formula_nodes)
     assert isinstance(kernel, Kernel)
     side = CoverSide(checked.mission, kernel, checked.kernel, Options(), Budget(time.monotonic() + limit / SHARE))
     begin = processor()

@@ -35,7 +35,7 @@ def draw(generator: np.random.Generator) -> Case:
     files = {MISSION: random_mission(own)} if hard_to_fly else random_program(own)
     flags = ["--time-limit", SECONDS, "--explain-limit", str(generator.choice(["0", "0", "0", "1"]))]
     flags += ["--continuous"] if generator.random() < 0.2 else []
-    flags += ["--alternatives", "2"] if generator.random() < 0.1 else []
+    flags += ["--alternatives", "3"] if generator.random() < 0.3 else []
     if "solve with clot" in files[MISSION] and generator.random() < 0.5:
         flags += ["--preset", str(generator.choice(PRESETS)), "--samples", "4"]
     wishes = {

@@ -32,7 +32,7 @@ def of_checked(checked: Checked, stages: tuple[str, ...], seed: int = 0) -> list
             )
             from missionc.backends.clot.cost_graph.show_cost_graph import show_cost_graph
 
-            ahead = looking_ahead(checked.kernel, checked.mission.steps, Limits().formula_nodes)
+            ahead = looking_ahead(checked.mission, checked.kernel, Limits().formula_nodes)
             if not isinstance(ahead, TooLarge):
                 texts["cost-graph"] = show_cost_graph(build(ahead), checked.mission)
         if "roadmap" in stages:

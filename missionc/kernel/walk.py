@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import assert_never
 
@@ -92,6 +92,15 @@ class Ask:
             return slice(self.low, -1 if self.before_last else None)
         return slice(max(self.low, 0), max(self.high + 1, 0))
 
+    def steps_from(self, step: int, last: int) -> range:
+        """The steps at which it asks, where it is asked at ``step`` of a mission whose last step is ``last``.
+
+        No step before the first, and none at all if a window runs past the last: from there nothing holds, neither a
+        formula nor its negation. No goal of a checked mission asks from such a step.
+        """
+        high = last - self.before_last if self.high is None else step + self.high
+        return range(max(step + self.low, 0), high + 1 if high <= last else 0)
+
 
 def asks(node: Node) -> tuple[Ask, ...]:
     """What the node asks of those directly below it.
@@ -142,18 +151,31 @@ def range_asked(node: Node, place: Node, low: int, high: int, last: int) -> tupl
     Args:
         last: the mission's last step.
     """
-    ranges = list(_ranges(node, place, low, high, last))
-    return (min(first for first, _ in ranges), max(end for _, end in ranges)) if ranges else None
+    asked = asked_between((node,), last, low, high).get(place)
+    return asked and (min(asked[0], last), min(asked[1], last))
 
 
-def _ranges(node: Node, place: Node, low: int, high: int, last: int) -> Iterator[tuple[int, int]]:
-    if node is place:
-        yield min(low, last), min(high, last)
-        return
-    for ask in asks(node):
-        end = last - ask.before_last if ask.high is None else high + ask.high
-        if end >= 0:
-            yield from _ranges(ask.node, place, max(low + ask.low, 0), end, last)
+def asked_between(roots: Iterable[Node], last: int, low: int = 0, high: int = 0) -> dict[Node, tuple[int, int]]:
+    """The first and the last step that nodes are asked at; formulas that are asked from ``low`` to ``high``.
+
+    A node that is asked before the first step alone is left out. A last step after the mission's means that a formula
+    looks too far ahead: what ``check`` refuses, and no rewriting of a kernel may bring about.
+
+    Args:
+        last: the mission's last step.
+    """
+    order = postorder(roots)
+    found = dict.fromkeys(roots, (low, high))
+    for node in reversed(order):
+        if node not in found:
+            continue
+        first, final = found[node]
+        for ask in asks(node):
+            begin, end = max(first + ask.low, 0), last - ask.before_last if ask.high is None else final + ask.high
+            if end >= 0:
+                known = found.get(ask.node, (begin, end))
+                found[ask.node] = min(known[0], begin), max(known[1], end)
+    return found
 
 
 def awaited(node: Node) -> Ask | None:

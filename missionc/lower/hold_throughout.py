@@ -16,6 +16,7 @@ from collections.abc import Set
 from dataclasses import replace
 
 from missionc.ir import Graph, Mission
+from missionc.kernel.analysis import steps_ahead
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -33,7 +34,7 @@ from missionc.kernel.nodes import (
     Until,
     says_opposite,
 )
-from missionc.kernel.walk import asks, children, postorder, rebuilt
+from missionc.kernel.walk import asked_between, children, postorder, rebuilt
 
 MOST_LINKS = 2000
 """Links that a formula about routes names one by one: agents, times agents, times hops."""
@@ -59,21 +60,18 @@ class _Strengthening:
 
     def at_a_step(self, root: Node) -> Node:
         """The formula, asked at step 0."""
-        order = postorder((root,))
-        at_first = dict.fromkeys(order, True)
-        for node in reversed(order):
-            for ask in asks(node):
-                at_first[ask.node] &= at_first[node] and ask.low == ask.high == 0
+        asked = asked_between((root,), self.last)
         known: dict[Node, Node] = {}
-        for node in order:
-            known[node] = self._at_a_step(node, tuple(known[child] for child in children(node)), at_first[node])
+        for node in postorder((root,)):
+            _, latest = asked.get(node, (0, 0))
+            known[node] = self._at_a_step(node, tuple(known[child] for child in children(node)), latest)
         return known[root]
 
-    def _at_a_step(self, node: Node, below: tuple[Node, ...], at_first: bool) -> Node:
-        """What has to last up to the end of a window lasts from the step before it."""
+    def _at_a_step(self, node: Node, below: tuple[Node, ...], latest: int) -> Node:
+        """What has to last up to the end of a window lasts from the step before it; ``latest``: its last step."""
         match node:
             case Always(body, low, high) | Release(_, body, low, high) if low >= 0:
-                end = self.last if high is None and at_first else high
+                end = self.last if high is None and not latest else high
                 if end is None:
                     return node
                 if end <= low:
@@ -81,12 +79,29 @@ class _Strengthening:
                 if end == 1:
                     return self.lasting(body)
                 return rebuilt(replace(node, high=end - 1), (*children(node)[:-1], self.lasting(body)))
-            case Until(hold, _, low) if low >= 0:
-                return rebuilt(node, (self.lasting(hold), below[1]))
+            case Until() if node.low >= 0:
+                return self._until(node, below[1], latest)
             case All() | Any() | AtLeast() | At() | Eventually():
                 return rebuilt(node, below)
             case _:
                 return node
+
+    def _until(self, node: Until, end: Node, latest: int) -> Node:
+        """``hold`` lasts up to ``end``; from the step before the window's last on it may look past the mission's last.
+
+        Then it is not asked between these two steps, and has to hold at the first of them alone.
+        """
+        high = self.last - latest if node.high is None else node.high
+        lasting = self.lasting(node.hold)
+        if latest + high - 1 + steps_ahead((lasting,))[lasting] <= self.last:
+            return rebuilt(node, (lasting, end))
+        if node.high is None and latest:
+            return rebuilt(node, (node.hold, end))
+        stop = All((node.hold, Eventually(end, 1, 1)))
+        at_last = replace(node, hold=lasting, end=stop, low=high - 1, high=high - 1)
+        if node.low == high:
+            return at_last
+        return Any((replace(node, hold=lasting, end=end, high=high - 1), at_last), node.span, node.dual)
 
     def lasting(self, root: Node) -> Node:
         """The formula at every moment from the step it is asked at to the next."""
@@ -98,9 +113,7 @@ class _Strengthening:
 
     def _made_lasting(self, node: Node, below: tuple[Node, ...]) -> Node:
         match node:
-            case Is() | Not(Is()):
-                return node
-            case All(parts) | Any(parts) if not parts:
+            case Is() | Not(Is()) | All(()) | Any(()):
                 return node
             case All() | Any() | AtLeast() | At():
                 return rebuilt(node, below)

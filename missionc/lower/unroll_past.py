@@ -1,7 +1,8 @@
 """Unrolling of operators that look back: kernel formulas with the same meaning that look ahead alone.
 
-in   Kernel, the mission's last step
-out  a Kernel with the same truth and robustness at step 0 of every trace, or that it would be too large
+in   Mission, Kernel
+out  a Kernel with the same truth and robustness at step 0 of every trace and without constants, or that it would be
+     too large
 
 A requirement is asked at step 0, so every formula below it is asked at known steps, and one that looks back
 looks at known steps too. What stands around an operator of the past is spelt out for each of those steps; what
@@ -15,7 +16,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import assert_never
 
-from missionc.ir import Graph
+from missionc.ir import Graph, Mission
+from missionc.kernel.constants import constant, without_constants
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -41,11 +43,13 @@ from missionc.kernel.walk import asks, children, looks_back, postorder, rebuilt
 from missionc.language.operator import TooLarge
 
 
-def looking_ahead(kernel: Kernel, last: int, room: int) -> Kernel | TooLarge:
-    """The kernel without operators of the past; the same object where it has none.
+def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLarge:
+    """The kernel as planners get it: without operators of the past and, after that, without constants.
+
+    A goal that is constant stays a goal of its name, ``All(())`` or ``Any(())``: a backend satisfies the first by any
+    plan, and finds none for the second. The same object if there is nothing to rewrite.
 
     Args:
-        last: the mission's last step.
         room: how many nodes it may have.
     """
     goals = (*kernel.requirements, *kernel.preferences)
@@ -54,9 +58,10 @@ def looking_ahead(kernel: Kernel, last: int, room: int) -> Kernel | TooLarge:
     for node in order:
         if looks_back(node) or any(child in past for child in children(node)):
             past.add(node)
+    agents = len(mission.agents)
     if not past:
-        return kernel
-    unrolling = _Unrolling(past, last)
+        return without_constants(kernel, agents)
+    unrolling = _Unrolling(past, mission.steps)
     asked: dict[Node, set[int]] = {node: set() for node in past}
     for goal in goals:
         if goal.formula in past:
@@ -74,12 +79,13 @@ def looking_ahead(kernel: Kernel, last: int, room: int) -> Kernel | TooLarge:
     for node in order:
         for step in sorted(asked.get(node, ())):
             unrolling.known[node, step] = unrolling.made(node, step)
-    return replace(
+    ahead = replace(
         kernel,
         requirements=tuple(replace(goal, formula=unrolling.at(goal.formula, 0)) for goal in kernel.requirements),
         preferences=tuple(replace(goal, formula=unrolling.at(goal.formula, 0)) for goal in kernel.preferences),
         meanings={formula: node for formula, node in kernel.meanings.items() if node not in past},
     )
+    return without_constants(ahead, agents)
 
 
 def _stretches(window: range) -> Iterator[range]:
@@ -127,7 +133,7 @@ class _Unrolling:
 
     def later(self, node: Node, step: int) -> Node:
         """The same of a formula that looks ahead alone."""
-        if step == 0 or isinstance(node, Is) or (isinstance(node, All | Any) and not node.parts):
+        if step == 0 or isinstance(node, Is) or constant(node) is not None:
             return node
         if isinstance(node, WindowNode):
             return replace(node, low=node.low + step, high=None if node.high is None else node.high + step)

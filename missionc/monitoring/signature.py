@@ -46,12 +46,17 @@ class Options:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Event:
-    """Something that is awaited: the steps at which it holds, (steps + 1,), and which agents it is about."""
+    """Something that is awaited: the steps at which it holds, (steps + 1,), and which agents it is about.
+
+    Args:
+        last: the last step at which the requirement asks for it; from later ones it may look past the mission.
+    """
 
     requirement: str
     asked: Asked
     body: Node
     steps: Flags
+    last: int
     agents: frozenset[int]
 
     def before(self, other: Event) -> bool:
@@ -125,10 +130,13 @@ class Signatures:
         events: dict[Asked, Event] = {}
         for asked, name in self.awaited.items():
             body = _body(asked)
-            steps = true[body][asked.agent] & self.relevant[body][asked.agent]
+            relevant = self.relevant[body][asked.agent]
+            steps = true[body][asked.agent] & relevant
             whom = np.flatnonzero(self.about[body][:, asked.agent])
             if steps.any():
-                events[asked] = Event(name, asked, body, steps, frozenset(whom.tolist()))
+                events[asked] = Event(
+                    name, asked, body, steps, int(np.flatnonzero(relevant)[-1]), frozenset(whom.tolist())
+                )
         return Signature(self.mission, options, events, self.parts, swept_angles(self.parts, trace.position))
 
     def _begun(self, asked: Asked) -> Flags:

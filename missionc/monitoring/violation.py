@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +25,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.walk import children, looks_back, postorder
+from missionc.kernel.walk import asks, children, looks_back, postorder
 from missionc.language.margins.predicate_margins import formation_margin
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH, Values
@@ -132,21 +132,19 @@ class _Search:
         If it takes all steps of the window, the last. Of the past the steps are in reverse.
         """
         *holds, end = children(node)
-        if looks_back(node):
-            window: Sequence[int] = range(step + (node.high or 0), max(step + node.low, 0) - 1, -1)
-            between: Sequence[int] = range(step, window[-1], -1) if window else ()
-        else:
-            window = range(step + node.low, (self.last if node.high is None else step + node.high) + 1)
-            between = range(step, self.last)
+        window = asks(node)[-1].steps_from(step, self.last)
         if not window:
             return None
+        steps, before = window, range(step, self.last)
+        if looks_back(node):
+            steps, before = window[::-1], range(step, window[0], -1)
         if node.every:
-            return [(end, agent, next(now for now in window if self.is_lost(end, agent, now)))]
+            return [(end, agent, next(now for now in steps if self.is_lost(end, agent, now)))]
         for hold in holds:
-            for now in between:
+            for now in before:
                 if self.is_lost(hold, agent, now):
                     return [(hold, agent, now)]
-        return [(end, agent, window[-1])]
+        return [(end, agent, steps[-1])]
 
     def _agents_of(self, atom: Atom, agent: int, step: int) -> frozenset[int]:
         formation = atom.predicate.formation

@@ -62,7 +62,7 @@ class BoundSide:
         """Steps that every plan takes, by covers."""
         from missionc.backends.cover.least_duration import least_duration  # for those who minimize a duration
 
-        ahead = looking_ahead(self.kernel, self.mission.steps, self.budget.limits.formula_nodes)
+        ahead = looking_ahead(self.mission, self.kernel, self.budget.limits.formula_nodes)
         now = time.monotonic()
         if not isinstance(ahead, Kernel) or now >= self.budget.deadline or asked():
             return least

@@ -15,11 +15,13 @@ from missionc.backends.api import (
     Backend,
     Budget,
     CutShort,
+    Impossible,
     NotFound,
     Outcome,
     Planned,
     Reason,
     Report,
+    Scope,
     forget,
     unheard,
 )
@@ -30,6 +32,7 @@ from missionc.base.units import Metres
 from missionc.checks.check_world import check_world
 from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
+from missionc.kernel.constants import constant
 from missionc.kernel.nodes import Kernel
 from missionc.kernel.walk import reads_headings
 from missionc.language.operator import TooLarge
@@ -122,11 +125,17 @@ def _plan_with_margin(
     try. A plan after a try that time ended is cut short: with more, that try may
     have found another.
     """
-    ahead = looking_ahead(kernel, mission.steps, budget.limits.formula_nodes)
+    ahead = looking_ahead(mission, kernel, budget.limits.formula_nodes)
     if isinstance(ahead, TooLarge):
         return NotFound(Reason.SIZE, _too_large(ahead, budget.limits.formula_nodes), Report())
     kernel, meant = ahead, kernel
     cover = CoverSide(mission, kernel, meant, options, budget) if covers and not budget.urgent else None
+    never = next((goal.name for goal in kernel.requirements if constant(goal.formula) is False), None)
+    if never is not None:
+        refused = cover.refusal(LITTLE) if cover is not None else None
+        return refused or Impossible(
+            (never,), "it is false whatever the motion", Report(), Scope.MISSION, smallest=True
+        )
     wanted = room = with_vehicle_room(mission)
     paces = _paces(wanted, kernel, calm, FASTER if options.stretch == 1 else ())
     if calm < 1:

@@ -20,6 +20,7 @@ import numpy as np
 
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Graph, Mission
+from missionc.kernel.constants import NO, YES
 from missionc.kernel.evaluate import value_of
 from missionc.kernel.nodes import (
     All,
@@ -44,7 +45,7 @@ from missionc.kernel.walk import children, looks_back, postorder, rebuilt, same_
 from missionc.language.margins.links import all_links
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH
-from missionc.progression.lattice import NO, YES, Decided, Lattice, decided
+from missionc.progression.lattice import Decided, Lattice, decided
 from missionc.progression.names_since import NamesSince
 
 Cell: TypeAlias = "tuple[Node, int, int]"
@@ -304,7 +305,7 @@ class _Progression:
         self, node: UntilNode, cell: Look, agent: int, when: int, in_window: bool, found: Node | None
     ) -> Node | None:
         """``end`` or (``hold`` and what was found), dually where the node asks for every step."""
-        one, other = (All(()), Any(())) if node.every else (Any(()), All(()))
+        one, other = (YES, NO) if node.every else (NO, YES)
         held = self.lattice.whole(replace(other, span=node.span), [cell(node.hold, agent, when), found])
         parts = [cell(node.end, agent, when), held] if in_window else [held]
         return self.lattice.whole(replace(one, span=node.span), parts)
@@ -336,7 +337,7 @@ class _Progression:
 
     def _routes(self, node: ReachNode, step: int, cell: Look) -> tuple[Node | None, ...]:
         members, links = node.graph.agents, self._links(node.graph, step)
-        one, other = (All(()), Any(())) if node.every else (Any(()), All(()))
+        one, other = (YES, NO) if node.every else (NO, YES)
         through = [cell(node.through, each, step) for each in members]
         ends = best = tuple(cell(node.end, each, step) for each in members)
         for _ in range(min(node.hops, len(members) - 1)):

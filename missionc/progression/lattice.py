@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import Enum
 
+from missionc.kernel.constants import NO, YES, constant
 from missionc.kernel.nodes import All, Any, AtLeast, Node, says_opposite
-
-YES, NO = All(()), Any(())
 
 
 class Decided(Enum):
@@ -25,15 +24,10 @@ class Decided(Enum):
 
 def decided(node: Node | None) -> Decided:
     """Whether a formula is true, false or nobody's whatever comes."""
-    match node:
-        case None:
-            return Decided.NOBODY
-        case All(()):
-            return Decided.TRUE
-        case Any(()):
-            return Decided.FALSE
-        case _:
-            return Decided.OPEN
+    value = constant(node) if node is not None else None
+    if value is None:
+        return Decided.NOBODY if node is None else Decided.OPEN
+    return Decided.TRUE if value else Decided.FALSE
 
 
 class Lattice:

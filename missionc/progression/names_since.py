@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 
 from missionc import ir
+from missionc.kernel.constants import truth
 from missionc.kernel.nodes import All, Always, Any, Atom, Eventually, Is, Node, Not
 
 
@@ -77,7 +78,7 @@ class NamesSince:
         left = predicate if self.lost.isdisjoint(predicate.others) else predicate.among(predicate.others - self.lost)
         if left is None:
             of_whoever_is_left = predicate.graph is not None or predicate.formation is not None
-            return _truth(holds) if of_whoever_is_left else None
+            return truth(holds) if of_whoever_is_left else None
         match left:
             case ir.Compare():
                 return self._compared(left, holds)
@@ -147,10 +148,6 @@ class NamesSince:
         if holds:
             return Any((since, All((was_set, Always(Not(cleared), back, 0)))))
         return All((since, Any((Not(was_set), Eventually(cleared, back, 0)))))
-
-
-def _truth(holds: bool) -> Node:
-    return All(()) if holds else Any(())
 
 
 def _signed(predicate: ir.Predicate, holds: bool) -> Node:

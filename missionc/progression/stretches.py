@@ -14,10 +14,11 @@ import numpy as np
 from missionc import ir
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
+from missionc.kernel.constants import NO
 from missionc.kernel.nodes import Goal, Kernel, Node
 from missionc.language.margins.resources import flag_truths, levels, within
 from missionc.progression.formula_progression import progressed
-from missionc.progression.lattice import NO, Decided, decided
+from missionc.progression.lattice import Decided, decided
 from missionc.progression.names_since import NamesSince
 from missionc.progression.rest_of_mission import rest_of, slowed
 

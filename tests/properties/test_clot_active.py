@@ -37,7 +37,7 @@ def kernel_of(case: Case, formula: ir.Formula) -> Kernel:
     mission = mission_of(len(case.trace.position), case.run.last, ir.Requirement("asked", formula, SPAN))
     kernel, findings = expand(mission)
     assert kernel is not None, findings
-    return as_planned(kernel, formula, case.run.last)
+    return as_planned(mission, kernel, formula)
 
 
 def values_of(kernel: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Node, Array], Active, Node]:

@@ -58,7 +58,7 @@ SPATIAL = [operator for operator in OPERATORS if operator.spatial]
 def node_of(mission: ir.Mission, formula: ir.Formula) -> Node:
     kernel, findings = expand(replace(mission, requirements=(ir.Requirement("asked", formula, SPAN),)))
     assert kernel is not None, findings
-    return build(as_planned(kernel, formula, mission.steps)).requirements[0].formula
+    return build(as_planned(mission, kernel, formula)).requirements[0].formula
 
 
 def denied(formula: ir.Formula) -> ir.Formula:

@@ -22,7 +22,7 @@ def truths(case: Case, formula: ir.Formula) -> tuple[bool, list[bool], bool]:
     mission = mission_of(len(case.trace.position), case.run.last, ir.Requirement("asked", formula, SPAN))
     kernel, findings = expand(mission)
     assert kernel is not None, findings
-    kernel = as_planned(kernel, formula, case.run.last)
+    kernel = as_planned(mission, kernel, formula)
     asked = discrete(kernel, case.run.last, case.run.last)
 
     def holds(goal: Goal) -> bool:

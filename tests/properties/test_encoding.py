@@ -113,7 +113,7 @@ def asked(
     requirement = ir.Requirement("asked", case.formula, SPAN)
     kernel, findings = expand(replace(case.mission, requirements=(requirement,)))
     assert kernel is not None, findings
-    kernel = as_planned(kernel, case.formula, case.mission.steps)
+    kernel = as_planned(case.mission, kernel, case.formula)
     node = kernel.requirements[0].formula
     clauses = Clauses(10_000_000)
     motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), cast, clauses)

@@ -30,7 +30,7 @@ def keeps(case: Case, agent: int, seed: int) -> None:
     requirement = ir.Requirement("asked", case.formula, SPAN)
     kernel, findings = expand(replace(case.mission, requirements=(requirement,)))
     assert kernel is not None, findings
-    kernel = as_planned(kernel, case.formula, case.mission.steps)
+    kernel = as_planned(case.mission, kernel, case.formula)
     motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), frozenset(), Clauses(1_000_000))
     formula: Node = kernel.requirements[0].formula
     if not truth(formula, case.mission, lift(case.states, motion, case.mission))[0, 0]:

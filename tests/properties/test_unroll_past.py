@@ -24,7 +24,7 @@ def same(case: Case, formula: ir.Formula) -> None:
     mission = mission_of(len(case.trace.position), case.run.last, ir.Requirement("asked", formula, SPAN))
     kernel, findings = expand(mission)
     assert kernel is not None, findings
-    ahead = as_planned(kernel, formula, case.run.last)
+    ahead = as_planned(mission, kernel, formula)
     written, planned = (each.requirements[0].formula for each in (kernel, ahead))
     assert not any(map(looks_back, postorder((planned,))))
     if reference.ahead(formula) <= case.run.last:
@@ -59,17 +59,19 @@ def test_any_formula_is_worth_the_same_where_it_looks_ahead(case: Case) -> None:
 
 
 def test_a_kernel_without_the_past_stays_the_object_it_is() -> None:
-    kernel, _ = expand(mission_of(1, 3, ir.Requirement("asked", ir.Truth(True, SPAN), SPAN)))
+    mission = mission_of(1, 3, ir.Requirement("asked", ir.Truth(True, SPAN), SPAN))
+    kernel, _ = expand(mission)
     assert kernel is not None
-    assert looking_ahead(kernel, 3, 10) is kernel
+    assert looking_ahead(mission, kernel, 10) is kernel
 
 
 def test_what_grows_too_large_is_said_to() -> None:
     window = ir.Window(Steps(0), Steps(40), SPAN)
     once = ir.Apply(by_name["once"], (ir.Truth(True, SPAN),), window, SPAN)
     always = ir.Apply(by_name["always"], (once,), window, SPAN)
-    kernel, _ = expand(mission_of(1, 40, ir.Requirement("asked", always, SPAN)))
+    mission = mission_of(1, 40, ir.Requirement("asked", always, SPAN))
+    kernel, _ = expand(mission)
     assert kernel is not None
-    found = looking_ahead(kernel, 40, 20)
+    found = looking_ahead(mission, kernel, 20)
     assert isinstance(found, TooLarge)
     assert found.nodes > 20

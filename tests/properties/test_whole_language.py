@@ -27,6 +27,7 @@ def flags(seed: int, text: str) -> tuple[str, ...]:
     """For ``compile``; a search that finds nothing in a second is an answer too."""
     found = ["--time-limit", SECONDS, "--explain-limit", "1" if seed % 8 == 1 else "0"]
     found += ["--continuous"] if seed % 4 == 0 else []
+    found += ["--alternatives", "3"] if seed % 3 == 0 else []
     if "solve with clot" in text and seed % 2:
         found += ["--preset", PRESETS[seed // 2 % len(PRESETS)], "--samples", "4"]
     return tuple(found)

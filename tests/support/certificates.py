@@ -43,7 +43,7 @@ def certified(name: str) -> Certified:
     checked = driver.check(CORPUS / f"impossible_{name}.mission")
     assert checked.mission is not None
     assert checked.kernel is not None
-    ahead = looking_ahead(checked.kernel, checked.mission.steps, 100_000)
+    ahead = looking_ahead(checked.mission, checked.kernel, 100_000)
     assert isinstance(ahead, Kernel)
     answer = refute(checked.mission, ahead, Budget(time.monotonic() + 60, work=6.0), Account())
     assert isinstance(answer, Refused), answer

@@ -161,7 +161,7 @@ def _asked(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> Planned:
     for number in range(draw(st.integers(1, 3))):
         formula = draw(drawn)
         kernel, _ = expand(replace(mission, requirements=(ir.Requirement(f"r{number}", formula, SPAN),)))
-        goals += as_planned(kernel, formula, steps).requirements
+        goals += as_planned(mission, kernel, formula).requirements
     return _true(mission, goals, trace)
 
 

@@ -346,7 +346,9 @@ def _wishes(draw: _Drawn, formulas: Formulas) -> None:
         formula = formulas.quantified(draw.steps, depth) if draw.odds(0.6) else formulas.team(draw.steps, depth)
         if draw.odds(0.3):
             formula = f"eventually[0, {draw.step * draw.steps:g} s] ({formulas.team(0, 2)})"
-        draw.lines += [f"require r{number}: {formula}"]
+        draw.lines += [f"require r{number}: {_beside_constant(draw, formulas, formula)}"]
+    if draw.odds(0.25):
+        draw.lines += [f"require tour{number}: {_tour(draw, formulas)}" for number in range(2)]
     if any("bay[i in" in line for line in draw.lines):
         end = f"{draw.step * draw.steps:g} s"
         draw.lines += [
@@ -354,8 +356,28 @@ def _wishes(draw: _Drawn, formulas: Formulas) -> None:
             f"prefer each[k in 0..1]: eventually[0, {end}] some drone: bay[k]",
         ]
     if draw.odds(0.4):
-        draw.lines += [f"prefer {formulas.team(draw.steps, 2)}" + draw.one("", " weight 2")]
-    if draw.odds(0.4):
+        wish = _beside_constant(draw, formulas, formulas.team(draw.steps, 2))
+        draw.lines += [f"prefer {wish}" + draw.one("", " weight 2")]
+    if draw.odds(0.6):
         draw.lines += [f"minimize {draw.one('distance', 'duration', *(['energy'] if draw.clot else []))}"]
     backend = draw.one("auto", "auto", "auto", "clot" if draw.clot else "smt", "hybrid")
     draw.lines += [f"solve with {backend}" + (" { nodes = 40 }" if backend in ("smt", "hybrid") else "")]
+
+
+def _beside_constant(draw: _Drawn, formulas: Formulas, formula: str) -> str:
+    """The formula, or now and then one that is worth as much or is constant."""
+    if not draw.odds(0.2):
+        return formula
+    before = f"[{draw.step:g} s, {2 * draw.step:g} s] ({formulas.team(0, 1)})"  # no step of it is in the mission
+    everybody = f"(every {draw.teams[0][0]}: {draw.teams[0][0]})"
+    value = draw.one("true", "false", f"once{before}", f"historically{before}", everybody, f"not {everybody}")
+    return f"({formula}) {draw.one('or', 'or', 'and', 'implies')} ({value})"
+
+
+def _tour(draw: _Drawn, formulas: Formulas) -> str:
+    """Two places one after the other, by windows that together end with the mission or before."""
+    first = int(draw.random.integers(1, draw.steps + 1))
+    second = int(draw.random.integers(0, draw.steps - first + 1)) if draw.odds(0.5) else draw.steps - first
+    places = formulas.names.regions
+    then = f"eventually[0, {second * draw.step:g} s] {draw.one(*places)}"
+    return f"{draw.one(*draw.agents)}: eventually[0, {first * draw.step:g} s] ({draw.one(*places)} and {then})"

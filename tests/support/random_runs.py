@@ -168,10 +168,10 @@ def cases(draw: st.DrawFn, first: Operator | None = None) -> Case:
     return Case(run_of(mission_of(size, steps), trace), trace, formula)
 
 
-def as_planned(kernel: Kernel, formula: ir.Formula, last: int) -> Kernel:
+def as_planned(mission: ir.Mission, kernel: Kernel, formula: ir.Formula) -> Kernel:
     """The kernel as planners get it, for a case that asks for one formula; one that none of them plans is dropped."""
     assume(all(need.feature is not Feature.PAST_BELOW_METRES for need in needs_of(formula)))
-    ahead = looking_ahead(kernel, last, 1_000_000)
+    ahead = looking_ahead(mission, kernel, 1_000_000)
     assert not isinstance(ahead, TooLarge)
     return ahead
 

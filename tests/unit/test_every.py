@@ -29,9 +29,10 @@ def asked(formula: str, *more: str) -> str:
 
 def test_planners_are_given_a_recurrence_of_windows_ahead() -> None:
     """Of each stretch that lies within the mission: the last begins as long before the end as it lasts."""
-    kernel, _ = expand(meant(asked("drone[1]: every 5 s: goal")))
+    mission = meant(asked("drone[1]: every 5 s: goal"))
+    kernel, _ = expand(mission)
     assert kernel is not None
-    ahead = looking_ahead(kernel, 20, 1000)
+    ahead = looking_ahead(mission, kernel, 1000)
     assert not isinstance(ahead, TooLarge)
     node = ahead.requirements[0].formula
     assert isinstance(node, At | Always)

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import json
+import time
 
 import numpy as np
 import pytest
 
 import missionc
 from missionc import ir
+from missionc.backends.api import Budget, Planned
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.schedule.gather_team import gather_team
+from missionc.backends.load import load_engines
+from missionc.backends.options import Options
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
 from missionc.diagnostics import code
+from missionc.diagnostics.model import Diagnostic
 from missionc.ir.pair_ranges import all_ranges, between, directed, kinds, range_of
 from missionc.kernel.nodes import Atom
 from missionc.language.margins.links import all_links
 from missionc.language.margins.predicate_margins import algebraic_connectivity
 from missionc.lower.tighten import tightened
+from missionc.monitoring.monitor import monitor
 from missionc.verify.plan.algebraic_connectivity import connectivity
 from tests.support.random_runs import SPAN, trace_of
 
@@ -185,3 +191,24 @@ def test_each_backend_keeps_a_team_told_and_heard(backend: str) -> None:
         lengths = np.linalg.norm(position[:, None, step] - position[None, :, step], axis=-1)
         pairs = {(one, other) for one in range(5) for other in range(5) if one != other}
         assert linked == {pair for pair in pairs if lengths[pair] < range_of(radio, *pair)}
+
+
+TOGETHER = """mission together
+time step 1 s, horizon 6 s
+world (0, 0) to (8, 4)
+team drone[2] { radius 0.1 m dynamics single_integrator(speed <= 1 m/s) start at (1, 1), (1, 2) }
+agent scout { radius 0.1 m dynamics single_integrator(speed <= 1 m/s) start at (2, 2) }
+graph radio = proximity 2 m { scout to drone 2.5 m }
+require torn: eventually[0, 6 s] not connected(radio)
+"""
+
+
+def test_transport_parts_a_team_whose_links_lead_one_way() -> None:
+    found = missionc.check(missionc.Source("together.mission", TOGETHER), backend="clot")
+    mission, kernel, backend = found.mission, found.kernel, load_engines(("clot",), Options())
+    assert mission is not None
+    assert kernel is not None
+    assert not isinstance(backend, Diagnostic)
+    planned = backend.plan(mission, kernel, Options(), Budget(time.monotonic() + 60))
+    assert isinstance(planned, Planned)
+    assert monitor(mission, kernel, planned.trace).requirements[0].satisfied

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
-from missionc.backends.api import Budget, CutShort, Impossible, NotFound, Outcome, Planned, Reason, Report
+from missionc.backends.api import Budget, CutShort, Impossible, NotFound, Outcome, Planned, Reason, Report, Scope
+from missionc.backends.load import load_engines
 from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
+from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.lower.expand import expand
 from missionc.lower.tighten import with_flyable_speeds
+from missionc.monitoring.monitor import monitor
 from missionc.pipeline.front_end import check
 from missionc.pipeline.plan_with_margin import plan_with_margin
 from tests.support.small_missions import SMALL
@@ -91,3 +96,38 @@ def test_room_for_delays_is_of_the_speeds_that_vehicles_fly_before_it_is_of_thos
     beyond = next(at for at, speed in enumerate(fastest) if speed > flown)
     assert min(room[:beyond]) == 0.0, "all shares of that room come first"
     assert max(room) > 2 * flown
+
+
+CONSTANT = """mission constant
+time step 1 s, horizon 3 s
+world (0, 0) to (5, 5)
+region base = disc at (2, 3.6) radius 0.7 m
+team drone[2] { radius 0.1 m dynamics single_integrator(speed <= 1 m/s) start at (1, 1.2), (1, 0.7) }
+require g: FORMULA
+"""
+
+
+@pytest.mark.parametrize(
+    "formula", ["(every drone: not base) or false", "(every drone: x > 0.5) or (once[1 s, 1 s] some drone: base)"]
+)
+def test_a_backend_is_given_no_constant_beside_what_it_plans(formula: str) -> None:
+    checked = check(Source("constant.mission", CONSTANT.replace("FORMULA", formula)), backend="smt")
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    backend = load_engines(("smt",), Options())
+    assert not isinstance(backend, Diagnostic)
+    found = plan_with_margin(backend, checked.mission, checked.kernel, Options(), Budget(time.monotonic() + 60))
+    assert isinstance(found, Planned)
+    assert monitor(checked.mission, checked.kernel, found.trace).requirements[0].satisfied
+
+
+def test_a_requirement_that_is_constantly_false_is_impossible_for_every_backend_at_once() -> None:
+    mission = check(Source("constant.mission", CONSTANT.replace("FORMULA", "(some drone: base) and false"))).mission
+    assert mission is not None
+    kernel, _ = expand(mission)
+    assert kernel is not None
+    backend = Told([])
+    found = plan_with_margin(backend, mission, kernel, Options(), Budget(deadline=1e9))
+    assert isinstance(found, Impossible)
+    assert (found.conflict, found.scope, found.smallest) == (("g",), Scope.MISSION, True)
+    assert not backend.asked

@@ -165,7 +165,7 @@ def test_an_order_is_that_of_events_that_never_hold_at_once() -> None:
     def event(*steps: int) -> Event:
         flags = np.zeros(9, dtype=np.bool_)
         flags[list(steps)] = True
-        return Event("it", asked, asked.node, flags, frozenset((0,)))
+        return Event("it", asked, asked.node, flags, 8, frozenset((0,)))
 
     assert event(1, 2).before(event(3, 4))
     assert event(1, 3).before(event(2, 4))

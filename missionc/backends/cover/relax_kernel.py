@@ -29,6 +29,7 @@ from missionc.ir import (
     Vector,
 )
 from missionc.ir.pair_ranges import all_ranges, range_of
+from missionc.kernel.constants import YES
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -48,8 +49,6 @@ from missionc.kernel.walk import children, postorder, rebuilt
 
 MOST_PAIRS = 300
 """Pairs of agents times links of a route, beyond which its links are not looked at one by one."""
-
-TRUE = All(())
 
 
 def relaxed(mission: Mission, kernel: Kernel) -> Kernel:
@@ -71,9 +70,9 @@ def _relaxed(node: Node, parts: tuple[Node, ...], *, speeds: bool) -> Node:
         case Atom(predicate) if predicate.restricted is not None and not predicate.reads_past:
             return _connected(predicate.restricted)
         case Atom(predicate) | Not(Atom(predicate)) if not _of_places(predicate, speeds=speeds):
-            return TRUE
+            return YES
         case PathLength() | Not(PathLength()) | RouteNode():
-            return TRUE
+            return YES
         case NeighbourNode(graph):
             return _neighbour(graph, parts[0], node.every)
         case ReachNode(graph, hops=hops):
@@ -117,7 +116,7 @@ def _linked(graph: Graph, sender: int, receiver: int, holds: bool) -> Node:
             near = [near_beacon(graph, position, holds) for position in beacons]
             return of_all(tuple(of_each((here, At(receiver, here))) for here in near))
         case Sight() if not holds:
-            return TRUE
+            return YES
         case Sight():
             return seen(graph, sender, receiver)
         case _:
@@ -161,11 +160,11 @@ def _route(graph: Graph, through: Node, end: Node, hops: int, every: bool) -> No
 def _within(graph: Graph, end: Node, hops: int) -> Node:
     """The end holds of some agent, which is no further away than so many of the longest links."""
     if isinstance(graph, BeaconCover):
-        return TRUE
+        return YES
     reach = hops * float(max(all_ranges(graph), default=0.0))
     cases = []
     for agent in graph.agents:
-        near = [nearer(agent, other, reach) if other != agent else TRUE for other in graph.agents]
+        near = [nearer(agent, other, reach) if other != agent else YES for other in graph.agents]
         ends = tuple(All((At(other, end), there)) for other, there in zip(graph.agents, near, strict=True))
         cases.append(All((Is(frozenset((agent,))), Any(ends))))
     outside = Not(Is(frozenset(graph.agents)))
@@ -180,4 +179,4 @@ def _connected(graph: Graph) -> Node:
 
 def _to_each(graph: Graph, others: list[int]) -> Iterator[Node]:
     for other in others:
-        yield _route(graph, TRUE, Is(frozenset((other,))), len(graph.agents) - 1, False)
+        yield _route(graph, YES, Is(frozenset((other,))), len(graph.agents) - 1, False)

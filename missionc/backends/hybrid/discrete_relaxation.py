@@ -10,34 +10,13 @@ the requirement, so that where it cannot hold on a roadmap the whole cannot eith
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor
 
-from missionc.ir import Predicate
 from missionc.kernel.analysis import reads_lengths, steps_ahead
-from missionc.kernel.evaluate import Domain, evaluate
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Goal,
-    Is,
-    Kernel,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
-from missionc.kernel.walk import postorder
-
-YES, NO = All(()), Any(())
+from missionc.kernel.constants import YES, constant, folded
+from missionc.kernel.nodes import Atom, Goal, Kernel, Node, Not, PathLength, RouteNode, UntilNode, WindowNode
+from missionc.kernel.walk import children, postorder
 
 SLACK = 1e-9
 """The share of a step that rounding alone may make of a whole number of them."""
@@ -81,7 +60,7 @@ def discrete(kernel: Kernel, steps: int, ticks: int) -> Discrete:
     if any(ahead[goal.formula] > ticks for goal in goals):
         goals = _goals(kernel, Clock(steps, ticks, careful=False))
     whole = frozenset(goal.name for goal in kernel.requirements if not any(map(_measures, postorder((goal.formula,)))))
-    return Discrete(Kernel(tuple(goal for goal in goals if goal.formula is not YES), ()), whole)
+    return Discrete(Kernel(tuple(goal for goal in goals if constant(goal.formula) is not True), ()), whole)
 
 
 def _measures(node: Node) -> bool:
@@ -89,62 +68,21 @@ def _measures(node: Node) -> bool:
 
 
 def _goals(kernel: Kernel, clock: Clock) -> list[Goal]:
-    relaxations = evaluate((goal.formula for goal in kernel.requirements), Relaxation(clock))
-    return [Goal(goal.name, relaxations[goal.formula], goal.span) for goal in kernel.requirements]
+    relaxed: dict[Node, Node] = {}
+    for node in postorder(goal.formula for goal in kernel.requirements):
+        relaxed[node] = _relaxed(node, tuple(relaxed[part] for part in children(node)), clock)
+    return [Goal(goal.name, relaxed[goal.formula], goal.span) for goal in kernel.requirements]
 
 
-@dataclass(frozen=True, slots=True)
-class Relaxation(Domain[Node]):
-    """The domain of what is asked for in place of a formula; ``YES`` and ``NO`` are settled."""
-
-    clock: Clock
-
-    def atom(self, predicate: Predicate, holds: bool) -> Node:
-        return YES if predicate.is_exact else _signed(Atom(predicate), holds)
-
-    def member(self, agents: frozenset[int], holds: bool) -> Node:
-        return _signed(Is(agents), holds)
-
-    def path_length(self, node: PathLength, holds: bool) -> Node:
-        return YES
-
-    def meet(self, parts: Sequence[Node]) -> Node:
-        left = tuple(part for part in parts if part is not YES)
-        return NO if NO in left else All(left) if left else YES
-
-    def join(self, parts: Sequence[Node]) -> Node:
-        left = tuple(part for part in parts if part is not NO)
-        return YES if YES in left else Any(left) if left else NO
-
-    def at_least(self, count: int, parts: Sequence[Node]) -> Node:
-        count -= sum(part is YES for part in parts)
-        left = tuple(part for part in parts if not _settled(part))
-        return YES if count <= 0 else NO if count > len(left) else AtLeast(count, left)
-
-    def window(self, node: WindowNode, body: Node) -> Node:
-        low, high = self.clock.window(node.low, node.high, node.every)
-        return body if _settled(body) else replace(node, body=body, low=low, high=high)
-
-    def until(self, node: UntilNode, hold: Node, end: Node) -> Node:
-        low, high = self.clock.window(node.low, node.high, node.every)
-        return end if end is (YES if node.every else NO) else replace(node, hold=hold, end=end, low=low, high=high)
-
-    def at(self, agent: int, body: Node) -> Node:
-        return body if _settled(body) else At(agent, body)
-
-    def neighbour(self, node: NeighbourNode, body: Node) -> Node:
-        return body if body is (YES if node.every else NO) else replace(node, body=body)
-
-    def reach(self, node: ReachNode, through: Node, end: Node) -> Node:
-        return end if _settled(end) else replace(node, through=through, end=end)
-
-    def route(self, node: RouteNode, through: Node, end: Node) -> Node:
-        return YES
-
-
-def _signed(leaf: Node, holds: bool) -> Node:
-    return leaf if holds else Not(leaf)
-
-
-def _settled(node: Node) -> bool:
-    return node is YES or node is NO
+def _relaxed(node: Node, parts: tuple[Node, ...], clock: Clock) -> Node:
+    """A formula over relaxed ones, on the clock of the roadmap."""
+    match node:
+        case PathLength() | Not(PathLength()) | RouteNode():
+            return YES
+        case Atom(predicate) | Not(Atom(predicate)) if predicate.is_exact:
+            return YES
+        case WindowNode() | UntilNode():
+            low, high = clock.window(node.low, node.high, node.every)
+            return folded(replace(node, low=low, high=high), parts)
+        case _:
+            return folded(node, parts)

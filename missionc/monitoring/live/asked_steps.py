@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from missionc.kernel.analysis import steps_ahead
 from missionc.kernel.nodes import Node, UntilNode, WindowNode
-from missionc.kernel.walk import asks, looks_back, postorder
+from missionc.kernel.walk import asked_between, asks, looks_back, postorder
 
 
 @dataclass(slots=True)
@@ -43,26 +43,17 @@ def asked_steps(roots: Iterable[Node], last: int) -> dict[Node, Asked]:
     roots = tuple(roots)
     order = postorder(roots)
     ahead = steps_ahead(roots, to_end=last)
-    found = {root: Asked(0, 0, 0) for root in roots}
-    for node in reversed(order):
-        mine = found[node]
-        mine.ahead = min(ahead[node], last)
-        for ask in asks(node):
-            end = last - ask.before_last if ask.high is None else min(mine.last + ask.high, last)
-            begin = max(mine.first + ask.low, 0)
-            if begin > end:
-                begin = end = max(min(begin, last), 0)
-            if ask.node in found:
-                below = found[ask.node]
-                below.first, below.last = min(below.first, begin), max(below.last, end)
-            else:
-                found[ask.node] = Asked(begin, end, 0)
+    between = asked_between(roots, last)
+    found: dict[Node, Asked] = {}
+    for node in order:
+        first, final = between.get(node, (0, 0))
+        found[node] = Asked(min(first, last), min(final, last), min(ahead[node], last))
     for node in order:
         furthest = max((found[ask.node].ahead for ask in asks(node)), default=0)
         for ask in asks(node):
             below = found[ask.node]
             below.kept = max(below.kept, _read_back(node, found[node], furthest))
-    return {node: found[node] for node in order}
+    return found
 
 
 def reaches_start(node: WindowNode | UntilNode, asked: Asked) -> bool:

@@ -144,9 +144,10 @@ def _sides(before: Restriction, signature: Signature, mission: Mission, position
 
 
 def _in_order(first: Event, second: Event) -> Node:
-    """The second does not hold before the first does."""
+    """The first holds at a step at which both are asked for, and the second at none before it."""
     early, late = first.asked, second.asked
-    return Until(At(late.agent, negated(second.body)), At(early.agent, first.body), 0, None)
+    last = min(first.last, second.last)
+    return Until(At(late.agent, negated(second.body)), At(early.agent, first.body), 0, last)
 
 
 def _prism(mission: Mission, corners: Bar) -> Shape:

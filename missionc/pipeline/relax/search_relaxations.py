@@ -209,7 +209,7 @@ class Explaining:
         mission, kernel = variant.mission, variant.kernel
         assert mission is not None
         assert kernel is not None
-        ahead = looking_ahead(kernel, mission.steps, self.budget.limits.formula_nodes)
+        ahead = looking_ahead(mission, kernel, self.budget.limits.formula_nodes)
         if not isinstance(ahead, Kernel):
             return False
         options = replace(self.options, certify=False)

@@ -141,7 +141,7 @@ class RestPlanner:
         """That no motion is a plan, where little work shows it: there is no time to search for one then."""
         assert rest.mission is not None
         assert rest.kernel is not None
-        ahead = looking_ahead(rest.kernel, rest.mission.steps, self.limits.formula_nodes)
+        ahead = looking_ahead(rest.mission, rest.kernel, self.limits.formula_nodes)
         if isinstance(ahead, TooLarge):
             return None
         now = time.monotonic()

@@ -19,6 +19,7 @@ from typing import TypeAlias
 
 from missionc.ir import Connected, Graph, Predicate
 from missionc.ir.pair_ranges import directed
+from missionc.kernel.constants import at_least
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -130,17 +131,6 @@ def _amounts_to_connected(graph: Graph, pairs: set[tuple[int, int]]) -> bool:
         if pairs - {(one, one)} == (there | back if directed(graph) else there):
             return True
     return False
-
-
-def at_least(count: int, parts: tuple[Node, ...]) -> Node:
-    """So many of the parts, by the plainest constructor."""
-    if count <= 0:
-        return All(())
-    if count > len(parts):
-        return Any(())
-    if count == len(parts):
-        return parts[0] if count == 1 else All(parts)
-    return Any(parts) if count == 1 else AtLeast(count, parts)
 
 
 def _unrolled(graph: Graph, through: Node, end: Node, hops: int, holds: bool) -> Node:

@@ -255,7 +255,7 @@ class TaskCosts:
         for row, step in enumerate(moments) if len(agents) > 1 else ():
             ends = [(first[row, worst[row]], second[row, worst[row]]) for first, second, worst in trees]
             back = links[row, *ends[1][::-1]] < links[row, *ends[0]]
-            _, second, worst = trees[back]
+            _, second, worst = trees[int(back)]
             within = np.ones(len(agents), dtype=np.bool_)
             within[second[row, worst[row] :]] = False
             one, other = np.nonzero(np.outer(~within, within) if back else np.outer(within, ~within))

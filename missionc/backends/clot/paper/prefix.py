@@ -20,9 +20,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import assert_never
 
-from missionc.backends.clot.cost_graph.cost_graph import Unrolled, at_least, signed_predicate
+from missionc.backends.clot.cost_graph.cost_graph import Unrolled, signed_predicate
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.ir import Predicate
+from missionc.kernel.constants import at_least
 from missionc.kernel.nodes import (
     All,
     Always,

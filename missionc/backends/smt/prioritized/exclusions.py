@@ -74,7 +74,7 @@ class Exclusion:
         parts = [self._holds(part, who, agent, reservations) for part in children(node)]
         if isinstance(node, AtLeast):
             return np.asarray(sum(part.astype(np.int64) for part in parts) >= node.count)
-        return reduce(np.logical_and if isinstance(node, All) else np.logical_or, parts)
+        return reduce(np.logical_and if node.every else np.logical_or, parts)
 
     def among(self, present: frozenset[int]) -> Node | None:
         """What it asks of those who are there while all others keep away; None for nothing."""

@@ -1,0 +1,154 @@
+"""Constants in kernel formulas: true, false, and the formula that is left of one that contains them.
+
+Folding keeps truth and robustness at every step from which a formula does not look past the mission's last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import assert_never
+
+from missionc.base.source import Span
+from missionc.kernel.nodes import (
+    All,
+    Always,
+    Any,
+    At,
+    AtLeast,
+    Eventually,
+    Goal,
+    Is,
+    Kernel,
+    LeafNode,
+    NeighbourNode,
+    Node,
+    Not,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
+)
+from missionc.kernel.walk import children, postorder, rebuilt, same_objects
+
+
+def truth(value: bool, span: Span | None = None) -> Node:
+    """The constant formula."""
+    return All((), span) if value else Any((), span)
+
+
+YES, NO = truth(True), truth(False)
+
+
+def constant(node: Node) -> bool | None:
+    """The truth of a constant formula; None for any other."""
+    match node:
+        case All(()):
+            return True
+        case Any(()):
+            return False
+        case _:
+            return None
+
+
+def without_constants(kernel: Kernel, agents: int) -> Kernel:
+    """The kernel with constants folded: a goal is constant, or contains none except along routes and before windows.
+
+    Args:
+        agents: how many the mission has; ``Is`` of all of them is true, of none false.
+
+    Returns:
+        The same object if there is nothing to fold.
+    """
+    made: dict[Node, Node] = {}
+    for node in postorder(goal.formula for goal in (*kernel.requirements, *kernel.preferences)):
+        if isinstance(node, Is) and len(node.agents) in (0, agents):
+            made[node] = truth(bool(node.agents), node.span)
+        else:
+            made[node] = folded(node, tuple(made[part] for part in children(node)))
+    if all(new is old for old, new in made.items()):
+        return kernel
+
+    def goals(before: Sequence[Goal]) -> tuple[Goal, ...]:
+        return tuple(replace(goal, formula=made[goal.formula]) for goal in before)
+
+    meanings = {formula: node for formula, node in kernel.meanings.items() if made.get(node, node) is node}
+    return replace(
+        kernel, requirements=goals(kernel.requirements), preferences=goals(kernel.preferences), meanings=meanings
+    )
+
+
+def folded(node: Node, parts: tuple[Node, ...]) -> Node:
+    """The same constructor over other nodes, or what it comes to over constants; the same node over its own parts."""
+    values = [constant(part) for part in parts]
+    value = _value(node, parts, values)
+    if value is not None:
+        return truth(value, node.span) if constant(node) is None else node
+    match node:
+        case All() | Any() | AtLeast() if any(each is not None for each in values):
+            left = tuple(part for part, each in zip(parts, values, strict=True) if each is None)
+            if isinstance(node, AtLeast):
+                return at_least(node.count - values.count(True), left, node.span, node.dual)
+            return left[0] if len(left) == 1 else replace(node, parts=left)
+        case UntilNode(low=low, high=high, span=span, dual=dual) if values[0] is not None:
+            window = Always if node.every else Eventually
+            return parts[1] if values[0] is node.every else window(parts[1], low, high, span, dual)
+        case ReachNode() | RouteNode() if values[0] is node.every:
+            return parts[1]
+        case _:
+            return node if same_objects(parts, children(node)) else rebuilt(node, parts)
+
+
+def at_least(count: int, parts: tuple[Node, ...], span: Span | None = None, dual: bool = False) -> Node:
+    """So many of the parts, by the plainest constructor."""
+    if not 0 < count <= len(parts):
+        return truth(count <= 0, span)
+    if count == len(parts):
+        return parts[0] if count == 1 else All(parts, span, dual)
+    return Any(parts, span, dual) if count == 1 else AtLeast(count, parts, span, dual)
+
+
+def _value(node: Node, parts: tuple[Node, ...], values: list[bool | None]) -> bool | None:
+    """The truth of a node over parts of these truths; None if it depends on those that are open."""
+    match node:
+        case All() | Any():
+            return (not node.every) if (not node.every) in values else None if None in values else node.every
+        case AtLeast(count):
+            least = values.count(True)
+            return True if count <= least else False if count > least + values.count(None) else None
+        case At(agent):
+            return _of_agent(agent, parts[0]) if values[0] is None else values[0]
+        case Not():
+            return None if values[0] is None else not values[0]
+        case WindowNode():
+            # One that looks back may hold no step.
+            return values[0] if node.low >= 0 or _holds_now(node) or values[0] is node.every else None
+        case UntilNode():
+            hold, end = values
+            missed = end is node.every or (hold is node.every and not _holds_now(node))
+            return node.every if missed else end if end is not None and _holds_now(node) else None
+        case NeighbourNode():
+            return values[0] if values[0] is node.every else None
+        case ReachNode() | RouteNode():
+            through, end = values
+            missed = end is node.every or (through is node.every and node.low > 0)
+            return node.every if missed else end if node.low <= 0 else None
+        case LeafNode():
+            return None
+        case _:
+            assert_never(node)
+
+
+def _holds_now(node: WindowNode | UntilNode) -> bool:
+    """Whether the window includes the step that it is asked at."""
+    return node.low <= 0 and (node.high is None or node.high >= 0)
+
+
+def _of_agent(agent: int, body: Node) -> bool | None:
+    match body:
+        case Is(agents):
+            return agent in agents
+        case Not(Is(agents)):
+            return agent not in agents
+        case _:
+            return None
