@@ -21,9 +21,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.ir import Mission
-
-ON_TIME = 1e-6
-"""Seconds: a sample so near to a step is at it, and two of an agent so near to each other are one."""
+from missionc.monitoring.read_trace import ON_TIME
 
 PLAUSIBLE = 10.0
 """Seconds: a sample further ahead than so much, and than three steps and the wait, has to be confirmed."""
@@ -123,7 +121,6 @@ class SampleSteps:
         """The first step that is not closed, and the first that is not settled."""
         self.newest = -np.inf
         self.fates: Counter[Fate] = Counter()
-        self.late: Counter[int] = Counter()
         self._reached = self._known = 0
         """How many agents have a sample at or after the step that closes next; at the step that settles next."""
         self._settles_at: float | None = None
@@ -165,7 +162,6 @@ class SampleSteps:
         track, now = self.tracks[sample.agent], self._time(self.settled)
         if self.settled and time <= self._time(self.settled - 1) + ON_TIME:
             self.fates[Fate.LATE] += 1
-            self.late[sample.agent] += 1
             return
         place = bisect_left(track.times, time)
         near = track.times[max(place - 1, 0) : place + 1]
@@ -196,14 +192,13 @@ class SampleSteps:
         while not self.over:
             if self._is_settled():
                 yield self._settle()
-            elif self._is_closed():
-                yield self._close()
+            elif self.closed > self.mission.steps:
+                return
+            elif self._reached == len(self.tracks) or self.newest > self._time(self.closed) + self.wait + ON_TIME:
+                yield self._state(self.closed, False)
+                self._close(self.closed)
             else:
                 return
-
-    def _is_closed(self) -> bool:
-        waited = self.newest > self._time(self.closed) + self.wait + ON_TIME
-        return self.closed <= self.mission.steps and (self._reached == len(self.tracks) or waited)
 
     def _is_settled(self) -> bool:
         now, step = self._time(self.settled), float(self.mission.step)
@@ -217,11 +212,9 @@ class SampleSteps:
             self._settles_at = max(min(track.since(now), latest) for track in opened) + self.wait
         return self.newest >= self._settles_at
 
-    def _close(self) -> StepState:
-        state = self._state(self.closed, False)
-        self.closed += 1
+    def _close(self, step: int) -> None:
+        self.closed = step + 1
         self._reached = sum(track.reaches(self._time(self.closed)) for track in self.tracks)
-        return state
 
     def _settle(self) -> StepState:
         now = self._time(self.settled)
@@ -235,8 +228,7 @@ class SampleSteps:
         self._known = sum(track.has(self._time(self.settled)) for track in self.tracks)
         self._places.pop(state.step - 1, None)
         if self.closed < self.settled:
-            self.closed = self.settled
-            self._reached = sum(track.reaches(self._time(self.closed)) for track in self.tracks)
+            self._close(state.step)
         return state
 
     def _state(self, step: int, settled: bool) -> StepState:
