@@ -94,7 +94,7 @@ class PlacesFile:
         path: as the mission has it.
         kind: ``obstacle``, ``region``, ``beacon`` or ``point``.
         names: of the places; none of points.
-        asked: the settings of the declaration; None for points.
+        asked: the settings of the declaration, with the unit of the file if it states one; None for points.
     """
 
     path: str

@@ -140,7 +140,8 @@ class _Drawing:
         except Exception:  # a library that reads what anybody wrote fails in many ways
             raise unreadable(self.source, "its blocks cannot be taken apart", self.asked.span, WRITE) from None
         features = self.beacons(placed) if self.asked.kind == "beacon" else self.areas(placed, left_out)
-        return Reading(features, tuple(LeftOut(*part, number) for part, number in sorted(left_out.items())))
+        parts = tuple(LeftOut(*part, number) for part, number in sorted(left_out.items()))
+        return Reading(features, parts, unit=self.world.unit)
 
     def unread(self, kind: str) -> str:
         """The reason why entities of a kind are not read; empty if they are."""

@@ -44,10 +44,8 @@ from missionc.maps.read_summary import Reading, count_left_out
 
 KINDS = ("obstacle", "region", "beacon")
 ALL = "FeatureCollection"
-GEOMETRIES = (
-    *("Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"),
-    "GeometryCollection",
-)
+LINES = ("LineString", "MultiLineString")
+GEOMETRIES = ("Point", "MultiPoint", *LINES, "Polygon", "MultiPolygon", "GeometryCollection")
 COLLECTION = "give a `FeatureCollection`, as RFC 7946 has it"
 _FEATURES = re.compile(r'"features"\s*:\s*\[\s*')
 _WGS_84 = re.compile(r"CRS ?84|4326", re.IGNORECASE)
@@ -194,7 +192,8 @@ class _Reader:
         form = str(geometry.get("type", "Feature"))[:40] if geometry else "Feature"
         if kind not in (None, *KINDS):
             known = ", ".join(f"`{each}`" for each in KINDS)
-            self.leave_out(form, f"its `kind` is {_json(kind)}", f"call it one of {known}, or leave `kind` out")
+            way_out = f"change `kind`, which is {_json(kind)} here, or leave it out"
+            self.leave_out(form, f"its `kind` is none of {known}", way_out)
         if kind not in (None, self.asked.kind):
             return
         if name is not None and not isinstance(name, str):
@@ -221,7 +220,7 @@ class _Reader:
             elif form in ("Point", "MultiPoint"):
                 for position in [inside] if form == "Point" else self.listed(inside):
                     yield from self.point(position, properties)
-            elif form not in ("Polygon", "MultiPolygon"):
+            elif form in LINES:
                 self.no_place(form, "no polygon and no point", properties)
             elif self.asked.kind == "beacon":
                 self.no_place(form, "a beacon is a point", properties, another=True)
@@ -235,15 +234,15 @@ class _Reader:
         if self.asked.kind == "beacon":
             yield Place((*self.position(position), *self.altitude(position)))
             return
-        sizes = {key.lower(): key for key in properties}
+        sizes = {key.lower(): value for key, value in properties.items() if value is not None}
         if "radius" in sizes:
-            radius = self.number(properties[sizes["radius"]])
+            radius = self.number(sizes["radius"])
             if radius <= 0:
                 raise self.wrong("a radius is more than 0")
             yield Circle(self.position(position), radius)
             return
         near = next((key for key in sizes if "radius" in key or "diameter" in key), "")
-        reason = "a point makes an area with a `radius`, in metres" + (f"; it has `{sizes[near][:40]}`" if near else "")
+        reason = "a point makes an area with a `radius`, in metres" + (f"; it has `{near[:40]}`" if near else "")
         self.no_place("Point", reason, properties, another=not near)
 
     def no_place(self, form: str, reason: str, properties: dict[str, Any], *, another: bool = False) -> None:
@@ -255,7 +254,7 @@ class _Reader:
         way_out = (
             "give it a `radius`, in metres" if form == "Point" else "make it a polygon, or delete it from the file"
         )
-        if "kind" in properties:
+        if properties.get("kind") is not None:
             raise self.wrong(f"`{form}`: {reason}", f"{way_out}, or change its `kind`")
         self.leave_out(form, reason, "" if another else way_out)
 

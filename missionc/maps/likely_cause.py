@@ -53,14 +53,11 @@ def _on_earth(asked: Asked, corners: list[tuple[float, float]]) -> Iterator[tupl
 
 def _in_the_plane(asked: Asked, corners: list[tuple[float, float]]) -> Iterator[tuple[str, list[tuple[float, float]]]]:
     """Another unit of length, or the two axes exchanged; a grid states its own size."""
-    form = ending(asked.sources[0].name)
-    if form in (*IMAGES, *METADATA):
+    if ending(asked.sources[0].name) in (*IMAGES, *METADATA):
         return
     for name, unit in UNITS.items():
         factor = unit / (asked.unit or 1.0)
         way_out = f"state the unit of the file: `unit 1 {name}` brings its places inside"
-        if form == ".dxf" and asked.unit is None:
-            way_out = f"state the unit of the drawing with `unit`: its places fit if they are {factor:g} times as large"
         if factor != 1:
             yield way_out, [(x * factor, y * factor) for x, y in corners]
     yield "exchange `x` and `y` in the file", [(y, x) for x, y in corners]

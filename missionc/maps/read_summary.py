@@ -48,12 +48,14 @@ class Reading:
     Args:
         warnings: about parts that the author may have meant otherwise.
         frame: of a map that reaches beyond its features.
+        unit: metres in the unit that the file states; None if it states none.
     """
 
     features: list[Feature]
     left_out: tuple[LeftOut, ...] = ()
     warnings: tuple[Diagnostic, ...] = ()
     frame: Extents | None = None
+    unit: float | None = None
 
     def summary(self) -> ReadSummary:
         return ReadSummary(len(self.features), self.left_out, self.frame or extents(self.features))

@@ -228,7 +228,7 @@ def _places(context: Context, node: ast.FromFile, asked: Asked) -> Iterator[ast.
     if isinstance(reading, Diagnostic):
         context.findings.append(reading)
         return
-    context.findings += reading.warnings
+    context.findings += [each for each in reading.warnings if each not in context.findings]
     prefix = next((words[0] for word, words in _words(node) if word == "named"), "")
     stem = prefix or _name(splitext(basename(node.file.path))[0])
     texts = _texts(reading.features, stem, f"{prefix}_" if prefix else "")
@@ -236,8 +236,8 @@ def _places(context: Context, node: ast.FromFile, asked: Asked) -> Iterator[ast.
         if feature.name and (not nameable(text) or reserved(text)):
             _not_a_name(context, feature)
         yield from _place(node, feature, ast.Name(feature.name_span, text))
-    kind = KINDS[node.kind]
-    context.files.append(ir.PlacesFile(node.file.path, kind, reading.summary(), frozenset(texts), asked))
+    asked = replace(asked, unit=asked.unit or reading.unit)
+    context.files.append(ir.PlacesFile(node.file.path, asked.kind, reading.summary(), frozenset(texts), asked))
 
 
 def _texts(features: list[Feature], stem: str, prefix: str) -> list[str]:

@@ -108,6 +108,16 @@ def test_exchanged_axes_of_a_table_are_named() -> None:
     assert "exchange `x` and `y`" in likely_cause(asked, ((5, 80), (6, 81)), ((0, 0), (100, 10)))
 
 
+def test_the_unit_that_a_drawing_states_is_replaced_by_the_one_that_fits(tmp_path: Path) -> None:
+    ezdxf = pytest.importorskip("ezdxf")
+    document = ezdxf.new(units=6)
+    document.modelspace().add_circle((9000, 8000), 500)
+    document.saveas(tmp_path / "floor.dxf")
+    finding = only(tmp_path, 'obstacles from "floor.dxf"', {"floor.dxf": (tmp_path / "floor.dxf").read_bytes()})
+    assert finding.code is FILE_OUTSIDE_WORLD
+    assert "`unit 1 mm`" in finding.help
+
+
 def test_some_places_of_a_file_outside_the_world_share_one_warning(tmp_path: Path) -> None:
     (finding,) = outside(tmp_path, 'obstacles from "r.csv"', {"r.csv": "x,y,radius\n9,9,1\n90,9,1\n91,9,1\n"})
     assert finding.code is PLACE_OUTSIDE_WORLD

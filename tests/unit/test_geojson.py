@@ -38,7 +38,7 @@ def names(mission: ir.Mission) -> list[str]:
         (feature("MultiLineString", [[[1, 1], [2, 2]]]), "MultiLineString", "no polygon and no point"),
         ({"type": "Feature", "properties": {}, "geometry": None}, "Feature", "its geometry is empty"),
         (feature("Polygon", []), "Feature", "its geometry is empty"),
-        (feature("Polygon", SQUARE, kind="building"), "Polygon", 'its `kind` is `"building"`'),
+        (feature("Polygon", SQUARE, kind="building"), "Polygon", "its `kind` is none of"),
         (feature("Point", [1, 9], radius_m=3), "Point", "it has `radius_m`"),
     ],
 )
@@ -62,6 +62,19 @@ def test_what_makes_no_place_is_left_out_and_named_with_its_count(
 def test_what_another_declaration_may_read_is_counted_without_a_warning(tmp_path: Path) -> None:
     mission = meant(tmp_path, SAID, collection(HALL, feature("Point", [1, 9]), feature("Point", [2, 9], kind="beacon")))
     assert [(each.kind, each.count) for each in mission.files[0].summary.left_out] == [("Point", 1)]
+
+
+def test_a_part_that_no_declaration_of_a_file_can_read_earns_one_warning(tmp_path: Path) -> None:
+    said = f"{SAID} named o\nregions{SAID.removeprefix('obstacles')} named r"
+    (finding,) = findings(tmp_path, said, collection(HALL, feature("LineString", [[1, 1], [2, 2]])))
+    assert finding.code is MAP_LEFT_OUT
+
+
+def test_a_property_that_is_null_is_as_good_as_absent(tmp_path: Path) -> None:
+    nulls = {"kind": None, "radius": None, "height": None, "name": None}
+    line = feature("LineString", [[1, 1], [2, 2]], **nulls)
+    checked = check(written(tmp_path, SAID, collection(HALL, line, feature("Point", [1, 9], **nulls))))
+    assert [finding.code for finding in checked.findings] == [MAP_LEFT_OUT]
 
 
 def test_a_feature_that_states_its_kind_is_never_left_out(tmp_path: Path) -> None:
