@@ -136,14 +136,11 @@ def _begun(staged: Staging, token: str) -> int:
 @contextmanager
 def alone(parent: Path) -> Iterator[None]:
     """Wait until nothing else of ours judges or renames a folder in this one; if nothing can be locked, go on."""
-    try:
+    handle = None
+    with suppress(OSError):
         handle = os.open(parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    except OSError:
-        handle = None
+        fcntl.flock(handle, fcntl.LOCK_EX)
     try:
-        if handle is not None:
-            with suppress(OSError):
-                fcntl.flock(handle, fcntl.LOCK_EX)
         yield
     finally:
         if handle is not None:
