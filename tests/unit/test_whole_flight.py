@@ -332,7 +332,7 @@ def test_a_show_and_the_scripts_rise_in_these_turns() -> None:
         assert sideways >= 0.3 if on_the_floor else (sideways / 0.4) ** 2 + (height / 0.7) ** 2 >= 1
     made = FORMATS["crazyswarm2"].export(flown)
     assert isinstance(made, Exported)
-    assert b"TURNS = (('drone0',), ('drone1',))" in made.files["fly.py"]
+    assert b"for turn in ((0,), (1,))]" in made.files["fly.py"]
 
 
 # ------------------------------------------------------------- what is drawn
@@ -362,14 +362,15 @@ def test_exports_fly_the_whole_of_it() -> None:
     assert float(rows[-1].split(",")[1]) == pytest.approx(lasts, abs=1e-5)
     x, y, z = (float(value) for value in rows[0].split(",")[2:5])
     assert (x, -y, -z) == pytest.approx((1, 4, 0.8), abs=1e-6)
-    duration = re.search(r"RISE, SETTLE, GO, DURATION, SINK = \((.*)\)", compiled()["export/cflib/fly.py"].decode())
+    script = compiled()["export/cflib/fly.py"].decode()
+    duration = re.search(r"RISE, SETTLE, GO, DURATION, SINK, LAND_NOW = \((.*)\)", script)
     assert duration is not None
-    rise, _, _, flown, sink = map(float, duration[1].split(","))
+    rise, _, _, flown, sink, _ = map(float, duration[1].split(","))
     assert flown == pytest.approx(lasts, abs=1e-5)
     assert rise == pytest.approx(whole["phases"][0]["end"] - whole["phases"][0]["begin"], abs=1e-5)
     assert sink == pytest.approx(whole["phases"][-1]["end"] - whole["phases"][-1]["begin"], abs=1e-5)
     # What takes off is where it was proved that it may: no further from its pad than it may miss.
-    assert "LANDED, NEAR = (0.04, 0.05)" in compiled()["export/cflib/fly.py"].decode()
+    assert "LANDED, NEAR = (0.04, 0.05)" in script
     readme = compiled()["export/cflib/README.md"].decode()
     begins, ends = air[0]["end"] - air[0]["begin"], air[1]["end"] - air[0]["begin"]
     assert f"the mission from `{begins:.3f}".rstrip("0").rstrip(".") in readme

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.export.compressed import Compressed, as_polynomials, compress
-from missionc.output.export.crazyswarm2 import uri
 from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.fill_templates import render
-from missionc.output.export.takeoff_and_landing import GROUND, cannot_rise_or_land, for_templates, turns_of
+from missionc.output.export.fly_script import for_templates
+from missionc.output.export.takeoff_and_landing import cannot_rise_or_land
 from missionc.output.export.trajectory_memory import raw
 from missionc.output.export.verified_flight import Flight, Part
 from missionc.verify.tolerances import TUBE
@@ -45,29 +45,13 @@ def write(flight: Flight) -> Exported | Diagnostic:
     packed = _packed(flight)
     if isinstance(packed, Diagnostic):
         return packed
-    turns = turns_of(flight)
-    given = {
-        "mission": flight.mission.name,
-        "turns_count": len(turns),
+    given = for_templates(flight) | {
         "kind": packed.kind,
         "kind_number": KINDS.index(packed.kind),
         "pieces": int(flight.parts[0].pieces.duration.size),
         "bytes": max(map(len, packed.blobs)),
         "memory": min(each.agent.vehicle.memory for each in flight.parts),
-        "robots": [
-            {
-                "agent": each.agent.name,
-                "file": f"{each.file}.bin",
-                "uri": uri(each.agent.index),
-                "first": each.first,
-                "ground": (each.first[0], each.first[1], GROUND),
-                "yaw": each.yaw,
-                "within": within,
-                "turn": next(number for number, turn in enumerate(turns) if each.agent.index in turn),
-            }
-            for each, within in zip(flight.parts, packed.within, strict=True)
-        ],
-        **for_templates(flight),
+        "within": dict(zip((each.file for each in flight.parts), packed.within, strict=True)),
     }
     files = {f"{each.file}.bin": blob for each, blob in zip(flight.parts, packed.blobs, strict=True)}
     for name in ("fly.py", "README.md"):

@@ -9,16 +9,12 @@ from __future__ import annotations
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.fill_templates import render
-from missionc.output.export.takeoff_and_landing import GROUND, cannot_rise_or_land, for_templates
+from missionc.output.export.fly_script import for_templates
+from missionc.output.export.takeoff_and_landing import cannot_rise_or_land
 from missionc.output.export.trajectory_memory import raw
 from missionc.output.export.verified_flight import Flight
 
 NAME = "crazyswarm2"
-
-
-def uri(index: int) -> str:
-    """An address as good as any: nobody but the owner of the vehicles knows theirs."""
-    return f"radio://0/80/2M/E7E7E7{index + 1:04X}"
 
 
 def write(flight: Flight) -> Exported | Diagnostic:
@@ -35,25 +31,9 @@ def write(flight: Flight) -> Exported | Diagnostic:
     grounded = cannot_rise_or_land(NAME, flight)
     if grounded is not None:
         return grounded
-    given = {
-        "mission": flight.mission.name,
-        "robots": [
-            {
-                "name": each.robot,
-                "agent": each.agent.name,
-                "file": f"{each.file}.csv",
-                "uri": uri(each.agent.index),
-                "first": each.first,
-                "yaw": each.yaw,
-                "ground": (each.first[0], each.first[1], GROUND),
-            }
-            for each in flight.parts
-        ],
-        **for_templates(flight),
-    }
     files = {f"trajectories/{each.file}.csv": each.text.encode() for each in flight.parts}
     for name in ("crazyflies.yaml", "fly.py", "README.md"):
-        files[name] = render(f"crazyswarm2/{name}.j2", **given)
+        files[name] = render(f"crazyswarm2/{name}.j2", **for_templates(flight))
     return Exported(files)
 
 

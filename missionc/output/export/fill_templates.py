@@ -11,7 +11,6 @@ from importlib.resources import files
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from jinja2 import Template
     from jinja2.sandbox import SandboxedEnvironment
 
 FOLDER = "templates"
@@ -54,23 +53,22 @@ def code(value: object) -> Quoted:
 
 
 def render(template: str, /, **given: object) -> bytes:
-    """The text of a template of this package, in UTF-8."""
-    return _compiled(template).render(given).encode()
+    """Text of a template of this package, which may include others, in UTF-8."""
+    return _environment().get_template(template).render(given).encode()
 
 
-@cache
-def _compiled(template: str) -> Template:
-    source = (files("missionc.output.export") / FOLDER / template).read_text(encoding="utf-8")
-    return _environment().from_string(source)
+def _source(template: str) -> str:
+    return (files("missionc.output.export") / FOLDER / template).read_text(encoding="utf-8")
 
 
 @cache
 def _environment() -> SandboxedEnvironment:
-    from jinja2 import StrictUndefined
+    from jinja2 import FunctionLoader, StrictUndefined
     from jinja2.sandbox import SandboxedEnvironment
 
     # These are no HTML: every language has its own filter, and `finalize` asks for one.
     environment = SandboxedEnvironment(
+        loader=FunctionLoader(_source),
         autoescape=False,
         undefined=StrictUndefined,
         finalize=_finalize,

@@ -7,14 +7,13 @@ and is on the floor again before its battery is empty. Where that cannot be, a f
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from itertools import combinations
 
 import numpy as np
 
 from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import hulls, speed_bounds, values
+from missionc.curves.piecewise_polynomials import hulls, values
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Obstacle
 from missionc.output.export.export_form import refused
@@ -27,17 +26,6 @@ from missionc.world.columns import FLOOR, column_clearance
 
 GROUND = FLOOR
 """Metres: where the vehicles stand before they take off."""
-NEAR = 0.1
-"""Metres: how far from below its first point a vehicle may stand, for it to take off."""
-CLOCK_ERROR, UPTIME = 2.0**-10, 2**14
-"""Seconds by which a firmware's clock, seconds since it was switched on in float32, is wrong up to so many of them.
-
-The time now and that of the start are each rounded to a multiple of 2^-10 s below 2^14 s.
-
-Source:
-    crazyflie-firmware, crtp_commander_high_level.c (``usecTimestamp() / 1e6``, a ``float``) and planner.c
-    (``t - t_begin``).
-"""
 PARTS = 32
 """Parts of each piece whose hulls bound a height or a speed, to about a thousandth."""
 
@@ -67,26 +55,6 @@ def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
         return (everyone,)
     turns = pad_turns(flight.mission, np.array([each.last for each in flight.parts]))
     return tuple(reversed(turns)) if sum(map(len, turns)) == len(everyone) else (everyone,)
-
-
-def for_templates(flight: Flight) -> dict[str, object]:
-    """What a script says of its phases, by the names that it has for them; and what the clock on board may cost."""
-    costs = math.ceil(float(speed_bounds(flight.curves).max()) * CLOCK_ERROR * 1e4) / 10
-    hours = math.floor(UPTIME / 360) / 10
-    mission = {
-        "whole": bool(flight.ways),
-        "in_flight": flight.in_flight,
-        "turns": tuple(tuple(flight.parts[index].robot for index in turn) for turn in turns_of(flight)),
-        "begins": round(flight.before, 3),
-        "ends": round(flight.before + float(flight.mission.horizon), 3),
-    }
-    return asdict(phases(flight)) | mission | {"landed": LANDED, "near": _near(flight), "clock": costs, "hours": hours}
-
-
-def _near(flight: Flight) -> float:
-    """How far from below its first point a vehicle may stand: where columns are proved no further than it may miss."""
-    missed = [each.agent.vehicle.tracking for each in flight.parts if each.agent.vehicle.tracking > 0]
-    return min([NEAR, *missed]) if is_whole(flight.mission) else NEAR
 
 
 def floor_to_floor(flight: Flight) -> tuple[Pieces, ...]:
