@@ -61,7 +61,7 @@ def test_json_of_check_is_one_document_with_the_diagnostics(folder: Path, capsys
     out, err = capsys.readouterr()
     document = json.loads(out)
     assert err == ""
-    assert document["files"] == [{"file": "a.mission", "ok": False}]
+    assert document["files"] == [{"file": "a.mission", "ok": False, "places": []}]
     finding = document["diagnostics"][0]
     assert finding["code"] == "MC301"
     assert finding["severity"] == "error"

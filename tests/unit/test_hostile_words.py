@@ -126,4 +126,4 @@ def test_a_document_for_programs_has_names_exactly(folder: Path, capsys: pytest.
     assert main(["check", name, "--format", "json"]) == 1
     said = capsys.readouterr().out
     assert plain(said) == said
-    assert json.loads(said)["files"] == [{"file": name, "ok": False}]
+    assert json.loads(said)["files"] == [{"file": name, "ok": False, "places": []}]
