@@ -366,3 +366,12 @@ def test_a_folder_with_another_stop_is_refused(forge: Callable[[Table], Table], 
     certificate = reverify(forged_folders.forged(tmp_path / "forged", files)).certificate
     assert certificate is not None
     assert any(check.name in ("stop joints", "stop begins") for check in certificate.failures)
+
+
+@pytest.mark.parametrize("name", ["past.json", "stop/drone0.csv"])
+def test_a_document_in_another_spelling_is_refused(name: str, tmp_path: Path) -> None:
+    spelt = {"past.json": (b"{", b'{"more": 1,'), "stop/drone0.csv": (b",0,", b",0.0,")}[name]
+    files = {**replanned(), name: replanned()[name].replace(*spelt, 1)}
+    certificate = reverify(forged_folders.forged(tmp_path, files)).certificate
+    assert certificate is not None
+    assert {check.subject for check in certificate.failures} == {name}

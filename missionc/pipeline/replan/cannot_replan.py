@@ -55,17 +55,20 @@ def _since(before: Checked, request: Request) -> dict[str, float]:
 
 
 def no_safe_stop(mission: Mission, failed: tuple[Check, ...]) -> Diagnostic:
-    """That no stop of the whole team was found with which nobody touches anything."""
+    """No stop of the whole team was found in which nothing touches and every vehicle keeps its limits."""
     worst = min(failed, key=lambda check: check.margin, default=None)
     if worst is None:
         message = "there is no time left to stop in before the plan is over"
         return Diagnostic(NO_SAFE_STOP, message, Label(mission.span), help="fly on, or land")
     who = ", ".join(worst.agents)
+    what, note = f"with which nobody touches anything: {who} at {worst.subject}", "they would overlap by"
+    if worst.name.startswith("flown"):
+        what, note = f"in which {worst.detail}: {who}", "it misses that by"
     return Diagnostic(
         NO_SAFE_STOP,
-        f"no stop of all agents was found with which nobody touches anything: {who} at {worst.subject}",
+        f"no stop of all agents was found {what}",
         Label(mission.span),
-        notes=(f"they would overlap by {-worst.margin:.2f} m",),
+        notes=(f"{note} {-worst.margin:.2f} {worst.unit}",),
         help="land those who are in the way, and name them with `--lost`",
     )
 

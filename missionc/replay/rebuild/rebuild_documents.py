@@ -18,14 +18,17 @@ from missionc.output.documents.safe_end_json import read_safe_end, safe_end_json
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.documents.whole_flight_json import whole_flight_json
 from missionc.output.folder.file_names import (
+    PAST,
     REPORT,
     SAFE_END,
     SIMULATION,
     WHOLE_FLIGHT,
     file_names,
     polynomials_file,
+    stop_file,
     way_file,
 )
+from missionc.progression.past_document import past_json
 from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder
 from missionc.replay.rebuild.alternatives import Judged, check_alternatives, table_of
 from missionc.replay.rebuild.export_files import check_exports
@@ -69,6 +72,11 @@ def check_documents(
     for stage, texts in opened.ways.items():
         for name, text in texts.items():
             yield _polynomials(way_file(stage.value, names[name]), text)
+    if opened.checked.past is not None:
+        for name, text in opened.stops.items():
+            yield _polynomials(stop_file(names[name]), text)
+        same = past_json(opened.checked.past) == opened.text(PAST)
+        yield verdict(PAST, "" if same else "it is not written as the compiler writes it")
     if is_whole(opened.mission):
         yield _whole_flight(opened)
     if has_safe_end(opened.mission):
