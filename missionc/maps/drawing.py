@@ -164,15 +164,15 @@ class _Drawing:
         count_corners = cache(lambda entity, tolerance: shapes[entity].corners(tolerance))
         for each in placed:
             with self.about(each):
-                shape = shapes[each.entity] = shapes.get(each.entity) or shape_of(each.entity)
-                if shape.empty():
+                if each.entity not in shapes:
+                    shapes[each.entity] = shape_of(each.entity)
+                shape = shapes[each.entity]
+                if shape.empty:
                     left_out[each.entity.dxftype(), "without extent"] += 1
                     continue
                 disc = disc_of(each, shape, self.world)
-                if disc:
-                    found[len(drawn)] = disc
-                else:
-                    corners += count_corners(each.entity, self.world.tolerance(each))
+                found.update({len(drawn): disc} if disc else {})
+                corners += 0 if disc else count_corners(each.entity, self.world.tolerance(each))
                 drawn.append(each)
         self.check_count("corners, with arcs as chords", "map_corners", corners)
         loose: dict[str, list[Loose]] = defaultdict(list)
@@ -181,8 +181,9 @@ class _Drawing:
                 with self.about(each):
                     area, lines = area_of(each, shapes[each.entity], self.world, grown=self.grown)
                     found.update({number: area} if area else {})
-                    curved = shapes[each.entity].curved()
-                    loose[folded(each.layer)] += [Loose(number, each, line, curved) for line in lines]
+                    loose[folded(each.layer)] += [
+                        Loose(number, each, line, shapes[each.entity].curved) for line in lines
+                    ]
         for group in loose.values():
             found.update(self.joined(group))
         return [self.feature(shape) for _, shape in sorted(found.items(), key=lambda each: each[0])]

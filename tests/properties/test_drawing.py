@@ -21,7 +21,7 @@ from tests.support.random_drawings import (
     referee_area,
 )
 
-SEEDS = 6
+SEEDS = 4
 """Drawings of each kind of entity."""
 
 

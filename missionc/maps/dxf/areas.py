@@ -105,7 +105,7 @@ def area_of(placed: Placed, shape: Shape, world: World, *, grown: bool) -> tuple
     parts += _faces([seen(face) for face in shape.faces], upright=bool(shape.bands))
     if not parts:
         return None, loose
-    return area_from(parts, SAGITTA if grown and shape.curved() else 0.0), loose
+    return area_from(parts, SAGITTA if grown and shape.curved else 0.0), loose
 
 
 def area_from(parts: Sequence[shapely.Geometry], growth: float) -> Area:
@@ -174,6 +174,7 @@ def _faces(faces: Sequence[Points], *, upright: bool) -> list[shapely.Geometry]:
     parts = [each for each in polygons if not _is_thin(each)]
     standing = [each for each in polygons if _is_thin(each)]
     border = shapely.buffer(shapely.union_all(parts), GAP)
+    shapely.prepare(border)
     if not upright and not all(shapely.covers(border, standing)):
         raise UnusableError("has a face that stands upright")
     return parts
@@ -190,8 +191,8 @@ def _hatched(boundaries: Iterable[Sequence[Points]], style: int) -> list[shapely
     if style == NO_ISLANDS:
         return polygons
     if style == OUTERMOST:
-        inside = [sum(shapely.covers(polygons, each)) - 1 for each in polygons]
-        polygons = [each for each, depth in zip(polygons, inside, strict=True) if depth < 2]
+        inner, _ = shapely.STRtree(polygons).query(polygons, predicate="covered_by")
+        polygons = [each for each, depth in zip(polygons, np.bincount(inner), strict=True) if depth <= 2]
     while len(polygons) > 1:  # in pairs, so that a hatch of many islands takes no longer than it must
         odd = polygons[len(polygons) // 2 * 2 :]
         polygons = [*shapely.symmetric_difference(polygons[:-1:2], polygons[1::2]), *odd]

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from missionc.base.late_dataclass import dataclass
 from missionc.maps.dxf.curves import Arc, Curve, Points, Spline, Straight, UnusableError
 
 Edge: TypeAlias = Straight | Arc
@@ -33,7 +33,7 @@ FRAME_POINT, SMOOTHED, ROUND_START, ROUND_END = 16, 4, 64, 1024
 """Flags: of a vertex that is not drawn, of a smoothed mesh, and of the half discs at the ends of a multiline."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Shape:
     """Everything that one entity draws.
 
@@ -57,13 +57,15 @@ class Shape:
         for group in (*self.lines, *self.bands, *(line for lines in self.boundaries for line in lines)):
             yield from group
 
+    @cached_property
     def curved(self) -> bool:
         return not all(isinstance(curve, Straight) for curve in self.curves())
 
+    @cached_property
     def empty(self) -> bool:
         """Whether nothing is drawn, or points that all coincide."""
         straight = [curve.corners for curve in self.curves() if isinstance(curve, Straight)]
-        return not (self.faces or self.curved() or any((each != each[:1]).any() for each in straight))
+        return not (self.faces or self.curved or any((each != each[:1]).any() for each in straight))
 
     def corners(self, tolerance: float) -> int:
         """Number of corners where no chord is further from its curve than the tolerance."""
@@ -173,7 +175,7 @@ def _light_polyline(entity: Any) -> Shape:
 
 def _polyline(entity: Any) -> Shape:
     if entity.is_poly_face_mesh:
-        return _polyface(entity)
+        return Shape(faces=[_vectors(face.points()) for face in entity.indexed_faces()[1]])
     if entity.is_polygon_mesh:
         return _polygon_mesh(entity)
     drawn = [vertex.dxf for vertex in entity.vertices if not vertex.dxf.get("flags", 0) & FRAME_POINT]
@@ -187,13 +189,6 @@ def _polyline(entity: Any) -> Shape:
     elevated = entity.dxf.hasattr("elevation") or not drawn
     elevation = entity.dxf.elevation if elevated else drawn[0].location
     return _wide_line(vertices, entity.is_closed, _Frame(entity, elevation.z))
-
-
-def _polyface(entity: Any) -> Shape:
-    corners = _vectors(vertex.dxf.location for vertex in entity.vertices if vertex.is_poly_face_mesh_vertex)
-    records = [vertex.dxf for vertex in entity.vertices if vertex.is_face_record]
-    faces = [[abs(record.get(f"vtx{at}", 0)) - 1 for at in range(4)] for record in records]
-    return Shape(faces=[corners[[at for at in face if at >= 0]] for face in faces])
 
 
 def _polygon_mesh(entity: Any) -> Shape:
