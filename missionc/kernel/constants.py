@@ -31,13 +31,12 @@ from missionc.kernel.nodes import (
 )
 from missionc.kernel.walk import children, postorder, rebuilt, same_objects
 
-
-def truth(value: bool, span: Span | None = None) -> Node:
-    """The constant formula."""
-    return All((), span) if value else Any((), span)
+YES, NO = All(()), Any(())
 
 
-YES, NO = truth(True), truth(False)
+def truth(value: bool) -> Node:
+    """The constant formula of that truth, which is always the same object."""
+    return YES if value else NO
 
 
 def constant(node: Node) -> bool | None:
@@ -63,7 +62,7 @@ def without_constants(kernel: Kernel, agents: int) -> Kernel:
     made: dict[Node, Node] = {}
     for node in postorder(goal.formula for goal in (*kernel.requirements, *kernel.preferences)):
         if isinstance(node, Is) and len(node.agents) in (0, agents):
-            made[node] = truth(bool(node.agents), node.span)
+            made[node] = truth(bool(node.agents))
         else:
             made[node] = folded(node, tuple(made[part] for part in children(node)))
     if all(new is old for old, new in made.items()):
@@ -81,9 +80,9 @@ def without_constants(kernel: Kernel, agents: int) -> Kernel:
 def folded(node: Node, parts: tuple[Node, ...]) -> Node:
     """The same constructor over other nodes, or what it comes to over constants; the same node over its own parts."""
     values = [constant(part) for part in parts]
-    value = _value(node, parts, values)
+    value = _value(node, values)
     if value is not None:
-        return truth(value, node.span) if constant(node) is None else node
+        return node if constant(node) is not None else truth(value)
     match node:
         case All() | Any() | AtLeast() if any(each is not None for each in values):
             left = tuple(part for part, each in zip(parts, values, strict=True) if each is None)
@@ -102,13 +101,13 @@ def folded(node: Node, parts: tuple[Node, ...]) -> Node:
 def at_least(count: int, parts: tuple[Node, ...], span: Span | None = None, dual: bool = False) -> Node:
     """So many of the parts, by the plainest constructor."""
     if not 0 < count <= len(parts):
-        return truth(count <= 0, span)
+        return truth(count <= 0)
     if count == len(parts):
         return parts[0] if count == 1 else All(parts, span, dual)
     return Any(parts, span, dual) if count == 1 else AtLeast(count, parts, span, dual)
 
 
-def _value(node: Node, parts: tuple[Node, ...], values: list[bool | None]) -> bool | None:
+def _value(node: Node, values: list[bool | None]) -> bool | None:
     """The truth of a node over parts of these truths; None if it depends on those that are open."""
     match node:
         case All() | Any():
@@ -116,8 +115,8 @@ def _value(node: Node, parts: tuple[Node, ...], values: list[bool | None]) -> bo
         case AtLeast(count):
             least = values.count(True)
             return True if count <= least else False if count > least + values.count(None) else None
-        case At(agent):
-            return _of_agent(agent, parts[0]) if values[0] is None else values[0]
+        case At():
+            return values[0]
         case Not():
             return None if values[0] is None else not values[0]
         case WindowNode():
@@ -142,13 +141,3 @@ def _value(node: Node, parts: tuple[Node, ...], values: list[bool | None]) -> bo
 def _holds_now(node: WindowNode | UntilNode) -> bool:
     """Whether the window includes the step that it is asked at."""
     return node.low <= 0 and (node.high is None or node.high >= 0)
-
-
-def _of_agent(agent: int, body: Node) -> bool | None:
-    match body:
-        case Is(agents):
-            return agent in agents
-        case Not(Is(agents)):
-            return agent not in agents
-        case _:
-            return None

@@ -70,7 +70,7 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
     for node in reversed(order):
         for ask in asks(node) if node in past else ():
             for step in asked[node]:
-                window = unrolling.window(step, ask.low, ask.high, before_last=ask.before_last)
+                window = ask.steps_from(step, mission.steps)
                 size += len(window) * _parts(node, len(window))
                 if ask.node in past:
                     asked[ask.node].update(window)
@@ -121,9 +121,9 @@ class _Unrolling:
         self.stretches: dict[tuple[object, ...], Node] = {}
         self.links: dict[tuple[Graph, int, bool], Node] = {}
 
-    def window(self, step: int, low: int, high: int | None, *, before_last: bool = False) -> range:
+    def window(self, node: WindowNode | UntilNode, step: int) -> range:
         """The steps of a window that stands at a step."""
-        return range(max(step + low, 0), (self.last - before_last if high is None else step + high) + 1)
+        return asks(node)[-1].steps_from(step, self.last)
 
     def at(self, node: Node, step: int) -> Node:
         """The formula at that step; of one with the past in it, it is known."""
@@ -150,14 +150,12 @@ class _Unrolling:
         match node:
             case All() | Any() | AtLeast() | At():
                 return rebuilt(node, tuple(self.at(child, step) for child in children(node)))
-            case WindowNode(WindowNode() as inner, low, high) if self.may_begin_earlier(
-                inner, self.window(step, low, high)
-            ):
-                window = self.window(step, low, high)
+            case WindowNode(WindowNode() as inner) if self.may_begin_earlier(inner, self.window(node, step)):
+                window = self.window(node, step)
                 ahead = replace(inner, low=0, high=(inner.high or 0) - inner.low)
                 return replace(node, body=ahead, low=window[0] + inner.low, high=window[-1] + inner.low)
-            case WindowNode(body, low, high):
-                whole = self.each(body, self.window(step, low, high), node.every)
+            case WindowNode(body):
+                whole = self.each(body, self.window(node, step), node.every)
                 return replace(whole, span=node.span, dual=node.dual) if isinstance(whole, All | Any) else whole
             case UntilNode():
                 return self.since(node, step) if looks_back(node) else self.until(node, step)
@@ -186,7 +184,7 @@ class _Unrolling:
     def until(self, node: UntilNode, step: int) -> Node:
         """``end`` at some step of the window, with ``hold`` from here up to it; or the dual."""
         parts = []
-        for when in self.window(step, node.low, node.high):
+        for when in self.window(node, step):
             held = (self.each(node.hold, range(step, when), not node.every),) if when > step else ()
             parts.append(self.pair(node, (self.at(node.end, when), *held), contrary=True))
         return self.pair(node, tuple(parts))
@@ -196,7 +194,7 @@ class _Unrolling:
 
         The window falls into stretches that other steps look back at too, so that few formulas do for all of them.
         """
-        window = self.window(step, node.low, node.high)
+        window = self.window(node, step)
         if not window:
             return self.pair(node, ())
         first, *others = _stretches(window)

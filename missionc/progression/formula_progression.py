@@ -20,7 +20,7 @@ import numpy as np
 
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Graph, Mission
-from missionc.kernel.constants import NO, YES
+from missionc.kernel.constants import NO, YES, constant
 from missionc.kernel.evaluate import value_of
 from missionc.kernel.nodes import (
     All,
@@ -45,7 +45,7 @@ from missionc.kernel.walk import children, looks_back, postorder, rebuilt, same_
 from missionc.language.margins.links import all_links
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH
-from missionc.progression.lattice import Decided, Lattice, decided
+from missionc.progression.lattice import Lattice
 from missionc.progression.names_since import NamesSince
 
 Cell: TypeAlias = "tuple[Node, int, int]"
@@ -219,7 +219,7 @@ class _Progression:
             return None
         if like is None:
             low = high = low - self.elapsed
-            found = later if not low or decided(later) is not Decided.OPEN else Eventually(later, low, low, later.span)
+            found = later if not low or constant(later) is not None else Eventually(later, low, low, later.span)
         else:
             until = None if high is None else high - self.elapsed
             found = replace(like, body=later, low=low - self.elapsed, high=until)

@@ -7,27 +7,9 @@ have been up to an agent that is lost: it makes no whole true and none false, an
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import Enum
 
-from missionc.kernel.constants import NO, YES, constant
+from missionc.kernel.constants import constant, truth
 from missionc.kernel.nodes import All, Any, AtLeast, Node, says_opposite
-
-
-class Decided(Enum):
-    """What a formula is worth without another look."""
-
-    TRUE = "true"
-    FALSE = "false"
-    OPEN = "open"
-    NOBODY = "nobody's"
-
-
-def decided(node: Node | None) -> Decided:
-    """Whether a formula is true, false or nobody's whatever comes."""
-    value = constant(node) if node is not None else None
-    if value is None:
-        return Decided.NOBODY if node is None else Decided.OPEN
-    return Decided.TRUE if value else Decided.FALSE
 
 
 class Lattice:
@@ -42,33 +24,24 @@ class Lattice:
         Args:
             quantified: parts that are nobody's are passed over, unless all are.
         """
-        absorbing, neutral = (Decided.FALSE, Decided.TRUE) if like.every else (Decided.TRUE, Decided.FALSE)
-        worth = [decided(part) for part in parts]
-        if absorbing in worth:
-            return NO if like.every else YES
-        lost = worth.count(Decided.NOBODY)
-        if lost and (not quantified or lost == len(parts)):
+        left = tuple(dict.fromkeys(part for part in parts if part is not None and constant(part) is not like.every))
+        if any(constant(part) is not None for part in left):
+            return truth(not like.every)
+        if None in parts and (not quantified or parts.count(None) == len(parts)):
             return None
-        left = dict.fromkeys(part for part in parts if part is not None and decided(part) is not neutral)
-        match list(left):
-            case []:
-                return YES if like.every else NO
-            case [only]:
-                return only
-            case several:
-                kind = All if like.every else Any
-                return self._kept(kind, tuple(several), 0, like)
+        if len(left) <= 1:
+            return left[0] if left else truth(like.every)
+        return self._kept(All if like.every else Any, left, 0, like)
 
     def at_least(self, node: AtLeast, parts: Sequence[Node | None]) -> Node | None:
         """So many of the parts; whoever is lost does not count."""
         there = [part for part in parts if part is not None]
         if parts and not there:
             return None
-        worth = [decided(part) for part in there]
-        count = node.count - worth.count(Decided.TRUE)
-        left = tuple(part for part, each in zip(there, worth, strict=True) if each is Decided.OPEN)
-        if count <= 0 or count > len(left):
-            return YES if count <= 0 else NO
+        count = node.count - sum(constant(part) is True for part in there)
+        left = tuple(part for part in there if constant(part) is None)
+        if not 0 < count <= len(left):
+            return truth(count <= 0)
         return self._kept(AtLeast, left, count, node)
 
     def _kept(self, kind: type[All | Any | AtLeast], parts: tuple[Node, ...], count: int, like: Node) -> Node:

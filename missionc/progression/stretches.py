@@ -14,11 +14,10 @@ import numpy as np
 from missionc import ir
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
-from missionc.kernel.constants import NO
+from missionc.kernel.constants import NO, constant
 from missionc.kernel.nodes import Goal, Kernel, Node
 from missionc.language.margins.resources import flag_truths, levels, within
 from missionc.progression.formula_progression import progressed
-from missionc.progression.lattice import Decided, decided
 from missionc.progression.names_since import NamesSince
 from missionc.progression.rest_of_mission import rest_of, slowed
 
@@ -103,7 +102,7 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
         (goal, formula) for goal, formula in zip(goals, formulas, strict=True) if goal.name not in stretch.given_up
     ]
     violated = tuple(goal.name for goal, formula in asked if _fails(goal, formula))
-    nobodys = tuple(goal.name for goal, formula in asked if goal.weight is None and decided(formula) is Decided.NOBODY)
+    nobodys = tuple(goal.name for goal, formula in asked if goal.weight is None and formula is None)
     kept = [Goal(goal.name, NO if formula is None else formula, goal.span, goal.weight) for goal, formula in asked]
     words = {goal.name: ir.Truth(True, goal.span) for goal in kept}
     spans = {each.name: each.span for each in now.requirements}
@@ -126,7 +125,7 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
 
 
 def _fails(goal: Goal, formula: Node | None) -> bool:
-    return goal.weight is None and decided(formula) is Decided.FALSE
+    return goal.weight is None and formula is not None and constant(formula) is False
 
 
 def _pads(mission: Mission, trace: Trace) -> dict[str, ir.Pad]:

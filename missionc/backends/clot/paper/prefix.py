@@ -23,7 +23,7 @@ from typing import assert_never
 from missionc.backends.clot.cost_graph.cost_graph import Unrolled, signed_predicate
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.ir import Predicate
-from missionc.kernel.constants import at_least
+from missionc.kernel.constants import YES, folded
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -42,7 +42,7 @@ from missionc.kernel.nodes import (
 )
 from missionc.kernel.walk import children, postorder, rebuilt
 
-HOLDS = All(())
+HOLDS = YES
 """What no planned agent can break."""
 
 KNOWN, UNKNOWN = -1, -2
@@ -132,14 +132,10 @@ class _Prefix:
                 return self._leaf(node, row)
             case Is() | Not():
                 return node
-            case All():
-                return _all(parts)
             case Any():
-                return _any(self._asked(node, parts)) if only is None else parts[only]
-            case AtLeast(count):
-                return _at_least(count, parts)
-            case At():
-                return HOLDS if parts[0] is HOLDS else rebuilt(node, parts)
+                return folded(node, self._asked(node, parts)) if only is None else parts[only]
+            case All() | AtLeast() | At():
+                return folded(node, parts)
             case _:
                 assert_never(node)
 
@@ -160,7 +156,7 @@ class _Prefix:
             free = node.every or node.low == 0 or not hold
             return HOLDS if end is HOLDS and free else rebuilt(node, parts)
         before = tuple(HOLDS if each is HOLDS or only == 0 else Always(each, 0, only - 1) for each in hold)
-        return _all((*before, HOLDS if end is HOLDS else Always(end, only, only)))
+        return folded(YES, (*before, HOLDS if end is HOLDS else Always(end, only, only)))
 
     def _is_planned(self, row: int) -> bool:
         return row == KNOWN or row in self.planned
@@ -179,18 +175,3 @@ class _Prefix:
         if not {self.newest} < set(graph.agents):
             return HOLDS
         return self.leaves.setdefault(less, At(self.newest, Neighbour(graph, HOLDS)))
-
-
-def _all(parts: tuple[Node, ...]) -> Node:
-    left = tuple(part for part in parts if part is not HOLDS)
-    return at_least(len(left), left) if left else HOLDS
-
-
-def _any(parts: tuple[Node, ...]) -> Node:
-    return HOLDS if HOLDS in parts else at_least(1, parts)
-
-
-def _at_least(count: int, parts: tuple[Node, ...]) -> Node:
-    left = tuple(part for part in parts if part is not HOLDS)
-    count -= len(parts) - len(left)
-    return at_least(count, left) if count > 0 else HOLDS
