@@ -205,11 +205,6 @@ def elsewhere_at_last(mission: ir.Mission, trace: Trace, agent: int, step: int) 
     return limited(mission, agent, finish=place), trace, of("finish", agent), STEPS
 
 
-def elsewhere_at_first(mission: ir.Mission, trace: Trace, agent: int, step: int) -> Expected:
-    place = ir.Exactly(tuple((trace.position[agent, 0] + JUST).tolist()), SPAN)
-    return limited(mission, agent, start=place), trace, of("start", agent), 0
-
-
 PLANTS = (
     together,
     in_obstacle,
@@ -225,7 +220,6 @@ PLANTS = (
     pushed_hard,
     pushed_between,
     elsewhere_at_last,
-    elsewhere_at_first,
 )
 
 

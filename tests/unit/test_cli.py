@@ -411,8 +411,7 @@ def test_recorded_and_live_judge_alike_what_no_planner_can_plan(
     lines = "".join(json.dumps({"t": t, "agent": "cart", "position": [x, 1]}) + "\n" for t, x in told)
     for words in ([trace], [trace, "--format", "json"], ["--live"], ["--live", "--format", "json"]):
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(lines.encode())))
-        # Nobody can start there: with so much of a tolerance the requirement alone decides.
-        assert main(["monitor", mission, *words, "--tolerance", "20"]) == status
+        assert main(["monitor", mission, *words]) == status
         streams = capsys.readouterr()
         if "json" in words:
             assert '"code": "MC501", "severity": "warning"' in " ".join(streams.out.split())

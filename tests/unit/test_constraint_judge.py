@@ -135,15 +135,17 @@ def test_on_a_roadmap_of_its_own_an_agent_keeps_to_the_lanes() -> None:
     assert violated(judge_constraints(mission, astray)[0]) == [("lane", ("drone[1]",), 1.0, 0.25)]
 
 
-def test_a_start_is_missed_by_less_than_the_vehicle_tracks() -> None:
+def test_a_flight_that_begins_elsewhere_is_judged_and_the_start_is_named() -> None:
     mission = mission_of([[1, 1, 1]], 1)
     vehicle = replace(ir.PLAIN, tracking=0.05, tilt=0.3)
     vague = replace(mission, agents=(replace(mission.agents[0], vehicle=vehicle),))
     trace = replace(straight([[[1, 1, 1.04], [1, 1, 1]]]), derived=BARE)
-    assert violated(judge_constraints(mission, trace)[0]) == [("start", ("drone[0]",), 0.0, 0.04)]
-    found, unseen = judge_constraints(vague, trace)
+    found, elsewhere = judge_constraints(mission, trace)
     assert violated(found) == []
-    assert unseen == (NotJudged(("tilt",), (), "positions at the steps do not show it"),)
+    assert elsewhere == (NotJudged(("start",), (), "the flight begins up to 0.040 m from it"),)
+    assert judge_constraints(mission, trace, tolerance=0.05)[1] == ()
+    # No more than the vehicle tracks.
+    assert judge_constraints(vague, trace)[1] == (NotJudged(("tilt",), (), "positions at the steps do not show it"),)
 
 
 def test_heights_are_not_judged_in_a_plane() -> None:
@@ -168,10 +170,10 @@ def test_who_is_missing_is_judged_by_where_it_may_be() -> None:
 
     judge = ConstraintJudge(mission)
     assert violated(tuple(judge.take(states(0, 0.5, 0.0)))) == [("clearance", ("drone[0]",), 0.0, 0.6)]
-    assert [each.name for each in judge.constraints() if each.satisfied is None] == ["start"]
+    assert [each.name for each in judge.constraints() if each.satisfied is None] == []
     judge.take(states(1, 0.0, 1.3))
     found = judge.constraints()
-    assert [each.name for each in found if each.satisfied is None] == ["separation", "start"]
+    assert [each.name for each in found if each.satisfied is None] == ["separation"]
     assert violated(found) == [("clearance", ("drone[0]",), 1.0, 1.1)]
     assert judge.not_judged() == (
         NotJudged(("motion",), ("drone[0]",), "missing at 1 step"),
@@ -180,7 +182,7 @@ def test_who_is_missing_is_judged_by_where_it_may_be() -> None:
     # Two that are far apart may meet if nobody knows where they are.
     lonely = ConstraintJudge(replace(mission, obstacles=()))
     lonely.take(states(0, 1.0, 1.0))
-    assert [each.name for each in lonely.constraints() if each.satisfied is None] == ["separation", "start"]
+    assert [each.name for each in lonely.constraints() if each.satisfied is None] == ["separation"]
 
 
 def test_a_mission_of_one_state_is_judged() -> None:
@@ -189,7 +191,6 @@ def test_a_mission_of_one_state_is_judged() -> None:
     for continuous in (False, True):
         assert violated(judge_constraints(mission, trace, continuous=continuous)[0]) == [
             ("world", ("drone[0]",), 0.0, 1.0),
-            ("start", ("drone[0]",), 0.0, 10.0),
         ]
 
 

@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from missionc.base.constraint import Constraint, NotJudged
-from missionc.base.figures import counted
+from missionc.base.figures import counted, decimals
 from missionc.base.trace import Array, Flags, Trace
 from missionc.curves.piecewise_polynomials import motion
 from missionc.ir import PLAIN, Agent, Mission
@@ -26,7 +26,7 @@ from missionc.verify.tolerances import CERTAIN
 
 KINDS = (
     "world, fence, height, clearance, separation, speed, lowest speed, sideways speed, vertical speed, acceleration, "
-    "turn, heading, lane, start, finish"
+    "turn, heading, lane, finish"
 )
 """All constraints, in the order in which they are reported; each name stands first where it stands alone."""
 
@@ -69,6 +69,8 @@ class ConstraintJudge:
         self.violated: dict[tuple[str, ...], Constraint] = {}
         self.undecided: dict[str, Constraint] = {}
         self.missing: dict[int, int] = {}
+        self.elsewhere: dict[str, float] = {}
+        """Agents that do not begin at their starts, and how far from them they do, metres."""
         self.with_heading: Flags = np.ones(len(mission.agents), dtype=np.bool_)
 
     def take(self, states: States) -> list[Constraint]:
@@ -76,6 +78,11 @@ class ConstraintJudge:
         self.with_heading &= states.with_heading
         for agent in np.flatnonzero((states.doubt > 0).any(axis=1)).tolist():
             self.missing[agent] = self.missing.get(agent, 0) + int((states.doubt[agent] > 0).sum())
+
+        for each in self.mission.agents if states.first == 0 else ():
+            margin, allowed = self.margins.place_margin(each, "start", each.start, states.position[each.index, 0])
+            if margin + allowed < 0 and not states.doubt[each.index, 0]:
+                self.elsewhere[each.name] = -margin
 
         def places(agents: list[int], time: float) -> Array:
             return states.position[agents, round(time / self.mission.step) - states.first]
@@ -157,6 +164,9 @@ class ConstraintJudge:
             yield from self._unseen(
                 some, [each for each in agents if any(each in own for own in limited.values())], reason
             )
+        if self.elsewhere:
+            how_far = f"the flight begins up to {decimals(max(self.elsewhere.values()))} m from it"
+            yield from self._unseen(["start"], [each for each in agents if each.name in self.elsewhere], how_far)
         for agent, steps in self.missing.items():
             yield from self._unseen(["motion"], [agents[agent]], f"missing at {counted(steps, 'step')}")
 

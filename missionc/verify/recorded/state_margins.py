@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from missionc.base.trace import Array, Flags
 from missionc.curves.piecewise_polynomials import Curves
-from missionc.ir import Mission
+from missionc.ir import Agent, Mission, Place
 from missionc.verify.plan.lanes_kept import lane_margins, segments
 from missionc.verify.plan.obstacle_bodies import solid
 from missionc.verify.plan.obstacle_clearance import needs, state_margins
@@ -124,14 +124,17 @@ class StateMargins:
             for each in separation_margins(self.flown, held, tolerance, spare):
                 column = np.searchsorted(times, each.time[0, 0])
                 yield _doubted(each, doubt[each.agents, column].sum(axis=1, keepdims=True))
-        for name, column in (("start", -states.first), ("finish", int(mission.steps) - states.first)):
-            for agent in mission.agents if 0 <= column < len(times) else ():
-                place, one, time = getattr(agent, name), np.array([[agent.index]]), times[column : column + 1]
-                if place is not None:
-                    check = check_place(agent, name, place, states.position[agent.index, column], float(time[0]))
-                    allowed = check.tolerance + tolerance.position + agent.vehicle.tracking
-                    margin = np.array([[check.margin]])
-                    yield _doubted(Margins(name, "m", allowed, one, margin, time), doubt[one, column])
+        column = int(mission.steps) - states.first
+        for agent in mission.agents if 0 <= column < len(times) else ():
+            if agent.finish is not None:
+                one, time = np.array([[agent.index]]), times[column : column + 1]
+                depth, allowed = self.place_margin(agent, "finish", agent.finish, states.position[agent.index, column])
+                yield _doubted(Margins("finish", "m", allowed, one, np.array([[depth]]), time), doubt[one, column])
+
+    def place_margin(self, agent: Agent, name: str, place: Place, position: Array) -> tuple[float, float]:
+        """How far an agent is inside its start or finish, and the tolerance of that; metres."""
+        check = check_place(agent, name, place, position, 0.0)
+        return check.margin, check.tolerance + self.tolerance.position + agent.vehicle.tracking
 
     def _times(self, states: States) -> Array:
         return float(self.mission.step) * np.arange(states.first, states.first + states.position.shape[1])
