@@ -3,7 +3,8 @@
 in   the words of a command line, a folder, when it is ended
 out  its status, what it said, who is still there of those it started
 
-The command runs in a copy of this process that leads a session of its own, as one from a shell would.
+The command runs in a copy of this process that leads a session of its own, as one from a shell would. It forks once
+more for the process that does the work, whose changes are counted; signals go to the one that the shell would know.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pathlib import Path
 from typing import IO, Any, NoReturn
 
 from farm.own_process import session
+from missionc.base.supervision import supervised
 
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 CHANGES = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.truncate", "os.chmod", "os.utime", "os.link")
@@ -150,12 +152,14 @@ def _end_at_change(folder: Path, moment: Moment | None, count: int) -> None:
         name = os.fsdecode(path) if isinstance(path, str | bytes | os.PathLike) else ""
         if name.startswith("/") and not name.startswith(within):
             return
-        if os.getpid() != own:
+        if os.getpid() != own and not supervised():
             return
         with lock:
             changes += 1
             os.write(count, b".")
         if moment and changes == moment.change:
             os.kill(own, signal.Signals[moment.signal])
+            if moment.signal == "SIGKILL":
+                os.kill(os.getpid(), signal.SIGKILL)  # the worker would end with its parent, a moment later
 
     sys.addaudithook(hear)

@@ -53,20 +53,28 @@ from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
 from missionc.pipeline.incumbent import Incumbent, cut_short, discard, improved
+from missionc.pipeline.judge_motion import live_session, monitor
 from missionc.pipeline.plan_calmly import plan_calmly
 from missionc.pipeline.plan_throughout import acceptable, falls_short, plan_throughout
 from missionc.pipeline.provenance import with_manifest
-from missionc.pipeline.read_motion import read_motion
-from missionc.pipeline.results import Compiled, CompileOutcome, Monitored, Refused, Unverified, Verified
+from missionc.pipeline.results import Compiled, CompileOutcome, Refused, Unverified, Verified
 from missionc.pipeline.run_limited import Ended, within
 
 if TYPE_CHECKING:
-    from missionc.monitoring.live.session import Session
-    from missionc.verify.certificate import Between
+    pass
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
 NO_EXPLANATION = Seconds(0.0)
-__all__ = ["ANY_BACKEND", "DEFAULT_MEMORY_LIMIT", "DEFAULT_TIME_LIMIT", "check", "compile", "monitor", "plan"]
+__all__ = [
+    "ANY_BACKEND",
+    "DEFAULT_MEMORY_LIMIT",
+    "DEFAULT_TIME_LIMIT",
+    "check",
+    "compile",
+    "live_session",
+    "monitor",
+    "plan",
+]
 
 
 def compile(
@@ -350,91 +358,3 @@ def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Optio
 
 UNVERIFIED = "a plan that does not pass verification"
 """What an engine says whose plan was refused."""
-
-
-def live_session(
-    file: str | Path | Source,
-    *,
-    overrides: Mapping[str, str] | None = None,
-    limits: Limits | None = None,
-    wait: float | None = None,
-    skew: Mapping[str, float] | None = None,
-    leap: float | None = None,
-    plan: str | Path | None = None,
-    tolerance: float = 0.0,
-) -> tuple[Checked, Session | None]:
-    """The session that judges a mission while it is flown; None where the mission, or the plan, has errors.
-
-    Args:
-        plan: a folder, or a trace, that is followed: what open goals come to by it is forecast.
-        wait: seconds that a step waits for samples, one step where it is left out.
-        skew: by how many seconds the clock of an agent is ahead.
-        leap: seconds that a sample may be ahead of all others before another one has to confirm it.
-        tolerance: as for ``monitor``.
-
-    Raises:
-        KeyError: the mission has no agent of that name.
-    """
-    limits = limits or Limits()
-    checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND, judging=True)
-    if checked.mission is None or checked.kernel is None:
-        return checked, None
-    from missionc.monitoring.live.session import Session
-    from missionc.verify.recorded.live_constraints import LiveConstraints
-
-    index = {agent.name: agent.index for agent in checked.mission.agents}
-    ahead = {index[name]: seconds for name, seconds in (skew or {}).items()}
-    constraints = LiveConstraints(checked.mission, tolerance)
-    session = Session(checked.mission, checked.kernel, limits, wait, ahead, leap, constraints)
-    if plan is not None:
-        motion, findings = read_motion(plan, checked.mission, limits)
-        if motion is None:
-            return replace(checked, findings=(*checked.findings, *findings)), None
-        session.follow(motion)
-    return checked, session
-
-
-def monitor(
-    file: str | Path | Source,
-    trace: str | Path,
-    *,
-    overrides: Mapping[str, str] | None = None,
-    limits: Limits | None = None,
-    continuous: bool = False,
-    tolerance: float = 0.0,
-) -> Monitored:
-    """Judge a recorded or hand-made trace, ``plan.json`` or CSV, against a mission.
-
-    Args:
-        continuous: whether requirements and constraints must be satisfied between the steps too, along the motion from
-            state to state.
-        tolerance: how far a recorded position may be from the true one, metres; of constraints.
-    """
-    limits = limits or Limits()
-    checked = check(file, overrides=overrides, limits=limits, backend=ANY_BACKEND, judging=True)
-    if checked.mission is None or checked.kernel is None:
-        return Monitored(checked, (), (), checked.findings)
-    from missionc.monitoring.monitor import monitor as judge
-
-    motion, findings = read_motion(trace, checked.mission, limits)
-    if motion is None:
-        return Monitored(checked, (), (), (*checked.findings, *findings))
-    judgements = judge(checked.mission, checked.kernel, motion)
-    between: tuple[Between, ...] = ()
-    if continuous:
-        from missionc.curves.piecewise_polynomials import motion as motion_of
-        from missionc.verify.between.between_steps import between_steps
-
-        between = between_steps(checked.mission, checked.kernel, motion, motion_of(checked.mission, motion))
-    from missionc.verify.recorded.constraint_judge import judge_constraints
-
-    constraints, not_judged = judge_constraints(checked.mission, motion, continuous=continuous, tolerance=tolerance)
-    return Monitored(
-        checked,
-        judgements.requirements,
-        judgements.preferences,
-        checked.findings,
-        between,
-        constraints,
-        not_judged,
-    )

@@ -22,7 +22,6 @@ from missionc.base.units import Metres, Seconds
 from missionc.diagnostics.code import NOT_TOLERATED
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.lower.hold_throughout import hold_throughout
 from missionc.lower.tighten import tightened_alone
 from missionc.pipeline import no_plan
 from missionc.pipeline.checked import Checked
@@ -204,6 +203,8 @@ def _attempts(short: Short, engine: str, repair: Backend | None) -> Sequence[Att
 
 def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: Attempt) -> Kernel:
     """What is asked for, of which a plan keeps what the kernel says."""
+    from missionc.lower.hold_throughout import hold_throughout  # with numpy, for those who plan again
+
     furthest = mission.step * max(agent.dynamics.top_speed for agent in mission.agents)
     tighter = tightened_alone(kernel, failing, Metres(attempt.share * furthest))
     every = frozenset(goal.name for goal in kernel.requirements)

@@ -33,9 +33,9 @@ def gap(shape: Shape, low: Vector, high: Vector) -> float:
 
 
 def between(first: tuple[Vector, Vector], second: tuple[Vector, Vector]) -> float:
-    """Metres between two boxes, each given by its least and its largest coordinates."""
+    """Metres between two boxes, each given by its least and its largest coordinates, along the axes that both have."""
     (low, high), (other_low, other_high) = first, second
-    sides = zip(low, high, other_low, other_high, strict=True)
+    sides = zip(low, high, other_low, other_high, strict=False)
     return math.hypot(
         *(max(least - other_most, other_least - most, 0.0) for least, most, other_least, other_most in sides)
     )

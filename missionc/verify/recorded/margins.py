@@ -92,30 +92,30 @@ class Tolerance:
 
     @property
     def contact(self) -> float:
-        """Of world, fence, height and clearance, metres."""
+        """Tolerance of world, fence, height and clearance, metres."""
         return CONTACT + self.position
 
     @property
     def apart(self) -> float:
-        """Of the separation, metres."""
+        """Tolerance of the separation, metres."""
         return CONTACT + 2 * self.tallest * self.position
 
     @property
     def move(self) -> float:
-        """Of one move between two steps, metres."""
+        """Tolerance of one move between two steps, metres."""
         return MOTION + 2 * self.position
 
     @property
     def speed(self) -> float:
-        """m/s"""
+        """Tolerance of a speed, m/s."""
         return MOTION + 2 * self.position / self.step
 
     @property
     def acceleration(self) -> float:
-        """m/s²"""
+        """Tolerance of an acceleration, m/s²."""
         return MOTION + 4 * self.position / self.step**2
 
     def direction(self, length: Array) -> Array:
-        """Of the direction of a move, rad: (...), metres -> (...)."""
+        """Tolerance of the direction of a move, rad: (...), metres -> (...)."""
         share = np.divide(2 * self.position, length, out=np.ones_like(length), where=length > 2 * self.position)
         return np.asarray(np.where(length > 2 * self.position, np.arcsin(share), np.pi))
