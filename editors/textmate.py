@@ -62,6 +62,8 @@ SIGNS = {
 
 _NAME = r"[^\W\d]\w*(?!\w)"
 _NUMBER = r"(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_NO_NAME = r"(?<!\bin )"
+"""A measure does not stand behind ``in``: there the same word is a name, as in ``[i in radius - 1..9]``."""
 _AMOUNT_FOLLOWS = r"(?=\s*(?:$|#|[-\w.(]))"
 _UNIT = rf"(?:{'|'.join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))})(?!\w)"
 
@@ -217,7 +219,7 @@ def _operands() -> list[Rule]:
 
 def _shape() -> list[Rule]:
     return [
-        _value_after(_any(("radius", "height")) + _AMOUNT_FOLLOWS, "keyword.other.measure"),
+        _value_after(_NO_NAME + _any(("radius", "height")) + _AMOUNT_FOLLOWS, "keyword.other.measure"),
         _value_after(r"\(", "punctuation.section"),
         _value_after(",|:", "punctuation.separator"),
         *_operands(),
@@ -300,7 +302,7 @@ _OF_FILE = (
     _match(_any(("layer",)) + r'(?=\s*")', "keyword.other.part"),
     _after(_any(("unknown",)) + r"(?=\s+free\b)", "keyword.other.part", _FREE, "variable.other"),
     _after(_any(("named",)), "keyword.other.part", _FREE, "variable.other"),
-    _match(_any(("height",)) + _AMOUNT_FOLLOWS, "keyword.other.measure"),
+    _match(_NO_NAME + _any(("height",)) + _AMOUNT_FOLLOWS, "keyword.other.measure"),
     _match(_any(("within",)) + _AMOUNT_FOLLOWS, "variable.other.property"),
     _include("settings"),
 )
