@@ -15,8 +15,8 @@ from collections.abc import Iterator
 
 from missionc.diagnostics.code import FILE_OUTSIDE_WORLD, PLACE_OUTSIDE_WORLD
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Beacon, Compare, DistanceTo, Mission, Obstacle, Path, PlacesFile, Region, Vector
-from missionc.ir.wording import metres, number
+from missionc.ir import Beacon, Compare, DistanceTo, Mission, Obstacle, Path, PlacesFile, Region
+from missionc.ir.wording import metres, point
 from missionc.kernel.nodes import Atom, Kernel
 from missionc.kernel.walk import postorder
 from missionc.world.bounding_box import between, gap
@@ -102,8 +102,8 @@ def _all_outside(mission: Mission, file: PlacesFile) -> Diagnostic:
     every = f"the {file.kind}" if len(file.names) == 1 else f"all {len(file.names)} {file.kind}s"
     return Diagnostic(
         FILE_OUTSIDE_WORLD,
-        f"{every} of `{file.path}` lie{'s' if len(file.names) == 1 else ''} outside the world, from {_point(low)} to "
-        f"{_point(high)} m",
+        f"{every} of `{file.path}` lie{'s' if len(file.names) == 1 else ''} outside the world, from {point(low)} to "
+        f"{point(high)} m",
         Label(file.asked.span),
         (Label(mission.world.span, "the world"),),
         help=way_out,
@@ -132,7 +132,3 @@ def _one_outside(mission: Mission, place: Obstacle | Region | Beacon) -> Diagnos
         (Label(mission.world.span, "the world"),),
         help=f"move the {kind} into the world, or make the world larger",
     )
-
-
-def _point(place: Vector) -> str:
-    return f"({', '.join(number(round(value, 2)) for value in place)})"

@@ -14,7 +14,6 @@ Source:
 
 from __future__ import annotations
 
-import logging
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -73,7 +72,6 @@ def drawing(asked: Asked) -> Reading:
 
 def _document(source: Source, asked: Asked) -> Any:
     ezdxf = library("ezdxf", "ezdxf", source, asked.span)
-    logging.getLogger("ezdxf").addHandler(logging.NullHandler())
     try:
         return ezdxf.read(TextIOWrapper(BytesIO(source.content), _encoding(source), errors="replace"))
     except Exception as error:  # a library that reads what anybody wrote fails in many ways

@@ -201,7 +201,7 @@ class _Reader:
         shapes = list(self.shapes(geometry, properties))
         height = self.height(properties) if shapes else None
         for shape in shapes:
-            yield Feature(name or "", shape, self.head(), self.named(name), height)
+            yield Feature(name or "", shape, self.span.first_line, self.named(name), height)
 
     def shapes(self, geometry: dict[str, Any] | None, properties: dict[str, Any]) -> Iterator[Area | Circle | Place]:
         """A place for each point, and one for all polygons."""
@@ -259,7 +259,7 @@ class _Reader:
         self.leave_out(form, reason, "" if another else way_out)
 
     def leave_out(self, kind: str, reason: str, way_out: str) -> None:
-        self.left_out.append(_Part(kind, reason, self.head(), way_out))
+        self.left_out.append(_Part(kind, reason, self.span.first_line, way_out))
 
     def listed(self, value: object) -> list[Any]:
         if not isinstance(value, list):
@@ -327,17 +327,12 @@ class _Reader:
         """Where its name is written."""
         at = self.span.text.find(json.dumps(name, ensure_ascii=False)) if name else -1
         if at < 0 or name is None:
-            return self.head()
+            return self.span.first_line
         start = self.span.start + at + 1
         return Span(self.span.source, start, start + len(name))
 
-    def head(self) -> Span:
-        """The first line of it."""
-        line = self.span.source.text.find("\n", self.span.start, self.span.end)
-        return Span(self.span.source, self.span.start, self.span.end if line < 0 else line)
-
     def wrong(self, reason: str, way_out: str = "mend the file, or leave this out of it") -> MapError:
-        return unusable(f"`{self.span.source.name}`: {reason}", self.head(), way_out)
+        return unusable(f"`{self.span.source.name}`: {reason}", self.span.first_line, way_out)
 
 
 def _json(value: object) -> str:

@@ -34,7 +34,7 @@ class PoseRow:
 
 def pose_table(source: Source, limits: Limits) -> list[PoseRow] | Diagnostic:
     """The rows, in the order of the file; agents of the same name may be among them."""
-    whole = Span(source, 0, len(source.text.split("\n", 1)[0]))
+    whole = Span(source, 0, len(source.text)).first_line
     try:
         if ending(source.name) == ".json":
             return _listed(source, whole, limits)
