@@ -10,7 +10,7 @@ from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.curves.piecewise_polynomials import values
 from missionc.ir import Mission
-from missionc.output.json_layout import compact, listed
+from missionc.output.json_layout import compact, document, listed
 from missionc.verify.certificate import Certificate
 from missionc.verify.flight.landing_in_turns import Stop
 from missionc.verify.flight.verify_safe_end import HOVER, WAIT, WITHOUT
@@ -36,9 +36,7 @@ def safe_end_json(mission: Mission, stops: Sequence[Stop]) -> str:
             }
         )
     head = {"schema": SCHEMA, "mission": mission.name, "agents": names}
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    lines.append(listed("moments", map(compact, rows)))
-    return "{\n" + ",\n".join(lines) + "\n}\n"
+    return document(head, listed("moments", map(compact, rows)))
 
 
 def safe_end_noted(certificate: Certificate) -> list[str]:
