@@ -55,7 +55,7 @@ class Server(LanguageServer):
         self.commands: frozenset[str] = frozenset()
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Tell the client of an error; what was no message is answered as the protocol says."""
+        """Report an error to the client; answer text that is no message as the protocol requires."""
         if source is not JsonRpcException:
             super().report_server_error(error, source)
         else:
@@ -95,8 +95,8 @@ class Server(LanguageServer):
 def serve() -> None:
     """Answer on standard input and output until the client hangs up."""
     if sys.stdin is None:
-        return  # closed, so that nobody will ever ask
-    logging.getLogger("pygls").setLevel(logging.CRITICAL)  # the client is told of every error, with where it came from
+        return  # closed: no request will come
+    logging.getLogger("pygls").setLevel(logging.CRITICAL)  # the client gets every error, with its source
     gc.freeze()
     gc.set_threshold(50_000)
     made().start_io(cast(BinaryIO, Incoming(sys.stdin.buffer)))

@@ -169,8 +169,10 @@ class _Drawing:
                     left_out[each.entity.dxftype(), "without extent"] += 1
                     continue
                 disc = disc_of(each, shape, self.world)
-                found.update({len(drawn): disc} if disc else {})
-                corners += 0 if disc else count_corners(each.entity, self.world.tolerance(each))
+                if disc:
+                    found[len(drawn)] = disc
+                else:
+                    corners += count_corners(each.entity, self.world.tolerance(each))
                 drawn.append(each)
         self.check_count("corners, with arcs as chords", "map_corners", corners)
         loose: dict[str, list[Loose]] = defaultdict(list)

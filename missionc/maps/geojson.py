@@ -21,7 +21,7 @@ from typing import Any
 import shapely
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.plain_number import plain_number
+from missionc.base.plain_number import is_number, plain_number
 from missionc.base.source import Source, Span
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.diagnostics.code import MAP_LEFT_OUT
@@ -317,7 +317,7 @@ class _Reader:
     def number(self, value: object) -> float:
         """The value of a JSON number, or of a text such as ``12 m``."""
         number = plain_number(value.strip().removesuffix("m").rstrip()) if isinstance(value, str) else value
-        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+        if not is_number(number):
             raise self.wrong(f"{_json(value)} is no number")
         if abs(number) > self.asked.limits.magnitude:
             raise self.wrong(f"{_json(value)} is too large")

@@ -55,7 +55,7 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
 
 
 def _kept(trials: Trials) -> dict[str, object]:
-    """Flights that are as required; no bounds of their true share where all of them are one and the same."""
+    """Flights that are as required; no bounds of their true share if all flights are the same."""
     found = _fraction(trials.kept)
     return found if trials.trial.disturbance.random else {**found, "least": None, "low": None, "high": None}
 

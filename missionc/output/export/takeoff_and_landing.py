@@ -1,7 +1,7 @@
 """Take-off and landing, outside the polynomials: vehicles rise to their first points and sink from their last.
 
 Each goes straight up and down in a column of its own, clear of everything that stands, as fast as its profile allows,
-and is on the floor again before its battery is empty. Where that cannot be, a form that flies so is refused.
+and is on the floor again before its battery is empty. If that is impossible, a form that flies so is refused.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def peaks(flight: Flight) -> list[float]:
 
 
 def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
-    """Who rises at once, by the agents' indices, in turn; they land the other way round. All at once but above pads."""
+    """Indices of agents that rise together, turn by turn; they land in reverse. All at once unless above pads."""
     everyone = tuple(each.agent.index for each in flight.parts)
     if not is_whole(flight.mission):
         return (everyone,)
