@@ -11,8 +11,7 @@ measured, may lie beside the world, up to the length of its diagonal away.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from missionc.diagnostics.code import FILE_OUTSIDE_WORLD, PLACE_OUTSIDE_WORLD
 from missionc.diagnostics.model import Diagnostic, Label
@@ -26,6 +25,8 @@ if TYPE_CHECKING:
     from missionc.maps.feature import Asked
     from missionc.maps.read_summary import Extents
 
+Place: TypeAlias = "Obstacle | Region | Beacon"
+
 
 def check_places(mission: Mission, kernel: Kernel, entered: set[str]) -> tuple[list[Diagnostic], frozenset[str]]:
     """A finding for each place outside the world, one for all of a file.
@@ -34,7 +35,8 @@ def check_places(mission: Mission, kernel: Kernel, entered: set[str]) -> tuple[l
         entered: the regions that an agent is to enter or to avoid, which are an error there (MC504).
     """
     measured = _measured(kernel)
-    outside = {place.name: place for place in _places(mission) if _outside(mission, place, place.name in measured)}
+    places: tuple[Place, ...] = (*mission.obstacles, *mission.regions, *mission.beacons)
+    outside = {place.name: place for place in places if _outside(mission, place, place.name in measured)}
     findings: list[Diagnostic] = []
     misplaced: set[str] = set()
     world = mission.world.low[:2], mission.world.high[:2]
@@ -52,13 +54,7 @@ def check_places(mission: Mission, kernel: Kernel, entered: set[str]) -> tuple[l
     return findings, frozenset(misplaced)
 
 
-def _places(mission: Mission) -> Iterator[Obstacle | Region | Beacon]:
-    yield from mission.obstacles
-    yield from mission.regions
-    yield from mission.beacons
-
-
-def _outside(mission: Mission, place: Obstacle | Region | Beacon, measured: bool) -> bool:
+def _outside(mission: Mission, place: Place, measured: bool) -> bool:
     away = _away(mission, place)
     if isinstance(place, Obstacle):
         return away > max(agent.radius for agent in mission.agents) + mission.clearance
@@ -66,7 +62,7 @@ def _outside(mission: Mission, place: Obstacle | Region | Beacon, measured: bool
     return away > (diagonal if measured or isinstance(place, Beacon) else 0.0)
 
 
-def _away(mission: Mission, place: Obstacle | Region | Beacon) -> float:
+def _away(mission: Mission, place: Place) -> float:
     """Metres from the world, at most; those of an obstacle over all its motion."""
     low, high = mission.world.low, mission.world.high
     if isinstance(place, Beacon):
@@ -111,9 +107,7 @@ def _all_outside(mission: Mission, file: PlacesFile, asked: Asked, extents: Exte
     )
 
 
-def _some_outside(
-    mission: Mission, file: PlacesFile, asked: Asked, outside: list[Obstacle | Region | Beacon]
-) -> Diagnostic:
+def _some_outside(mission: Mission, file: PlacesFile, asked: Asked, outside: list[Place]) -> Diagnostic:
     first = outside[0].span
     beside = () if first == asked.span else (Label(first, f"`{outside[0].name}`"),)
     return Diagnostic(
@@ -125,7 +119,7 @@ def _some_outside(
     )
 
 
-def _one_outside(mission: Mission, place: Obstacle | Region | Beacon) -> Diagnostic:
+def _one_outside(mission: Mission, place: Place) -> Diagnostic:
     kind = type(place).__name__.lower()
     return Diagnostic(
         PLACE_OUTSIDE_WORLD,

@@ -329,7 +329,7 @@ class _Reader:
         if at < 0 or name is None:
             return self.span.first_line
         start = self.span.start + at + 1
-        return Span(self.span.source, start, start + len(name))
+        return self.span.part(start, start + len(name))
 
     def wrong(self, reason: str, way_out: str = "mend the file, or leave this out of it") -> MapError:
         return unusable(f"`{self.span.source.name}`: {reason}", self.span.first_line, way_out)

@@ -121,7 +121,13 @@ def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
             apart = math.dist(one[:2], other[:2])
             # A flight need not end nearer than this to where the plan ends.
             if apart < need - WAYPOINT:
-                return _crowded(name, verb, first, second, apart, need)
+                return refused(
+                    name,
+                    f"`{first.agent.name}` and `{second.agent.name}` cannot {verb} at once, one above the other",
+                    f"seen from above they are {apart:.3g} m apart, and need {need:.3g} m",
+                    help=f"give them {'starts' if verb == 'take off' else 'finishes'} that are not above each other; "
+                    "the polynomials alone are in `crazyflie/`",
+                )
     return None
 
 
@@ -153,16 +159,6 @@ def _too_long(name: str, flight: Flight, whole: float) -> Diagnostic | None:
                 help="shorten the mission's `horizon`, or give `vehicle` its own `endurance`",
             )
     return None
-
-
-def _crowded(name: str, verb: str, first: Part, second: Part, apart: float, need: float) -> Diagnostic:
-    where = "starts" if verb == "take off" else "finishes"
-    return refused(
-        name,
-        f"`{first.agent.name}` and `{second.agent.name}` cannot {verb} at once, one above the other",
-        f"seen from above they are {apart:.3g} m apart, and need {need:.3g} m",
-        help=f"give them {where} that are not above each other; the polynomials alone are in `crazyflie/`",
-    )
 
 
 def _blocked(name: str, verb: str, part: Part, obstacle: Obstacle, clear: float, need: float) -> Diagnostic:
