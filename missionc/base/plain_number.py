@@ -1,9 +1,10 @@
-"""Plain numbers: decimal text of files from other programs, as every program reads it."""
+"""Plain numbers: those of files from other programs, as every program reads them."""
 
 from __future__ import annotations
 
 import math
 import re
+from typing import TypeGuard
 
 _PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
@@ -12,3 +13,8 @@ def plain_number(text: str) -> float:
     """Return the number, or NaN if the text is not a finite decimal number in ASCII digits."""
     value = float(text) if _PLAIN.fullmatch(text) else math.nan
     return value if math.isfinite(value) else math.nan
+
+
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Return whether a value of JSON is a finite number; ``true`` and ``false`` are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -81,6 +81,12 @@ class Span:
         """Other characters of the same source, read with the same indices."""
         return Span(self.source, start, end, self.turns)
 
+    @property
+    def first_line(self) -> Span:
+        """The part before the first line end."""
+        end = self.source.text.find("\n", self.start, self.end)
+        return self.part(self.start, self.end if end < 0 else end)
+
     def to(self, other: Span) -> Span:
         """From the start of this span to the end of the other."""
         return self.part(self.start, other.end)

@@ -130,7 +130,7 @@ def _verdict(culprit: Culprit) -> str:
 
 
 def _whatever_the_motion(goal: Goal, culprit: Culprit) -> Diagnostic:
-    """A requirement that hangs on nothing that moves: the number of agents, who they are, a window without steps."""
+    """A requirement that does not depend on the motion, such as one about the number of agents."""
     return Diagnostic(
         CONTRADICTION,
         f"requirement `{goal.name}` cannot be satisfied, whatever the motion",

@@ -11,15 +11,21 @@ measured, may lie beside the world, up to the length of its diagonal away.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from typing import TYPE_CHECKING, TypeAlias
 
 from missionc.diagnostics.code import FILE_OUTSIDE_WORLD, PLACE_OUTSIDE_WORLD
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Beacon, Compare, DistanceTo, Mission, Obstacle, Path, PlacesFile, Region, Vector
-from missionc.ir.wording import metres, number
+from missionc.ir import Beacon, Compare, DistanceTo, Mission, Obstacle, Path, PlacesFile, Region
+from missionc.ir.wording import metres, point
 from missionc.kernel.nodes import Atom, Kernel
 from missionc.kernel.walk import postorder
 from missionc.world.bounding_box import between, gap
+
+if TYPE_CHECKING:
+    from missionc.maps.feature import Asked
+    from missionc.maps.read_summary import Extents
+
+Place: TypeAlias = "Obstacle | Region | Beacon"
 
 
 def check_places(mission: Mission, kernel: Kernel, entered: set[str]) -> tuple[list[Diagnostic], frozenset[str]]:
@@ -29,27 +35,26 @@ def check_places(mission: Mission, kernel: Kernel, entered: set[str]) -> tuple[l
         entered: the regions that an agent is to enter or to avoid, which are an error there (MC504).
     """
     measured = _measured(kernel)
-    outside = {place.name: place for place in _places(mission) if _outside(mission, place, place.name in measured)}
+    places: tuple[Place, ...] = (*mission.obstacles, *mission.regions, *mission.beacons)
+    outside = {place.name: place for place in places if _outside(mission, place, place.name in measured)}
     findings: list[Diagnostic] = []
     misplaced: set[str] = set()
+    world = mission.world.low[:2], mission.world.high[:2]
     for file in mission.files:
         there = [outside.pop(name) for name in sorted(file.names & outside.keys())]
-        if there and len(there) == len(file.names) and _apart_from(mission, file) > 0:
-            findings.append(_all_outside(mission, file))
+        extents, asked = file.summary.extents, file.asked
+        if not there or extents is None or asked is None:
+            continue
+        if len(there) == len(file.names) and between(extents, world) > 0:
+            findings.append(_all_outside(mission, file, asked, extents))
             misplaced |= file.names
-        elif there:
-            findings.append(_some_outside(mission, file, there))
+        else:
+            findings.append(_some_outside(mission, file, asked, there))
     findings += [_one_outside(mission, place) for name, place in outside.items() if name not in entered]
     return findings, frozenset(misplaced)
 
 
-def _places(mission: Mission) -> Iterator[Obstacle | Region | Beacon]:
-    yield from mission.obstacles
-    yield from mission.regions
-    yield from mission.beacons
-
-
-def _outside(mission: Mission, place: Obstacle | Region | Beacon, measured: bool) -> bool:
+def _outside(mission: Mission, place: Place, measured: bool) -> bool:
     away = _away(mission, place)
     if isinstance(place, Obstacle):
         return away > max(agent.radius for agent in mission.agents) + mission.clearance
@@ -57,7 +62,7 @@ def _outside(mission: Mission, place: Obstacle | Region | Beacon, measured: bool
     return away > (diagonal if measured or isinstance(place, Beacon) else 0.0)
 
 
-def _away(mission: Mission, place: Obstacle | Region | Beacon) -> float:
+def _away(mission: Mission, place: Place) -> float:
     """Metres from the world, at most; those of an obstacle over all its motion."""
     low, high = mission.world.low, mission.world.high
     if isinstance(place, Beacon):
@@ -78,52 +83,43 @@ def _measured(kernel: Kernel) -> set[str]:
     return {target.name for target in targets if isinstance(target, Region)}
 
 
-def _apart_from(mission: Mission, file: PlacesFile) -> float:
-    """Metres between the world and the extents of a file, in the plane."""
-    assert file.summary.extents is not None
-    return between(file.summary.extents, (mission.world.low[:2], mission.world.high[:2]))
-
-
 # ------------------------------------------------------------------ messages
 
 
-def _all_outside(mission: Mission, file: PlacesFile) -> Diagnostic:
+def _all_outside(mission: Mission, file: PlacesFile, asked: Asked, extents: Extents) -> Diagnostic:
     from missionc.maps.feature import MapError  # few missions read files
     from missionc.maps.likely_cause import likely_cause
 
-    assert file.asked is not None
-    assert file.summary.extents is not None
-    low, high = file.summary.extents
+    low, high = extents
     (west, south, *_), (east, north, *_) = mission.world.low, mission.world.high
     try:
-        way_out = likely_cause(file.asked, file.summary.extents, ((west, south), (east, north)))
+        way_out = likely_cause(asked, extents, ((west, south), (east, north)))
     except MapError as error:
         return error.finding
     every = f"the {file.kind}" if len(file.names) == 1 else f"all {len(file.names)} {file.kind}s"
     return Diagnostic(
         FILE_OUTSIDE_WORLD,
-        f"{every} of `{file.path}` lie{'s' if len(file.names) == 1 else ''} outside the world, from {_point(low)} to "
-        f"{_point(high)} m",
-        Label(file.asked.span),
+        f"{every} of `{file.path}` lie{'s' if len(file.names) == 1 else ''} outside the world, from {point(low)} to "
+        f"{point(high)} m",
+        Label(asked.span),
         (Label(mission.world.span, "the world"),),
         help=way_out,
     )
 
 
-def _some_outside(mission: Mission, file: PlacesFile, outside: list[Obstacle | Region | Beacon]) -> Diagnostic:
-    assert file.asked is not None
+def _some_outside(mission: Mission, file: PlacesFile, asked: Asked, outside: list[Place]) -> Diagnostic:
     first = outside[0].span
-    beside = () if first == file.asked.span else (Label(first, f"`{outside[0].name}`"),)
+    beside = () if first == asked.span else (Label(first, f"`{outside[0].name}`"),)
     return Diagnostic(
         PLACE_OUTSIDE_WORLD,
         f"{len(outside)} of {len(file.names)} {file.kind}s of `{file.path}` lie outside the world",
-        Label(file.asked.span),
+        Label(asked.span),
         (Label(mission.world.span, "the world"), *beside),
         help="make the world larger, or leave out what lies beside it",
     )
 
 
-def _one_outside(mission: Mission, place: Obstacle | Region | Beacon) -> Diagnostic:
+def _one_outside(mission: Mission, place: Place) -> Diagnostic:
     kind = type(place).__name__.lower()
     return Diagnostic(
         PLACE_OUTSIDE_WORLD,
@@ -132,7 +128,3 @@ def _one_outside(mission: Mission, place: Obstacle | Region | Beacon) -> Diagnos
         (Label(mission.world.span, "the world"),),
         help=f"move the {kind} into the world, or make the world larger",
     )
-
-
-def _point(place: Vector) -> str:
-    return f"({', '.join(number(round(value, 2)) for value in place)})"

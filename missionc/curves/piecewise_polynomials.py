@@ -102,10 +102,10 @@ def from_control_points(points: Array, duration: Array) -> Array:
 
 def speed_bounds(curves: Curves) -> Array:
     """(agents, pieces), m/s: no agent is faster than this within the piece; exact up to degree two."""
-    velocity = curves.derivative().coefficients
-    if velocity.shape[-1] == 0:
+    velocity = curves.derivative()
+    if velocity.coefficients.shape[-1] == 0:
         return np.zeros(curves.coefficients.shape[:2])
-    return np.asarray(norm(hulls(curves.derivative()).swapaxes(-1, -2)).max(axis=-1))
+    return np.asarray(norm(hulls(velocity).swapaxes(-1, -2)).max(axis=-1))
 
 
 def hulls(curves: Curves, parts: int = 1) -> Array:

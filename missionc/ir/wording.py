@@ -15,6 +15,11 @@ def number(value: float) -> str:
     return f"{round(value, 9) + 0.0:.10g}"
 
 
+def point(place: Sequence[float]) -> str:
+    """Coordinates to a centimetre: ``(1.25, 0)``."""
+    return f"({', '.join(number(round(value, 2)) for value in place)})"
+
+
 def metres(value: float) -> str:
     """A length to a tenth of a millimetre: ``3.6056 m``."""
     return f"{number(round(value, 4))} m"

@@ -5,7 +5,7 @@ One namespace holds all that is declared; a requirement's label names it for mes
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -14,14 +14,13 @@ from pathlib import Path
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.diagnostics.model import Diagnostic
-from missionc.lsp.index_names import index_names
 from missionc.resolve.names import STATE_WORDS, Kind, Named, kind_of
 from missionc.resolve.resolve_files import with_places
 from missionc.syntax import ast
 from missionc.syntax.parse import read
 from missionc.syntax.passages import passages
 from missionc.syntax.read_file import loader
-from missionc.syntax.references import references
+from missionc.syntax.references import LEAVES, references
 from missionc.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
 
 KEYWORDS = {
@@ -124,7 +123,7 @@ def _names(
             case _ if isinstance(declaration, Named):
                 name = declaration.name
                 yield Name(name.text, name.span, kind_of(declaration), declares=True)
-        indices = {index.span: named for index, named in index_names(declaration)}
+        indices = {index.span: named for index, named in _index_names(declaration)}
         for span, named in indices.items():
             yield Name(span.text, span, None, declares=span == named, index=named)
         for name in references(declaration):
@@ -153,3 +152,37 @@ def _declared_in(tokens: tuple[Token, ...]) -> Iterator[tuple[Token, Kind]]:
     for token, name in pairwise(tokens):
         if token.declares and token.word in KEYWORDS and name.kind == NAME:
             yield name, KEYWORDS[token.word]
+
+
+def _index_names(declaration: ast.Declaration) -> Iterator[tuple[ast.Name, Span]]:
+    """Every place where an index stands, with the place that names it: the innermost one around it."""
+    waiting: list[tuple[object, Mapping[str, Span]]] = [(declaration, _indices(_family(declaration)))]
+    while waiting:
+        node, scope = waiting.pop()
+        if isinstance(node, tuple):
+            waiting += [(part, scope) for part in node]
+            continue
+        if isinstance(node, ast.ForEach):
+            scope = {**scope, **_indices(node.indices)}
+        if isinstance(node, ast.Index):
+            yield node.name, node.name.span
+            waiting += [(node.low, scope), (node.high, scope)]
+            continue
+        if type(node) is ast.Name and node.text in scope:
+            yield node, scope[node.text]
+        for field in getattr(node, "__match_args__", ()):
+            value = getattr(node, field)
+            if not isinstance(value, LEAVES):
+                waiting.append((value, scope))
+
+
+def _family(declaration: ast.Declaration) -> tuple[ast.Index, ...]:
+    """The indices of a declaration that is a family; none of any other."""
+    name = (
+        declaration.label if isinstance(declaration, ast.Require | ast.Prefer) else getattr(declaration, "name", None)
+    )
+    return name.indices if isinstance(name, ast.FamilyName) else ()
+
+
+def _indices(indices: tuple[ast.Index, ...]) -> dict[str, Span]:
+    return {index.name.text: index.name.span for index in indices}

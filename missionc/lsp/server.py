@@ -9,8 +9,9 @@ import asyncio
 import gc
 import logging
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any, BinaryIO, TypeAlias, cast
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException, JsonRpcInvalidRequest, JsonRpcParseError
@@ -54,7 +55,7 @@ class Server(LanguageServer):
         self.commands: frozenset[str] = frozenset()
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Tell the client of an error; what was no message is answered as the protocol says."""
+        """Report an error to the client; answer text that is no message as the protocol requires."""
         if source is not JsonRpcException:
             super().report_server_error(error, source)
         else:
@@ -94,8 +95,8 @@ class Server(LanguageServer):
 def serve() -> None:
     """Answer on standard input and output until the client hangs up."""
     if sys.stdin is None:
-        return  # closed, so that nobody will ever ask
-    logging.getLogger("pygls").setLevel(logging.CRITICAL)  # the client is told of every error, with where it came from
+        return  # closed: no request will come
+    logging.getLogger("pygls").setLevel(logging.CRITICAL)  # the client gets every error, with its source
     gc.freeze()
     gc.set_threshold(50_000)
     made().start_io(cast(BinaryIO, Incoming(sys.stdin.buffer)))
@@ -105,9 +106,11 @@ def made(server: Server | None = None) -> Server:
     """A server that knows every request; the one that is given, once it has been told of them."""
     server = server or Server()
     _texts(server)
-    _answers(server)
+    for request in AT_ONCE:
+        _answer_at_once(server, *request)
+    for request in CHECKED:
+        _answer_checked(server, *request)
     _views(server)
-    _edits(server)
     return server
 
 
@@ -145,54 +148,57 @@ def _texts(server: Server) -> None:
         server.checks.close()
 
 
-def _answers(server: Server) -> None:
-    @server.feature(types.TEXT_DOCUMENT_HOVER)
-    def answer_hover(params: types.HoverParams) -> types.Hover | None:
+Answer: TypeAlias = Callable[[OpenText, Any], object]
+"""From a text and the parameters of a request to the result."""
+
+AT_ONCE: tuple[tuple[str, Answer, object], ...] = (
+    (types.TEXT_DOCUMENT_HOVER, lambda text, asked: hover(text, asked.position), None),
+    (types.TEXT_DOCUMENT_DEFINITION, lambda text, asked: definition(text, asked.position), None),
+    (
+        types.TEXT_DOCUMENT_REFERENCES,
+        lambda text, asked: references(text, asked.position, asked.context.include_declaration),
+        [],
+    ),
+    (types.TEXT_DOCUMENT_FOLDING_RANGE, lambda text, _: folds(text), []),
+    (types.TEXT_DOCUMENT_DOCUMENT_LINK, lambda text, _: links(text), []),
+    (types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, lambda text, _: semantic_tokens(text), None),
+    (types.TEXT_DOCUMENT_COMPLETION, lambda text, asked: completion(text, asked.position), []),
+    (types.TEXT_DOCUMENT_FORMATTING, lambda text, _: formatting(text), []),
+    (types.TEXT_DOCUMENT_PREPARE_RENAME, lambda text, asked: renamable(text, asked.position), None),
+    (types.TEXT_DOCUMENT_RENAME, lambda text, asked: rename(text, asked.position, asked.new_name), None),
+)
+"""Requests about one text that are answered at once, and their results if the text is not open."""
+
+CHECKED: tuple[tuple[str, Answer, object], ...] = (
+    (types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT, lambda text, asked: highlights(text, asked.position), []),
+    (types.TEXT_DOCUMENT_DOCUMENT_SYMBOL, lambda text, _: symbols(text), []),
+    (types.TEXT_DOCUMENT_INLAY_HINT, lambda text, asked: hints(text, asked.range), []),
+    (types.TEXT_DOCUMENT_CODE_ACTION, lambda text, asked: fixes(text, asked.range), []),
+)
+"""Requests that are answered once the check of the text is done."""
+
+OPTIONS = {
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: LEGEND,
+    types.TEXT_DOCUMENT_CODE_ACTION: types.CodeActionOptions([types.CodeActionKind.QuickFix]),
+    types.TEXT_DOCUMENT_RENAME: types.RenameOptions(prepare_provider=True),
+}
+
+
+def _answer_at_once(server: Server, method: str, answer: Answer, absent: object) -> None:
+    @server.feature(method, OPTIONS.get(method))
+    def at_once(params: Any) -> object:
         text = server.open.get(params.text_document.uri)
-        return hover(text, params.position) if text else None
+        return answer(text, params) if text else absent
 
-    @server.feature(types.TEXT_DOCUMENT_DEFINITION)
-    def answer_definition(params: types.DefinitionParams) -> types.Location | None:
-        text = server.open.get(params.text_document.uri)
-        return definition(text, params.position) if text else None
 
-    @server.feature(types.TEXT_DOCUMENT_REFERENCES)
-    def answer_references(params: types.ReferenceParams) -> list[types.Location]:
-        text = server.open.get(params.text_document.uri)
-        return references(text, params.position, params.context.include_declaration) if text else []
-
-    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
-    async def answer_highlights(params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+def _answer_checked(server: Server, method: str, answer: Answer, absent: object) -> None:
+    @server.feature(method, OPTIONS.get(method))
+    async def checked(params: Any) -> object:
         text = await server.settled(params.text_document.uri)
-        return highlights(text, params.position) if text else []
-
-    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
-    async def answer_symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
-        text = await server.settled(params.text_document.uri)
-        return symbols(text) if text else []
-
-    @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
-    async def answer_hints(params: types.InlayHintParams) -> list[types.InlayHint]:
-        text = await server.settled(params.text_document.uri)
-        return hints(text, params.range) if text else []
+        return answer(text, params) if text else absent
 
 
 def _views(server: Server) -> None:
-    @server.feature(types.TEXT_DOCUMENT_FOLDING_RANGE)
-    def answer_folds(params: types.FoldingRangeParams) -> list[types.FoldingRange]:
-        text = server.open.get(params.text_document.uri)
-        return folds(text) if text else []
-
-    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_LINK)
-    def answer_links(params: types.DocumentLinkParams) -> list[types.DocumentLink]:
-        text = server.open.get(params.text_document.uri)
-        return links(text) if text else []
-
-    @server.feature(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, LEGEND)
-    def answer_tokens(params: types.SemanticTokensParams) -> types.SemanticTokens | None:
-        text = server.open.get(params.text_document.uri)
-        return semantic_tokens(text) if text else None
-
     @server.feature(types.WORKSPACE_SYMBOL)
     async def answer_workspace(params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
         """In a thread of its own, for it reads files."""
@@ -223,30 +229,3 @@ def _views(server: Server) -> None:
         wanted = server.client_capabilities.workspace
         if wanted and wanted.code_lens and wanted.code_lens.refresh_support:
             server.workspace_code_lens_refresh(None)
-
-
-def _edits(server: Server) -> None:
-    @server.feature(types.TEXT_DOCUMENT_COMPLETION)
-    def answer_completion(params: types.CompletionParams) -> list[types.CompletionItem]:
-        text = server.open.get(params.text_document.uri)
-        return completion(text, params.position) if text else []
-
-    @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix]))
-    async def answer_fixes(params: types.CodeActionParams) -> list[types.CodeAction]:
-        text = await server.settled(params.text_document.uri)
-        return fixes(text, params.range) if text else []
-
-    @server.feature(types.TEXT_DOCUMENT_FORMATTING)
-    def answer_formatting(params: types.DocumentFormattingParams) -> list[types.TextEdit]:
-        text = server.open.get(params.text_document.uri)
-        return formatting(text) if text else []
-
-    @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
-    def answer_renamable(params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder | None:
-        text = server.open.get(params.text_document.uri)
-        return renamable(text, params.position) if text else None
-
-    @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
-    def answer_rename(params: types.RenameParams) -> types.WorkspaceEdit | None:
-        text = server.open.get(params.text_document.uri)
-        return rename(text, params.position, params.new_name) if text else None

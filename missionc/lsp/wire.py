@@ -48,7 +48,9 @@ class Protocol(LanguageServerProtocol):
             if "method" in data and "id" in data:
                 request_id = data["id"] if isinstance(data["id"], int | str) else None
                 self.refuse(JsonRpcInvalidRequest() if isinstance(wrong, JsonRpcInternalError) else wrong, request_id)
-            return JsonRPCNotification(method="", params=None, jsonrpc="")  # of no version, so that nobody acts on it
+            return JsonRPCNotification(
+                method="", params=None, jsonrpc=""
+            )  # of no version, so that no handler acts on it
 
     def refuse(self, error: JsonRpcException, request_id: int | str | None = None) -> None:
         """Answer a message with an error; its id is null if the message states none that can be read."""

@@ -14,7 +14,6 @@ Source:
 
 from __future__ import annotations
 
-import logging
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -73,7 +72,6 @@ def drawing(asked: Asked) -> Reading:
 
 def _document(source: Source, asked: Asked) -> Any:
     ezdxf = library("ezdxf", "ezdxf", source, asked.span)
-    logging.getLogger("ezdxf").addHandler(logging.NullHandler())
     try:
         return ezdxf.read(TextIOWrapper(BytesIO(source.content), _encoding(source), errors="replace"))
     except Exception as error:  # a library that reads what anybody wrote fails in many ways
@@ -171,8 +169,10 @@ class _Drawing:
                     left_out[each.entity.dxftype(), "without extent"] += 1
                     continue
                 disc = disc_of(each, shape, self.world)
-                found.update({len(drawn): disc} if disc else {})
-                corners += 0 if disc else count_corners(each.entity, self.world.tolerance(each))
+                if disc:
+                    found[len(drawn)] = disc
+                else:
+                    corners += count_corners(each.entity, self.world.tolerance(each))
                 drawn.append(each)
         self.check_count("corners, with arcs as chords", "map_corners", corners)
         loose: dict[str, list[Loose]] = defaultdict(list)

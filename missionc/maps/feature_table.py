@@ -40,7 +40,7 @@ def _feature(row: Row, asked: Asked) -> Feature:
     if HEIGHT & row.cells.keys() and not asked.plane:
         height = row.number("low") * unit, row.number("high") * unit
     begin = row.span.start + max(row.span.text.find(name), 0)
-    named = type(row.span)(row.span.source, begin, begin + len(name)) if name else row.span
+    named = row.span.part(begin, begin + len(name)) if name else row.span
     return Feature(name, _shape(row, asked, x, y, unit), row.span, named, height)
 
 

@@ -21,7 +21,7 @@ from typing import Any
 import shapely
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.plain_number import plain_number
+from missionc.base.plain_number import is_number, plain_number
 from missionc.base.source import Source, Span
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.diagnostics.code import MAP_LEFT_OUT
@@ -201,7 +201,7 @@ class _Reader:
         shapes = list(self.shapes(geometry, properties))
         height = self.height(properties) if shapes else None
         for shape in shapes:
-            yield Feature(name or "", shape, self.head(), self.named(name), height)
+            yield Feature(name or "", shape, self.span.first_line, self.named(name), height)
 
     def shapes(self, geometry: dict[str, Any] | None, properties: dict[str, Any]) -> Iterator[Area | Circle | Place]:
         """A place for each point, and one for all polygons."""
@@ -259,7 +259,7 @@ class _Reader:
         self.leave_out(form, reason, "" if another else way_out)
 
     def leave_out(self, kind: str, reason: str, way_out: str) -> None:
-        self.left_out.append(_Part(kind, reason, self.head(), way_out))
+        self.left_out.append(_Part(kind, reason, self.span.first_line, way_out))
 
     def listed(self, value: object) -> list[Any]:
         if not isinstance(value, list):
@@ -317,7 +317,7 @@ class _Reader:
     def number(self, value: object) -> float:
         """The value of a JSON number, or of a text such as ``12 m``."""
         number = plain_number(value.strip().removesuffix("m").rstrip()) if isinstance(value, str) else value
-        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+        if not is_number(number):
             raise self.wrong(f"{_json(value)} is no number")
         if abs(number) > self.asked.limits.magnitude:
             raise self.wrong(f"{_json(value)} is too large")
@@ -327,17 +327,12 @@ class _Reader:
         """Where its name is written."""
         at = self.span.text.find(json.dumps(name, ensure_ascii=False)) if name else -1
         if at < 0 or name is None:
-            return self.head()
+            return self.span.first_line
         start = self.span.start + at + 1
-        return Span(self.span.source, start, start + len(name))
-
-    def head(self) -> Span:
-        """The first line of it."""
-        line = self.span.source.text.find("\n", self.span.start, self.span.end)
-        return Span(self.span.source, self.span.start, self.span.end if line < 0 else line)
+        return self.span.part(start, start + len(name))
 
     def wrong(self, reason: str, way_out: str = "mend the file, or leave this out of it") -> MapError:
-        return unusable(f"`{self.span.source.name}`: {reason}", self.head(), way_out)
+        return unusable(f"`{self.span.source.name}`: {reason}", self.span.first_line, way_out)
 
 
 def _json(value: object) -> str:

@@ -8,6 +8,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, TypeAlias
 
 from missionc.base.source import Source, Span
@@ -25,13 +26,8 @@ def local_frame(origin: tuple[float, float], source: Source, asked: Span) -> Fra
     Raises:
         MapError: the library that knows the earth is not installed.
     """
-    projection = _projection(origin, source, asked)
-
-    def metres(longitude: float, latitude: float) -> tuple[float, float]:
-        east, north = projection(longitude, latitude)
-        return float(east), float(north)
-
-    return metres
+    frame: Frame = _projection(origin, source, asked)
+    return frame
 
 
 def geographic(origin: tuple[float, float], source: Source, asked: Span) -> Frame:
@@ -40,13 +36,7 @@ def geographic(origin: tuple[float, float], source: Source, asked: Span) -> Fram
     Raises:
         MapError: as ``local_frame``.
     """
-    projection = _projection(origin, source, asked)
-
-    def degrees(east: float, north: float) -> tuple[float, float]:
-        longitude, latitude = projection(east, north, inverse=True)
-        return float(longitude), float(latitude)
-
-    return degrees
+    return partial(_projection(origin, source, asked), inverse=True)
 
 
 def _projection(origin: tuple[float, float], source: Source, asked: Span) -> Any:

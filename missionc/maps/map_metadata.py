@@ -57,7 +57,7 @@ def read_metadata(source: Source, asked: Span) -> MapMetadata:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place = Span(source, min(mark.index, len(source.text)), len(source.text)) if mark else whole
-        raise unreadable(source, "it is no YAML", _first_line(place), WRITE) from None
+        raise unreadable(source, "it is no YAML", place.first_line, WRITE) from None
     except RecursionError:
         raise unreadable(source, "it is nested too deep", whole, WRITE) from None
     if not isinstance(root, yaml.MappingNode):
@@ -130,9 +130,4 @@ class _Entries:
 
     def wrong_at(self, node: Any, reason: str, way_out: str) -> MapError:
         span = self.whole if node is None else Span(self.source, node.start_mark.index, node.end_mark.index)
-        return unreadable(self.source, reason, _first_line(span), way_out)
-
-
-def _first_line(span: Span) -> Span:
-    end = span.source.text.find("\n", span.start, span.end)
-    return Span(span.source, span.start, span.end if end < 0 else end)
+        return unreadable(self.source, reason, span.first_line, way_out)

@@ -36,13 +36,13 @@ FORMS = ("PPM", "PNG", "BMP")
 """Forms of images, as Pillow calls them; PPM is PGM too."""
 
 DECIMALS = 9
-"""Decimals of coordinates in metres: nobody wants to read 1.4000000000000001."""
+"""Decimals of coordinates in metres, so that 1.4 is not shown as 1.4000000000000001."""
 
 SMALLEST = 1e-6
 """Metres of the side of a cell: the corners of smaller ones would coincide when they are rounded."""
-RAW = 100.0
-"""The shade of a cell that is certainly occupied, where the shades are the map's own numbers."""
 
+RAW = 100.0
+"""The shade of a cell that is certainly occupied, if the shades are the map's own numbers."""
 
 MAP_SAVER_UNKNOWN = 205
 """The shade that ``map_saver`` of ROS writes for a cell of which nothing is known."""

@@ -8,10 +8,9 @@ says MC004 MC033 MC034
 
 from __future__ import annotations
 
-import math
-
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
+from missionc.base.plain_number import is_number
 from missionc.base.source import Source, Span
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.diagnostics.model import Diagnostic
@@ -34,7 +33,7 @@ class PoseRow:
 
 def pose_table(source: Source, limits: Limits) -> list[PoseRow] | Diagnostic:
     """The rows, in the order of the file; agents of the same name may be among them."""
-    whole = Span(source, 0, len(source.text.split("\n", 1)[0]))
+    whole = Span(source, 0, len(source.text)).first_line
     try:
         if ending(source.name) == ".json":
             return _listed(source, whole, limits)
@@ -66,13 +65,8 @@ def _listed(source: Source, whole: Span, limits: Limits) -> list[PoseRow]:
         if strange or not isinstance(record.get("agent"), str):
             raise unusable(f"`{source.name}`: record {number} is no pose", whole, f"give {form}")
         for key in (*NEEDED[1:], *(["yaw"] if "yaw" in record else [])):
-            if not _is_number(record.get(key), limits):
+            measured = record.get(key)
+            if not is_number(measured) or abs(measured) > limits.magnitude:
                 raise unusable(f"`{source.name}`: `{key}` of record {number} is no number", whole, "write a number")
         rows.append(PoseRow(whole, record["agent"], tuple(float(record[key]) for key in NEEDED[1:])))
     return rows
-
-
-def _is_number(value: object, limits: Limits) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return math.isfinite(value) and abs(value) <= limits.magnitude

@@ -13,7 +13,6 @@ from missionc.maps.feature import Area, Circle, Feature, Place
 Extents: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 """``(x, y)`` of the lower left and of the upper right corner, metres."""
 
-
 MOST_SHOWN = 4
 """Kinds of parts left out that are listed."""
 

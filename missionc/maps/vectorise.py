@@ -21,10 +21,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from missionc.maps.feature import Corners
+
 Cells: TypeAlias = NDArray[np.bool_]
 """(rows, columns): true where a cell is occupied; row 0 is the lowest."""
-
-Corners: TypeAlias = tuple[tuple[float, float], ...]
 
 HALF_A_CELL = 0.5
 """How far a polygon strays from occupied cells where nothing else is asked, in sides of a cell."""

@@ -11,6 +11,12 @@ def compact(value: object) -> str:
     return json.dumps(value, ensure_ascii=False, allow_nan=False)
 
 
+def document(head: Mapping[str, object], *entries: str) -> str:
+    """A whole text: the entries of ``head``, one a line, then ``entries`` that are JSON already."""
+    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
+    return "{\n" + ",\n".join([*lines, *entries]) + "\n}\n"
+
+
 def listed(key: str, entries: Iterable[str]) -> str:
     """An entry of the outermost record whose value is a list, a line for each; ``entries`` are JSON already."""
     rows = ",\n".join(f"    {entry}" for entry in entries)

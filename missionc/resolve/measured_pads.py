@@ -44,7 +44,7 @@ def with_measured_pads(mission: Mission, poses: Source, limits: Limits) -> tuple
             by_name[row.agent] = row
     missing = [f"`{agent.name}`" for agent in mission.agents if agent.name not in {row.agent for row in rows}]
     if missing:
-        whole = Span(poses, 0, len(poses.text.split("\n", 1)[0]))
+        whole = Span(poses, 0, len(poses.text)).first_line
         findings.append(_wrong(f"nobody measured {listed(missing)}", whole, "add a row for each agent"))
     if findings:
         return None, findings

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import reduce
 from posixpath import basename, splitext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from missionc import ir
 from missionc.base.limits import Limits
@@ -43,6 +43,7 @@ KINDS = {"obstacles": "obstacle", "regions": "region", "beacons": "beacon"}
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_]")
 SETTINGS = ("resolution", "within", "unit")
 UNKNOWN = ("free", "occupied")
+Item = TypeVar("Item", bound="ast.TeamItem | ast.Pads")
 
 
 def with_places(
@@ -85,22 +86,17 @@ def _made(context: Context, declaration: ast.Declaration) -> Iterator[ast.Declar
             yield declaration
 
 
-def _item(context: Context, item: ast.TeamItem) -> ast.TeamItem:
+def _item(context: Context, item: Item) -> Item:
     match item:
-        case ast.Start(places=ast.AtListed(span, file)) | ast.Finish(places=ast.AtListed(span, file)):
+        case (
+            ast.Start(places=ast.AtListed(span, file))
+            | ast.Finish(places=ast.AtListed(span, file))
+            | ast.Pads(places=ast.AtListed(span, file))
+        ):
             points = _points(context, file)
             return replace(item, places=ast.AtPoints(span, points)) if points else item
         case ast.Flight(items=items):
-            return replace(item, items=tuple(_pads(context, each) for each in items))
-        case _:
-            return item
-
-
-def _pads(context: Context, item: ast.Pads | ast.Setting) -> ast.Pads | ast.Setting:
-    match item:
-        case ast.Pads(places=ast.AtListed(span, file)):
-            points = _points(context, file)
-            return replace(item, places=ast.AtPoints(span, points)) if points else item
+            return replace(item, items=tuple(_item(context, each) for each in items))
         case _:
             return item
 

@@ -346,7 +346,7 @@ def _recurrent(context: Context, formula: ast.Quantified, length: ast.Name) -> T
 
 
 def _without(context: Context, formula: ast.Quantified, number: int, agents: ir.AgentSet, body: Typed) -> Typed:
-    """The body of whoever is left; spelt out only where there is room for all cases."""
+    """The body for the remaining agents; spelt out only if there is room for all cases."""
     size = 1 + math.comb(len(agents.agents), number) * (body.size + named_members(body.formula))
     nothing = Typed(ir.Truth(True, formula.span), About.TEAM, formula.span, size=size, depth=1 + body.depth)
     if not size <= context.limits.formula_nodes:

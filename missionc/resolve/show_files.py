@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from missionc import ir
 from missionc.base.figures import counted
-from missionc.ir.wording import number
+from missionc.ir.wording import point
 
 
 def file_lines(mission: ir.Mission) -> list[str]:
@@ -47,12 +47,6 @@ def _line(file: ir.PlacesFile, lanes: int | None) -> str:
     """``hall.yaml: 3 obstacles, (0, 0) to (10, 5) m; left out: 2 TEXT (not an area)``."""
     from missionc.maps.read_summary import without  # few missions read files
 
-    between = (
-        f", {_point(file.summary.extents[0])} to {_point(file.summary.extents[1])} m" if file.summary.extents else ""
-    )
+    between = f", {' to '.join(map(point, file.summary.extents))} m" if file.summary.extents else ""
     of_lanes = "" if lanes is None else f", {counted(lanes, 'lane')}"
     return f"{file.path}: {counted(file.summary.count, file.kind)}{of_lanes}{between}{without(file.summary.left_out)}"
-
-
-def _point(place: tuple[float, float]) -> str:
-    return f"({', '.join(number(round(value, 2)) for value in place)})"

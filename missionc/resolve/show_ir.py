@@ -13,7 +13,6 @@ from typing import assert_never
 from missionc import ir
 from missionc.resolve.resolve_quantities import SI
 from missionc.resolve.show_ir_formula import number, show_formula, vector
-from missionc.resolve.show_pad import show_pad
 from missionc.resolve.show_vehicle import show_vehicle, show_yaw
 
 
@@ -40,7 +39,7 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
             yield f"vehicle of {team} = {show_vehicle(vehicle)}"
     for agent in mission.agents:
         if agent.pad is not None:
-            yield f"pad of {agent.name} = {show_pad(agent.pad)}"
+            yield f"pad of {agent.name} = {_pad(agent.pad)}"
     for word, sets in (("team", mission.teams), ("group", mission.groups)):
         for agents in sets:
             yield f"{word} {agents.name} = {indices(agents.agents)}"
@@ -125,6 +124,17 @@ def _agent(agent: ir.Agent, dimension: int) -> str:
     if show_yaw(agent.yaw):
         parts.append(f"yaw {show_yaw(agent.yaw)}")
     return f"agent {agent.index} {agent.name}: {', '.join(parts)}"
+
+
+def _pad(pad: ir.Pad) -> str:
+    """On one line: where it is, and what else the mission says of it."""
+    where = "below its start" if pad.point is None else f"at {vector(pad.point)}"
+    said = []
+    for name, figure in ir.PAD_FIGURES.items():
+        value = getattr(pad, name)
+        if value is not None and not math.isinf(value):
+            said.append(f"{name} {figure.relation} {number(value)}{SI[figure.dimension]}".replace("  ", " "))
+    return "  ".join([where, *said])
 
 
 def _dynamics(dynamics: ir.Dynamics) -> str:

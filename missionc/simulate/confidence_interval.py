@@ -11,8 +11,7 @@ CONFIDENCE = 0.95
 class Fraction:
     """``held`` of ``flights``, and exact bounds of the true share with a confidence of 95 %.
 
-    ``least`` is the one-sided lower bound: of what is said with "at least". ``low`` and ``high`` are the two-sided
-    interval.
+    ``least`` is the one-sided lower bound, for "at least". ``low`` and ``high`` are the two-sided interval.
     """
 
     held: int

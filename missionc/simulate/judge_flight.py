@@ -144,7 +144,7 @@ def room(mission: Mission, times: Array, position: Array) -> Iterable[Check]:
 
 
 def _between(mission: Mission, curves: Curves) -> Iterable[Check]:
-    """One check, for the two bodies that come nearest, straight from sample to sample; none where there are not two."""
+    """One check, for the two bodies that come nearest, straight from sample to sample; none for a single agent."""
     radii = np.array([agent.radius for agent in mission.agents])
     nearest, pair, at = np.inf, (0, 1), 0.0
     for first in range(len(radii) - 1):

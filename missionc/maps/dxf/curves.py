@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from missionc.base.late_dataclass import dataclass
 
 Points: TypeAlias = NDArray[np.float64]
-"""(points, 3), or (points, 2) where they are seen from above."""
+"""(points, 3); (points, 2) if they are seen from above."""
 
 WIDEST = math.pi / 4
 """The largest angle of a chord in an arc, radians, however coarse the tolerance is."""

@@ -3,7 +3,7 @@
     in   lines, seen from above
     out  rings, and the lines that are in none
 
-A ring runs only through points at which two ends meet: where more do, which of them belong together is not known.
+A ring runs only through points at which two ends meet: if more meet, the pairs that belong together are not known.
 """
 
 from __future__ import annotations

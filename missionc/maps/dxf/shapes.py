@@ -68,7 +68,7 @@ class Shape:
         return not (self.faces or self.curved or any((each != each[:1]).any() for each in straight))
 
     def corners(self, tolerance: float) -> int:
-        """Number of corners where no chord is further from its curve than the tolerance."""
+        """Number of corners if no chord is further from its curve than the tolerance."""
         bands = 2 * sum(max(edge.chords(tolerance) for edge in band) for band in self.bands)
         return bands + sum(curve.chords(tolerance) for curve in self.curves()) + sum(map(len, self.faces))
 

@@ -14,7 +14,7 @@ from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.monitoring.signature import Signature, differences
 from missionc.output.folder.file_names import ALTERNATIVES_FOLDER
-from missionc.output.json_layout import compact, listed
+from missionc.output.json_layout import compact, document, listed
 from missionc.verify.certificate import Certificate
 
 SCHEMA = "missionc.alternatives/1"
@@ -93,8 +93,7 @@ def least_margin(certificate: Certificate) -> float:
 def alternatives_json(mission: Mission, table: Sequence[AlternativeRow]) -> str:
     """The text of ``alternatives.json``."""
     head = {"schema": SCHEMA, "mission": mission.name, "ranked_by": ranked_by(mission)}
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    return "{\n" + ",\n".join([*lines, listed("plans", (compact(row.as_record()) for row in table))]) + "\n}\n"
+    return document(head, listed("plans", (compact(row.as_record()) for row in table)))
 
 
 def ranked_by(mission: Mission) -> str:

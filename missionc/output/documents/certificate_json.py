@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 
-from missionc.output.json_layout import compact, listed
+from missionc.output.json_layout import compact, document, listed
 from missionc.verify.certificate import Between, Certificate, Check, Delay, Figure
 from missionc.verify.check_certificate import SCHEMA
 from missionc.verify.proof.proof_boxes import Boxes
@@ -19,14 +19,15 @@ def certificate_json(certificate: Certificate, plan_sha256: str) -> str:
         "plan_sha256": plan_sha256,
         "passed": certificate.passed,
     }
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    lines.append(listed("checks", (compact(_entry(entry)) for entry in certificate.checks)))
-    lines.append(listed("figures", (compact(_entry(entry)) for entry in certificate.figures)))
-    lines.append(listed("between_steps", (compact(_between(each)) for each in certificate.between)))
-    lines.append(listed("delays", (compact(_entry(each)) for each in certificate.delays)))
-    lines.append(listed("boxes", (compact(_boxes(boxes)) for boxes in certificate.boxes)))
-    lines.append(f'  "warnings": {compact(list(certificate.warnings))}')
-    return "{\n" + ",\n".join(lines) + "\n}\n"
+    return document(
+        head,
+        listed("checks", (compact(_entry(entry)) for entry in certificate.checks)),
+        listed("figures", (compact(_entry(entry)) for entry in certificate.figures)),
+        listed("between_steps", (compact(_between(each)) for each in certificate.between)),
+        listed("delays", (compact(_entry(each)) for each in certificate.delays)),
+        listed("boxes", (compact(_boxes(boxes)) for boxes in certificate.boxes)),
+        f'  "warnings": {compact(list(certificate.warnings))}',
+    )
 
 
 def _entry(entry: Check | Figure | Delay) -> dict[str, object]:

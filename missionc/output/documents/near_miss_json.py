@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missionc.backends.api import Attempt, Scope
 from missionc.ir import Mission
-from missionc.output.json_layout import compact, listed, record
+from missionc.output.json_layout import compact, document, listed, record
 
 
 def near_miss_json(mission: Mission, attempt: Attempt, planned_for: str, scope: Scope | None) -> str:
@@ -37,7 +37,5 @@ def near_miss_json(mission: Mission, attempt: Attempt, planned_for: str, scope: 
         )
         for agent in mission.agents
     ]
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    lines.append(listed("agents", agents))
-    lines.append(listed("requirements", [compact(each.as_verdict()) for each in attempt.requirements]))
-    return "{\n" + ",\n".join(lines) + "\n}\n"
+    requirements = [compact(each.as_verdict()) for each in attempt.requirements]
+    return document(head, listed("agents", agents), listed("requirements", requirements))

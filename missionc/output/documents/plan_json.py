@@ -9,7 +9,7 @@ from missionc.ir import Graph, Mission
 from missionc.ir.pair_ranges import directed
 from missionc.language.margins.links import all_links, pieces
 from missionc.language.margins.resources import flag_truths, levels
-from missionc.output.json_layout import compact, listed, record
+from missionc.output.json_layout import compact, document, listed, record
 
 
 def plan_json(mission: Mission, plan: Plan) -> str:
@@ -42,13 +42,13 @@ def plan_json(mission: Mission, plan: Plan) -> str:
         "horizon": round(mission.step * mission.steps, 9),
         "times": [round(mission.step * step, 9) for step in range(states)],
     }
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    if plan.proven:
-        lines.append(f'  "proven": {compact(plan.proven.as_record())}')
-    lines.append(listed("agents", agents))
-    lines.append(f'  "graphs": {record(graphs, depth=1)}')
-    lines.append(listed("requirements", [compact(judgement.as_verdict()) for judgement in plan.judgements]))
-    return "{\n" + ",\n".join(lines) + "\n}\n"
+    requirements = [compact(judgement.as_verdict()) for judgement in plan.judgements]
+    return document(
+        head | ({"proven": plan.proven.as_record()} if plan.proven else {}),
+        listed("agents", agents),
+        f'  "graphs": {record(graphs, depth=1)}',
+        listed("requirements", requirements),
+    )
 
 
 def _kept(mission: Mission, trace: Trace) -> list[dict[str, dict[str, list[float] | list[bool]]]]:

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from missionc.base.plain_number import is_number
 from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.curves.piecewise_polynomials import values
 from missionc.ir import Mission
-from missionc.output.json_layout import compact, listed
+from missionc.output.json_layout import compact, document, listed
 from missionc.verify.certificate import Certificate
 from missionc.verify.flight.landing_in_turns import Stop
 from missionc.verify.flight.verify_safe_end import HOVER, WAIT, WITHOUT
@@ -36,9 +37,7 @@ def safe_end_json(mission: Mission, stops: Sequence[Stop]) -> str:
             }
         )
     head = {"schema": SCHEMA, "mission": mission.name, "agents": names}
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    lines.append(listed("moments", map(compact, rows)))
-    return "{\n" + ",\n".join(lines) + "\n}\n"
+    return document(head, listed("moments", map(compact, rows)))
 
 
 def safe_end_noted(certificate: Certificate) -> list[str]:
@@ -84,10 +83,10 @@ def _stop(row: object, names: list[str]) -> Stop | None:
     if not isinstance(row, dict) or set(row) != {"at", "seconds", "land", "hover", "stops"}:
         return None
     numbers = row["stops"]
-    if not (_is_number(row["at"]) and _is_number(row["seconds"]) and isinstance(numbers, list)):
+    if not (is_number(row["at"]) and is_number(row["seconds"]) and isinstance(numbers, list)):
         return None
     sound = len(numbers) == len(names) and all(isinstance(own, list) and len(own) == 32 for own in numbers)
-    if not sound or not all(_is_number(each) for own in numbers for each in own):
+    if not sound or not all(is_number(each) for own in numbers for each in own):
         return None
     turns = _turns(row["land"], names)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -116,7 +115,3 @@ def _turns(land: object, names: list[str]) -> tuple[tuple[int, ...], ...] | None
     if not all(isinstance(name, str) and name in known for name in called) or len(set(called)) < len(called):
         return None
     return tuple(tuple(known[name] for name in turn) for turn in land)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value)

@@ -10,7 +10,7 @@ import numpy as np
 from missionc.base.judgement import Judgement
 from missionc.ir import Mission
 from missionc.output.folder.file_names import SIMULATION_SCHEMA
-from missionc.output.json_layout import compact, record
+from missionc.output.json_layout import document, record
 from missionc.simulate.confidence_interval import Fraction
 from missionc.simulate.default_engine import Flown
 from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
@@ -55,7 +55,7 @@ def simulation_record(mission: Mission, planned: Sequence[Judgement], trials: Tr
 
 
 def _kept(trials: Trials) -> dict[str, object]:
-    """Flights that are as required; no bounds of their true share where all of them are one and the same."""
+    """Flights that are as required; no bounds of their true share if all flights are the same."""
     found = _fraction(trials.kept)
     return found if trials.trial.disturbance.random else {**found, "least": None, "low": None, "high": None}
 
@@ -72,6 +72,5 @@ def simulation_json(mission: Mission, entries: Mapping[str, object], flown: Flow
     """
     position = np.round(flown.position[0, :, ::EACH], DIGITS) + 0.0
     paths = {agent.name: position[agent.index].T.tolist() for agent in mission.agents}
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in {"schema": SIMULATION_SCHEMA, **entries}.items()]
     flight = f'{{"samples_per_second": {SETPOINTS_PER_SECOND // EACH}, "agents": {record(paths, depth=1)}}}'
-    return ("{\n" + ",\n".join([*lines, f'  "flight": {flight}']) + "\n}\n").encode()
+    return document({"schema": SIMULATION_SCHEMA, **entries}, f'  "flight": {flight}').encode()

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from missionc.curves.crazyflie_csv import read
 from missionc.ir import Mission
 from missionc.output.folder.file_names import file_names, way_file
-from missionc.output.json_layout import compact, listed
+from missionc.output.json_layout import compact, document, listed
 from missionc.verify.certificate import Check
 from missionc.verify.flight.landing_in_turns import pad_turns
 from missionc.verify.flight.verify_whole_flight import pieces_of, whole_phases
@@ -41,9 +41,7 @@ def whole_flight_json(mission: Mission, files: Mapping[str, str], ways: Ways) ->
         "turns": [[mission.agents[index].name for index in turn] for turn in reversed(pad_turns(mission, ends.end))],
     }
     phases = ({"phase": name, "begin": round(begin, 6), "end": round(end, 6)} for name, begin, end in rows)
-    lines = [f"  {compact(key)}: {compact(value)}" for key, value in head.items()]
-    lines += [listed("phases", map(compact, phases)), listed("agents", map(compact, agents))]
-    return "{\n" + ",\n".join(lines) + "\n}\n"
+    return document(head, listed("phases", map(compact, phases)), listed("agents", map(compact, agents)))
 
 
 def ways_in(mission: Mission, files: Mapping[str, bytes]) -> Ways:

@@ -38,7 +38,7 @@ class _Packed:
 
 
 def write(flight: Flight) -> Exported | Diagnostic:
-    """The folder: refused where no form fits a Crazyflie's memory, or where the vehicles could not rise at once."""
+    """The folder: refused if no form fits a Crazyflie's memory, or the vehicles could not rise at once."""
     grounded = cannot_rise_or_land(NAME, flight)
     if grounded is not None:
         return grounded

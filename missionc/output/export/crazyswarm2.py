@@ -18,7 +18,7 @@ NAME = "crazyswarm2"
 
 
 def write(flight: Flight) -> Exported | Diagnostic:
-    """The folder: refused where a Crazyflie could not hold the polynomials, or not rise to their start."""
+    """The folder: refused if a Crazyflie cannot hold the polynomials, or cannot rise to their start."""
     for each in flight.parts:
         taken, memory = len(raw(each.pieces)), each.agent.vehicle.memory
         if taken > memory:

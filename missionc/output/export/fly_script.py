@@ -12,7 +12,7 @@ from missionc.verify.flight.flight_phases import LANDED, landing_seconds
 from missionc.verify.flight.way_missions import is_whole
 
 NEAR = 0.1
-"""Metres: how far from below its first point a vehicle may stand, for it to take off."""
+"""Largest distance, in metres, from below its first point at which a vehicle takes off."""
 CLOCK_ERROR, UPTIME = 2.0**-10, 2**14
 """Seconds by which a firmware's clock, seconds since it was switched on in float32, is wrong up to so many of them.
 
@@ -60,6 +60,6 @@ def _seconds_to_land(flight: Flight) -> float:
 
 
 def _near(flight: Flight) -> float:
-    """How far from below its first point a vehicle may stand: where columns are proved no further than it may miss."""
+    """Largest distance of a vehicle from below its first point, metres: proved columns allow its tracking error."""
     missed = [each.agent.vehicle.tracking for each in flight.parts if each.agent.vehicle.tracking > 0]
     return min([NEAR, *missed]) if is_whole(flight.mission) else NEAR

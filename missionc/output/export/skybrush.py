@@ -43,7 +43,7 @@ EPOCH = (1980, 1, 1, 0, 0, 0)
 def write(flight: Flight) -> Exported | Diagnostic:
     """``show.skyc``, and how far its curves are from the verified ones: never more than ``CLOSE``.
 
-    Refused where the vehicles could not rise and land at once.
+    Refused if the vehicles cannot rise and land at once.
     """
     if flight.in_flight:
         return refused(

@@ -1,7 +1,7 @@
 """Take-off and landing, outside the polynomials: vehicles rise to their first points and sink from their last.
 
 Each goes straight up and down in a column of its own, clear of everything that stands, as fast as its profile allows,
-and is on the floor again before its battery is empty. Where that cannot be, a form that flies so is refused.
+and is on the floor again before its battery is empty. If that is impossible, a form that flies so is refused.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def peaks(flight: Flight) -> list[float]:
 
 
 def turns_of(flight: Flight) -> tuple[tuple[int, ...], ...]:
-    """Who rises at once, by the agents' indices, in turn; they land the other way round. All at once but above pads."""
+    """Indices of agents that rise together, turn by turn; they land in reverse. All at once unless above pads."""
     everyone = tuple(each.agent.index for each in flight.parts)
     if not is_whole(flight.mission):
         return (everyone,)
@@ -121,7 +121,13 @@ def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
             apart = math.dist(one[:2], other[:2])
             # A flight need not end nearer than this to where the plan ends.
             if apart < need - WAYPOINT:
-                return _crowded(name, verb, first, second, apart, need)
+                return refused(
+                    name,
+                    f"`{first.agent.name}` and `{second.agent.name}` cannot {verb} at once, one above the other",
+                    f"seen from above they are {apart:.3g} m apart, and need {need:.3g} m",
+                    help=f"give them {'starts' if verb == 'take off' else 'finishes'} that are not above each other; "
+                    "the polynomials alone are in `crazyflie/`",
+                )
     return None
 
 
@@ -153,16 +159,6 @@ def _too_long(name: str, flight: Flight, whole: float) -> Diagnostic | None:
                 help="shorten the mission's `horizon`, or give `vehicle` its own `endurance`",
             )
     return None
-
-
-def _crowded(name: str, verb: str, first: Part, second: Part, apart: float, need: float) -> Diagnostic:
-    where = "starts" if verb == "take off" else "finishes"
-    return refused(
-        name,
-        f"`{first.agent.name}` and `{second.agent.name}` cannot {verb} at once, one above the other",
-        f"seen from above they are {apart:.3g} m apart, and need {need:.3g} m",
-        help=f"give them {where} that are not above each other; the polynomials alone are in `crazyflie/`",
-    )
 
 
 def _blocked(name: str, verb: str, part: Part, obstacle: Obstacle, clear: float, need: float) -> Diagnostic:

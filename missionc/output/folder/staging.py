@@ -135,7 +135,7 @@ def _begun(staged: Staging, token: str) -> int:
 
 @contextmanager
 def alone(parent: Path) -> Iterator[None]:
-    """Wait until nothing else of ours judges or renames a folder in this one; if nothing can be locked, go on."""
+    """Wait until no other process of the compiler judges or renames folders here; go on if nothing can be locked."""
     handle = None
     with suppress(OSError):
         handle = os.open(parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)

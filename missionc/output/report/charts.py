@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from operator import attrgetter
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -52,15 +53,19 @@ def charts(mission: Mission, moving: Flights, certificate: Certificate, trace: T
     upwards = _limits(teams, flown, lambda agent: agent.vehicle.vertical_speed)
     plane = mission.dimension == 2
     wanted: list[tuple[str, Callable[[Sampled], Array], list[Limit]]] = [
-        ("speed", _velocity, dynamics + sideways if plane else dynamics),
+        ("speed", attrgetter("velocity"), dynamics + sideways if plane else dynamics),
         ("speed sideways", _sideways, [] if plane else sideways),
         ("speed up and down", _upwards, [] if plane else upwards),
     ]
     for name, vectors, limits in wanted:
         if limits:
             charts.append(_chart(name, "m/s", _largest(teams, moving, vectors), limits, low=False))
-    strongest = _limits(teams, planned, _push) + _limits(teams, flown, lambda agent: agent.vehicle.acceleration)
-    pushes = [each for each in _largest(teams, moving, _acceleration) if each[0] == "flown" or each[2].any()]
+    strongest = _limits(teams, planned, attrgetter("dynamics.top_acceleration")) + _limits(
+        teams, flown, lambda agent: agent.vehicle.acceleration
+    )
+    pushes = [
+        each for each in _largest(teams, moving, attrgetter("acceleration")) if each[0] == "flown" or each[2].any()
+    ]
     if pushes:
         charts.append(_chart("acceleration", "m/s²", pushes, strongest, low=False))
     charts += [_left(mission, resource, trace) for resource in mission.resources]
@@ -131,24 +136,12 @@ def _limits(teams: Teams, by: str, of: Callable[[Agent], float]) -> list[Limit]:
     return [each for each in limits if math.isfinite(each[2])]
 
 
-def _push(agent: Agent) -> float:
-    return agent.dynamics.top_acceleration
-
-
-def _velocity(each: Sampled) -> Array:
-    return each.velocity
-
-
 def _sideways(each: Sampled) -> Array:
     return each.velocity[..., :2]
 
 
 def _upwards(each: Sampled) -> Array:
     return each.velocity[..., 2:]
-
-
-def _acceleration(each: Sampled) -> Array:
-    return each.acceleration
 
 
 def _largest(teams: Teams, moving: Flights, of: Callable[[Sampled], Array]) -> list[tuple[str, str, Array]]:

@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 
 from missionc.base.source import Span
 from missionc.base.trace import Array, Flags, Plan, Trace
+from missionc.curves.crazyflie_csv import curves_of
 from missionc.ir import Formation, Graph, Mission
 from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import Kernel
 from missionc.language.margins.links import all_links, pieces
 from missionc.language.margins.predicate_margins import formation_margin
+from missionc.output.documents.whole_flight_json import phases_on_the_clock
 from missionc.output.folder.file_names import input_name
 from missionc.output.report.charts import charts
 from missionc.output.report.flight_tracks import Flights, flights
@@ -31,12 +33,15 @@ from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.requirement_lanes import Places, lanes
 from missionc.output.report.sample_tracks import Placed
 from missionc.output.report.tightest_margins import checks
-from missionc.output.report.whole_flight import whole_flight
-from missionc.output.report.world_data import world_data
-from missionc.output.report.world_over_time import world_over_time
-from missionc.verify.certificate import Between, Certificate, Verdict
-from missionc.verify.flight.way_missions import Ways
+from missionc.output.report.world_data import world_data, world_over_time
+from missionc.verify.certificate import Between, Certificate, Check, Verdict
+from missionc.verify.flight.verify_whole_flight import pieces_of
+from missionc.verify.flight.way_missions import Stage, Ways, is_whole, ways_of
 from missionc.version import __version__
+from missionc.world.columns import FLOOR
+
+POINTS = 25
+"""Points of the line of each agent before and after the mission."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,7 +118,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "passed": plotted.certificate.passed,
         "miss": plotted.miss,
         "warnings": list(plotted.certificate.warnings),
-        "whole": whole_flight(mission, plotted.flights, plotted.ways),
+        "whole": _whole_flight(mission, plotted.flights, plotted.ways),
         "past": flown_past(mission, plotted.past),
         "loop": None if plotted.loop is None else dict(plotted.loop.record),
     }
@@ -230,3 +235,26 @@ def _axes(sampled: Placed) -> NDArray[np.int64]:
 
 def _number(value: float) -> float | None:
     return float(f"{value:.6g}") if math.isfinite(value) else None
+
+
+def _whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) -> dict[str, Any] | None:
+    """What the page draws of it; None where the mission does not come from the floor, or a file cannot be read."""
+    flown = pieces_of(mission, files) if is_whole(mission) else None
+    parts = [pieces_of(mission, ways[stage]) for stage in Stage if stage in ways]
+    if flown is None or isinstance(flown, Check) or any(isinstance(part, Check) for part in parts):
+        return None
+    size = mission.dimension
+    lines = []
+    for part in parts:
+        assert not isinstance(part, Check)
+        curves = curves_of([part[agent.name] for agent in mission.agents], slice(0, size))
+        lines.append(np.round(curves.at(np.linspace(0.0, float(curves.times[-1]), POINTS)), 3).tolist())
+    hovers = ways_of(mission, flown)[Stage.HOME].end[:, :2].tolist()
+    return {
+        "phases": [
+            {"phase": name, "begin": round(begin, 3), "end": round(end, 3)}
+            for name, begin, end in phases_on_the_clock(mission, files, ways)
+        ],
+        "ways": lines,
+        "pads": [[round(x, 3), round(y, 3), *([FLOOR] if size == 3 else [])] for x, y in hovers],
+    }
