@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import assert_never
+from typing import TypeVar, assert_never
 
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Graph
@@ -26,6 +26,8 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
+
+Value = TypeVar("Value")
 
 
 def children(node: Node) -> tuple[Node, ...]:
@@ -229,7 +231,14 @@ def postorder(roots: Iterable[Node], below: Callable[[Node], tuple[Node, ...]] =
     return order
 
 
+def bottom_up(roots: Iterable[Node], value_of: Callable[[Node, tuple[Value, ...]], Value]) -> dict[Node, Value]:
+    """A value of every node of these formulas, computed from the values of the nodes directly below it."""
+    values: dict[Node, Value] = {}
+    for node in postorder(roots):
+        values[node] = value_of(node, tuple(values[child] for child in children(node)))
+    return values
+
+
 def reads_headings(kernel: Kernel) -> bool:
     """Whether a goal asks where agents face."""
-    order = postorder(goal.formula for goal in (*kernel.requirements, *kernel.preferences))
-    return any(isinstance(node, Atom) and node.predicate.reads_heading for node in order)
+    return any(isinstance(node, Atom) and node.predicate.reads_heading for node in postorder(kernel.formulas))
