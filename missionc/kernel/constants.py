@@ -1,4 +1,4 @@
-"""Constants in kernel formulas: true, false, and the formula that is left of one that contains them.
+"""Constants in kernel formulas: true, false, and and simplification of formulas that contain them.
 
 Folding keeps truth and robustness at every step from which a formula does not look past the mission's last.
 """
@@ -92,7 +92,7 @@ def folded(node: Node, parts: tuple[Node, ...]) -> Node:
 
 
 def at_least(count: int, parts: tuple[Node, ...], span: Span | None = None, dual: bool = False) -> Node:
-    """So many of the parts, by the plainest constructor."""
+    """Formula that at least ``count`` of the parts hold, by the plainest constructor."""
     if not 0 < count <= len(parts):
         return truth(count <= 0)
     if count == len(parts):

@@ -95,9 +95,9 @@ class Ask:
         return slice(max(self.low, 0), max(self.high + 1, 0))
 
     def steps_from(self, step: int, last: int) -> range:
-        """The steps at which it asks, where it is asked at ``step`` of a mission whose last step is ``last``.
+        """Steps that it asks about if it is asked at ``step`` of a mission whose last step is ``last``.
 
-        No step before the first, and none at all if a window runs past the last: from there nothing holds, neither a
+        No step before the first, and no step at all if a window runs past the last: from there nothing holds, neither a
         formula nor its negation. No goal of a checked mission asks from such a step.
         """
         high = last - self.before_last if self.high is None else step + self.high

@@ -141,7 +141,7 @@ def certify_plan(
             output = written(mission, kernel, verified, certificate, provenance)
     if isinstance(output, Diagnostic):
         return Certified(checked, Refused(trace), (output,))
-    report = replace(report, notes=(*report.notes, *output.notes))
+    report = report.noting(*output.notes)
     return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
 
 

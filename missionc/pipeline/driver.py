@@ -250,7 +250,7 @@ def _plan(
     alone = Tried(planner, 1, report.work, Seconds(sum(seconds for _, seconds in report.seconds)), "a plan")
     ended = (replace(each, says=UNVERIFIED) for each in refused.report.tried if each.engine == refused.report.engine)
     note = f"`{refused.report.engine}` found {UNVERIFIED}: a defect of the compiler"
-    report = replace(report, tried=(*ended, *(report.tried or (alone,))), notes=(*report.notes, note))
+    report = replace(report.noting(note), tried=(*ended, *(report.tried or (alone,))))
     whole = replace(retry.checked, choice=choice)
     return replace(retry, checked=whole, outcome=replace(retry.outcome, report=report))
 

@@ -149,5 +149,4 @@ def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
 def noted(compiled: Compiled, note: str) -> Compiled:
     """A compilation with one more note on its verified plan."""
     assert isinstance(compiled.outcome, Verified)
-    report = compiled.outcome.report
-    return replace(compiled, outcome=replace(compiled.outcome, report=replace(report, notes=(*report.notes, note))))
+    return replace(compiled, outcome=replace(compiled.outcome, report=compiled.outcome.report.noting(note)))

@@ -83,7 +83,7 @@ class LiveJudge:
         self.outrun: set[int] = set()
 
     def copy(self) -> LiveJudge:
-        """Another judge in the same state, which goes on by itself."""
+        """Return another judge in the same state, which continues independently."""
         shared: list[object] = [self.mission, self.goals, self.asked, *self.asked, *self.asked.values()]
         shared += [*self.histories, *self.state.levels, *self.state.flags]
         return deepcopy(self, {id(each): each for each in shared})

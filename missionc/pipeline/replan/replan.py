@@ -148,7 +148,7 @@ class _Replanning:
         return Replanned(Way.NONE, tuple(findings)) if choice is None else replace(whole, choice=choice)
 
     def _rest(self, told: Trace, steps: int, stopped: Stopped | None = None) -> Checked | Diagnostic:
-        """The mission after those steps of the plan that was flown, and what is told until then."""
+        """The mission after those steps of the plan that was flown, and after the stops that followed them."""
         states = told.part(range(len(self.names)), 0, steps)
         before = self._texts_before()
         earlier_ones = self.flying.checked.past.flown if self.flying.checked.past else ()
