@@ -231,11 +231,15 @@ def postorder(roots: Iterable[Node], below: Callable[[Node], tuple[Node, ...]] =
     return order
 
 
-def bottom_up(roots: Iterable[Node], value_of: Callable[[Node, tuple[Value, ...]], Value]) -> dict[Node, Value]:
+def bottom_up(
+    roots: Iterable[Node],
+    value_of: Callable[[Node, tuple[Value, ...]], Value],
+    below: Callable[[Node], tuple[Node, ...]] = children,
+) -> dict[Node, Value]:
     """A value of every node of these formulas, computed from the values of the nodes directly below it."""
     values: dict[Node, Value] = {}
-    for node in postorder(roots):
-        values[node] = value_of(node, tuple(values[child] for child in children(node)))
+    for node in postorder(roots, below):
+        values[node] = value_of(node, tuple(values[child] for child in below(node)))
     return values
 
 
