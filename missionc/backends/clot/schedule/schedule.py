@@ -34,6 +34,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
     mutex_seconds,
     timed_literals,
 )
+from missionc.backends.clot.schedule.pauses import pause
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option, Outline, Task
@@ -45,13 +46,8 @@ from missionc.backends.clot.schedule.timetable import (
 )
 from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit, schedule_of
 from missionc.base.trace import Array
-from missionc.ir import Anywhere, Dynamics, Exactly, Mission, Predicate, Region
+from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.kernel.nodes import Node
-from missionc.world.dynamics import can_wait
-
-ABOUT = np.pi
-"""Radians by which an agent that can stand turns between two ways."""
-
 
 SHARES = 0.8, 0.95
 """The share of an agent's top speed that a sketch counts on, and that of one which would be late otherwise."""
@@ -395,9 +391,3 @@ class Scheduler(Timetable):
                 before = regions.get(hold.agent)
                 regions[hold.agent] = place if before is None else self.places.both(before, place)
         return regions
-
-
-def pause(dynamics: Dynamics) -> float:
-    """Seconds that it takes to stop and speed up between two ways, or to turn where it stands."""
-    turning = ABOUT / dynamics.top_turn if can_wait(dynamics) else 0.0
-    return dynamics.top_speed / dynamics.top_acceleration + turning
