@@ -19,13 +19,14 @@ import torch
 from torch import Tensor
 
 from missionc.backends.acceptance import attempt
-from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel, WindowNode
+from missionc.kernel.walk import postorder
 from missionc.world.signed_distance import signed_distance
 from table1.scene import box, speed, stand, trace
 
@@ -118,7 +119,7 @@ class _Problem:
         """What is broken, and the squared lengths of steps: (batch,) twice."""
         mission = self.mission
         judge = Smooth(self.team, States(position, velocities(position, mission.step)))
-        values = judge.values(formulas_below(self.graph))
+        values = judge.values(postorder(self.graph.formulas))
         broken = position.new_zeros(len(position))
         for wanted in self.graph.requirements:
             broken = broken + torch.relu(ROOM - values[wanted.formula][:, 0, 0]) ** 2

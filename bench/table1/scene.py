@@ -6,10 +6,11 @@ import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import cdist
 
-from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.base.trace import Array, Trace
 from missionc.ir import Anywhere, Box, Inside, Mission, Place
 from missionc.kernel.nodes import Atom, Kernel
+from missionc.kernel.walk import postorder
 
 
 class Unsupported(Exception):
@@ -27,7 +28,7 @@ def legs(mission: Mission, kernel: Kernel) -> list[Box]:
     """The dock, the regions of the requirements in their order, the pad."""
     named = [
         term.predicate.region.shape
-        for term in formulas_below(build(kernel))
+        for term in postorder(build(kernel).formulas)
         if isinstance(term, Atom) and isinstance(term.predicate, Inside)
     ]
     boxes = [shape for number, shape in enumerate(named) if isinstance(shape, Box) and shape not in named[:number]]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
@@ -179,11 +179,19 @@ class Report:
     roadmaps: tuple[RoadmapGraph, ...] = ()
     """Those that a plan was found on, before it was straightened; none where it was found on none."""
 
+    def noting(self, *notes: str) -> Report:
+        """This report with further notes."""
+        return replace(self, notes=(*self.notes, *notes))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Planned:
     trace: Trace
     report: Report
+
+    def noting(self, note: str) -> Planned:
+        """This plan with one more note in its report."""
+        return replace(self, report=self.report.noting(note))
 
 
 class Scope(Enum):

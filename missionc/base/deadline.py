@@ -41,7 +41,7 @@ class interrupted_at:  # noqa: N801 (it is used as a statement)
     It may stand within another: the earlier one comes first. Only the main thread can be interrupted; in any other,
     and where the system has no timers, nothing is done. An error that comes out after the interruption is taken for
     it: numpy, where it is interrupted while it compares, raises a ``TypeError`` instead. The parent of a supervised
-    process is told too, and ends it where nothing within can.
+    process learns of the moment too, and ends the process if nothing within it can.
 
     Args:
         moment: on the clock of ``time.monotonic``, seconds.

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 DEFAULT_LIMIT = 8 << 30
-"""Bytes that a command may take if nothing else is asked."""
+"""Default memory limit of a command, bytes."""
 
 ROOM = 128 << 20
 """Bytes that a process may take in any case, whatever the limit: less would not even hold a message."""

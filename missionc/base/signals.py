@@ -34,10 +34,14 @@ class Stopped(BaseException):
 
 
 class _State:
-    """The state of the process, as its signal handlers are the process's; ``seen`` is a signal's number."""
+    """The state of the process, as its signal handlers are the process's.
+
+    ``seen`` is a signal's number; ``forwarded`` is added to numbers in a supervised process, and 0 in any other.
+    """
 
     seen = 0
     held = False
+    forwarded = 0
 
 
 _now = _State()
@@ -47,10 +51,8 @@ _now = _State()
 def stoppable() -> Iterator[None]:
     """Within, the first signal raises ``Stopped`` (after ``hold``, is noted); a second one ends the process at once."""
 
-    forwarded = FORWARDED if supervised() else 0
-
     def stop(number: int, frame: FrameType | None) -> None:
-        number -= forwarded
+        number -= _now.forwarded
         if _now.seen:
             os._exit(128 + number)
         _now.seen = number
@@ -60,9 +62,9 @@ def stoppable() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread may install handlers
         return
-    _now.seen, _now.held = 0, False
-    with _ended_by_force(forwarded), _lost_in_silence():
-        numbers = [number + forwarded for number in HANDLED if not _nobody_hangs_up(number)]
+    _now.seen, _now.held, _now.forwarded = 0, False, FORWARDED if supervised() else 0
+    with _ended_by_force(), _lost_in_silence():
+        numbers = [number + _now.forwarded for number in HANDLED if not _nobody_hangs_up(number)]
         before = {number: signal.signal(number, stop) for number in numbers}
         try:
             yield
@@ -78,11 +80,11 @@ def _nobody_hangs_up(number: signal.Signals) -> bool:
 
 
 @contextmanager
-def _ended_by_force(forwarded: int) -> Iterator[None]:
+def _ended_by_force() -> Iterator[None]:
     """Within, the process ends ``PATIENCE`` after a signal that leaves nothing to bring home, and at a second one."""
     read_end, write_end = os.pipe()
     os.set_blocking(write_end, False)
-    threading.Thread(target=_watch, args=(read_end, forwarded), daemon=True).start()
+    threading.Thread(target=_watch, args=(read_end,), daemon=True).start()
     before = signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
     try:
         yield
@@ -91,21 +93,19 @@ def _ended_by_force(forwarded: int) -> Iterator[None]:
         os.close(write_end)
 
 
-def _watch(read_end: int, forwarded: int) -> None:
-    """End the process where it does not do so itself; until nothing more can be told."""
-    number = _next_signal(read_end, forwarded)
-    if number and (
-        not select.select([read_end], [], [], None if _now.held else PATIENCE)[0] or _next_signal(read_end, forwarded)
-    ):
+def _watch(read_end: int) -> None:
+    """End the process if it does not end by itself; return when the pipe is closed."""
+    number = _next_signal(read_end)
+    if number and (not select.select([read_end], [], [], None if _now.held else PATIENCE)[0] or _next_signal(read_end)):
         os._exit(128 + number)
     os.close(read_end)
 
 
-def _next_signal(read_end: int, forwarded: int) -> int:
-    """The next that is handled here; 0 where there will be none."""
+def _next_signal(read_end: int) -> int:
+    """The number of the next signal that is handled here; 0 if there will be none."""
     while number := os.read(read_end, 1):
-        if number[0] - forwarded in HANDLED:
-            return number[0] - forwarded
+        if number[0] - _now.forwarded in HANDLED:
+            return number[0] - _now.forwarded
     return 0
 
 

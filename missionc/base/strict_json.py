@@ -8,9 +8,10 @@ a surrogate pair stands alone, and nothing is nested deeper than a reader goes.
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections import Counter
-from typing import Any
+from typing import Any, TypeGuard
 
 from missionc.base.limits import Limits
 
@@ -84,6 +85,11 @@ def parse_record(content: str | bytes, schema: str = "") -> dict[str, Any]:
     if schema and value.get("schema") != schema:
         raise NotJsonError("it is not what this version of the compiler writes")
     return value
+
+
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Whether a value is a finite number, and no truth value."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
 
 
 def _integer(digits: str) -> int:

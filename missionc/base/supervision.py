@@ -1,6 +1,6 @@
-"""Supervision: the work runs in a child process, which its parent ends if nothing within can.
+"""Supervision: the work runs in a child process, which its parent ends if the worker itself cannot.
 
-in   what the worker tells: its deadline, and whether it has a plan to bring home
+in   reports of the worker: its deadline, and whether it has a plan to save
 out  in the worker nothing; in its parent how the worker ended
 
 Python interrupts a process between two of its own instructions. A call of a C library may last for minutes, use up all
@@ -66,12 +66,9 @@ class _Worker:
     pipe = -1
 
 
-_worker = _Worker()
-
-
 def supervised() -> bool:
     """Whether this process is a worker; children that it forks are none."""
-    return _worker.process == os.getpid()
+    return _Worker.process == os.getpid()
 
 
 def tell_deadline(moment: float) -> None:
@@ -91,7 +88,7 @@ def tell_kept() -> None:
 
 def _tell(kind: bytes, value: float) -> None:
     if supervised():
-        os.write(_worker.pipe, _RECORD.pack(kind, value))
+        os.write(_Worker.pipe, _RECORD.pack(kind, value))
 
 
 def supervise() -> Ended | None:
@@ -116,16 +113,16 @@ def supervise() -> Ended | None:
     for each in (reports, parent, woken, wake):
         os.close(each)
     _end_when_closed(alive)
-    _worker.process, _worker.pipe = os.getpid(), told
+    _Worker.process, _Worker.pipe = os.getpid(), told
     return None
 
 
 def _note(number: int, frame: FrameType | None) -> None:
-    """Nothing: the parent reads the number from its pipe, and the worker waits for what the parent hands on."""
+    """Do nothing: the parent reads the number from its pipe, and the worker waits for what the parent hands on."""
 
 
 def _end_when_closed(pipe: int) -> None:
-    """The system ends this process once nobody can write to a pipe: its parent is gone, however it ended."""
+    """Have the system end this process when no process can write to a pipe any more: its parent has ended."""
     import fcntl  # not on every system
 
     fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())

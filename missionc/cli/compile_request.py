@@ -292,9 +292,7 @@ def _picture(request: CompileRequest, compiled: Compiled, plot: Path) -> bytes |
     from missionc.pipeline.graphs import first_roadmaps, planned_on
 
     assert isinstance(compiled.outcome, Verified)
-    plan, mission, kernel = compiled.outcome.plan, compiled.checked.mission, compiled.checked.kernel
-    assert mission is not None
-    assert kernel is not None
+    plan, mission, kernel = compiled.outcome.plan, compiled.checked.valid_mission, compiled.checked.valid_kernel
     with_roadmap = request.figure.kind == ROADMAP
     roadmaps = planned_on(compiled) or first_roadmaps(compiled.checked, request.seed) if with_roadmap else ()
     if isinstance(roadmaps, Diagnostic):

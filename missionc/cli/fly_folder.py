@@ -54,8 +54,7 @@ def read_events(file: Path | None, flying: Flying, limits: Limits) -> Scenario |
     text = read_text(file, str(file), limits.file_bytes, SCENARIO_UNUSABLE)
     if isinstance(text, Diagnostic):
         return [text]
-    assert flying.checked.mission is not None
-    names = tuple(agent.name for agent in flying.checked.mission.agents)
+    names = tuple(agent.name for agent in flying.checked.valid_mission.agents)
     scenario = read_scenario(Source(str(file), text), names)
     if isinstance(scenario, list):
         return scenario

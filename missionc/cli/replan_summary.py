@@ -38,9 +38,8 @@ def replanned_lines(replanned: Replanned, output: str) -> list[str]:
 def _changing(replanned: Replanned, begins: float) -> str:
     """Who flies another way, and who stops before that."""
     assert replanned.rest is not None
-    assert replanned.rest.mission is not None
-    stopping = [agent.name for agent in replanned.rest.mission.agents if not agent.begins]
-    if len(stopping) == len(replanned.rest.mission.agents):
+    stopping = [agent.name for agent in replanned.rest.valid_mission.agents if not agent.begins]
+    if len(stopping) == len(replanned.rest.valid_mission.agents):
         return f"everybody stops, and begins the new plan at {begins:g} s: the stops are proven too"
     who = f"{listed(replanned.changed)} {'flies' if len(replanned.changed) == 1 else 'fly'} another way"
     stops = (
@@ -52,8 +51,7 @@ def _changing(replanned: Replanned, begins: float) -> str:
 def _rest(replanned: Replanned) -> str:
     """Who goes on, and for how long."""
     assert replanned.rest is not None
-    assert replanned.rest.mission is not None
-    mission, past = replanned.rest.mission, replanned.rest.past
+    mission, past = replanned.rest.valid_mission, replanned.rest.past
     lost = [name for each in past.flown for name in each.stretch.lost] if past else []
     without = f", without {listed(lost)}" if lost else ""
     given_up = past.flown[-1].stretch.given_up if past else ()

@@ -80,8 +80,7 @@ def fly_loop(
         within: seconds after something happened, when the flight goes on by another plan.
         clock: seconds that planning may take by the clock; ``within`` where it is None.
     """
-    mission = flying.checked.mission
-    assert mission is not None
+    mission = flying.checked.valid_mission
     names = tuple(agent.name for agent in mission.agents)
     pieces = [polynomials(flying.flights[name]) for name in names]
     ticks = math.ceil(mission.horizon * SETPOINTS_PER_SECOND - 1e-9)

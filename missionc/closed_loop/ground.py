@@ -124,9 +124,7 @@ class Ground:
 
     def _watch(self) -> None:
         """A new session, and a new log, for what is flown now."""
-        mission, kernel = self.flying.checked.mission, self.flying.checked.kernel
-        assert mission is not None
-        assert kernel is not None
+        mission, kernel = self.flying.checked.valid_mission, self.flying.checked.valid_kernel
         self.session = Session(mission, kernel, self.limits)
         self.log, self.lost, self.texts, self.given_up = [], [], {}, []
         self.slow, self.risky, self.away = {}, set(), {}
@@ -134,13 +132,11 @@ class Ground:
     @property
     def team(self) -> list[str]:
         """Those that the plan is for."""
-        assert self.flying.checked.mission is not None
-        return [agent.name for agent in self.flying.checked.mission.agents]
+        return [agent.name for agent in self.flying.checked.valid_mission.agents]
 
     @property
     def dimension(self) -> int:
-        assert self.flying.checked.mission is not None
-        return self.flying.checked.mission.dimension
+        return self.flying.checked.valid_mission.dimension
 
     def hear(self, reports: list[Report]) -> list[str]:
         """Take in reports; what they say of the whole flight, as lines of samples."""
@@ -206,8 +202,7 @@ class Ground:
         recent = sorted((each for each in mine if each.time >= mine[-1].time - SEEN), key=lambda each: each.time)
         if len(recent) < FEWEST:
             return None
-        assert self.flying.checked.mission is not None
-        top = next(each.dynamics.top_speed for each in self.flying.checked.mission.agents if each.name == name)
+        top = next(each.dynamics.top_speed for each in self.flying.checked.valid_mission.agents if each.name == name)
         times = np.array([each.time - self.began for each in recent])
         places, half = np.stack([each.position for each in recent]), len(recent) // 2
         before = progress(self.pieces[name], times[: half + 1], places[: half + 1])
@@ -217,8 +212,7 @@ class Ground:
         return found.speed if behind and slower else None
 
     def _replan(self, time: float, why: str) -> None:
-        mission = self.flying.checked.mission
-        assert mission is not None
+        mission = self.flying.checked.valid_mission
         so_far, findings = read_flown(Source("flown.csv", self._table()), mission, self.lost, self.limits)
         if so_far is None:
             self.happened.append(Happened(time, why, f"not understood: {findings[0].message}"))
@@ -263,8 +257,7 @@ class Ground:
 
     def _left(self, time: float) -> float:
         """Seconds that are left of the mission."""
-        assert self.flying.checked.mission is not None
-        return float(self.flying.checked.mission.horizon) + self.began - time
+        return float(self.flying.checked.valid_mission.horizon) + self.began - time
 
     def _ask_again(self, time: float, within: Seconds, undecided: bool) -> None:
         """There was no plan in time: while that was found out the flight went on, and then there may be more time."""
@@ -297,8 +290,7 @@ class Ground:
         assert isinstance(found.compiled.outcome, Verified)
         files = dict(found.compiled.outcome.files)
         assert found.rest is not None
-        mission = found.rest.mission
-        assert mission is not None
+        mission = found.rest.valid_mission
         flights = flights_in(mission.agents, files)
         for name, text in flights.items():
             self.told.upload(self.names.index(name), polynomials(text), begins)

@@ -86,9 +86,7 @@ def judge(
         times: (samples,), s, from 0 to the end of the mission.
         position, velocity: (agents, samples, 3), m and m/s; heading: (agents, samples), rad.
     """
-    mission, kernel = checked.mission, checked.kernel
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel = checked.valid_mission, checked.valid_kernel
     whole = at_steps(mission, times, position, velocity, heading)
     rest, now, written = Remaining(mission, kernel), checked, mission
     rows, begin = list(range(len(mission.agents))), 0
@@ -99,8 +97,7 @@ def judge(
         step = min(math.ceil(cut.time / mission.step - 1e-9), int(mission.steps) - 1)
         if cut.texts:
             now = earlier(now, cut.texts, limits)
-            assert now.mission is not None
-            written = now.mission
+            written = now.valid_mission
         part = whole.part(rows, begin, step)
         flown.append((rest, part, begin))
         rest = after(rest, Stretch(part, cut.lost), written)

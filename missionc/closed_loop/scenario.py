@@ -13,10 +13,11 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeGuard
+from typing import Any
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
+from missionc.base.strict_json import is_number
 from missionc.diagnostics.code import SCENARIO_UNUSABLE
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.simulate.trial_bounds import MOST_CLOCK_ERROR, MOST_WIND
@@ -83,7 +84,7 @@ def read_scenario(source: Source, agents: tuple[str, ...]) -> Scenario | list[Di
     """
     try:
         document = tomllib.loads(source.text)
-    except ValueError as error:  # a number of more than 4,300 digits is none that it has a class for
+    except ValueError as error:  # a number of more than 4,300 digits has no class of its own
         where = re.search(r"line (\d+)", str(error))
         line = int(where[1]) if where else len(source.line_starts) if "end of document" in str(error) else 1
         return [_wrong(source, line, "this is not TOML")]
@@ -128,7 +129,7 @@ def _number(source: Source, table: Any, name: str, key: str, most: float, findin
         findings += [finding] if not findings or findings[-1].message != finding.message else []
         return 0.0
     value = table.get(key, 0.0)
-    if not _is_number(value) or not 0 <= value <= most:
+    if not is_number(value) or not 0 <= value <= most:
         findings.append(_wrong(source, _line(source, key), f"`{key}` is a number from 0 to {most:g}"))
         return 0.0
     return float(value)
@@ -140,19 +141,15 @@ def _event(entry: Any, agents: tuple[str, ...]) -> Event | str:
     if len(kinds) != 1 or set(entry) - {"at", "to", *kinds}:
         return "an event has `at` and one of `lose`, `slow` (with `to`) and `change`"
     at, to, what = entry.get("at"), entry.get("to", HALF), entry[kinds[0]]
-    if not _is_number(at) or not 0 <= at <= LONGEST:
+    if not is_number(at) or not 0 <= at <= LONGEST:
         return f"`at` of an event is a time in seconds, from 0 to {LONGEST:g}"
     if not isinstance(what, str) or not what:
         return f"`{kinds[0]}` of an event is a text"
     if kinds[0] != "change" and what not in agents:
         return f"the mission has no agent `{what}`"
-    if not (_is_number(to) and 0 < to <= 1) or ("to" in entry and kinds != ["slow"]):
+    if not (is_number(to) and 0 < to <= 1) or ("to" in entry and kinds != ["slow"]):
         return "`to`, the share of its top speed that one has left, is more than 0 and at most 1"
     return Event(float(at), **{kinds[0]: what}, to=float(to) if kinds == ["slow"] else 1.0)
-
-
-def _is_number(value: object) -> TypeGuard[int | float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _line(source: Source, word: str) -> int:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from missionc.base.memory import exhausted
 from missionc.base.supervision import Cause, Ended
 from missionc.diagnostics.code import IMPROVEMENT_FAILED, INTERNAL, OUT_OF_MEMORY, OUT_OF_TIME
 from missionc.diagnostics.model import Diagnostic
@@ -32,7 +33,7 @@ def improvement_failed(step: str, error: Exception) -> Diagnostic:
     Args:
         step: the subject of a sentence.
     """
-    memory = isinstance(error, MemoryError)
+    memory = exhausted(error)
     why = "memory ran out" if memory else f"a defect of the compiler: {_named(error)}"
     return Diagnostic(
         IMPROVEMENT_FAILED,

@@ -31,7 +31,7 @@ class Diagnostic:
     ``message`` is one phrase in the user's numbers and units, without a final
     stop; ``labels`` are the other places that make it wrong; ``help`` is one
     way out in the imperative. ``primary`` is absent only where the finding is
-    about no text (an unreadable file, say). ``as_warning``: it stops nothing here, whatever its code says.
+    about no text (an unreadable file, say). ``as_warning``: a warning here, whatever the severity of its code.
     """
 
     code: Code

@@ -21,7 +21,7 @@ from missionc.kernel.nodes import (
     ReachNode,
     RouteNode,
 )
-from missionc.kernel.walk import Ask, asks, children, postorder
+from missionc.kernel.walk import Ask, asks, bottom_up, children, postorder
 
 
 def steps_ahead(
@@ -86,26 +86,27 @@ def linked_by(roots: Iterable[Node]) -> tuple[Graph, ...]:
 
 def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
     """Whether agents that join can only make each node true."""
-    known: dict[Node, bool] = {}
-    for node in postorder(roots):
+
+    def is_helped(node: Node, below: tuple[bool, ...]) -> bool:
         hindered = reads_lengths(node) or (isinstance(node, NeighbourNode | ReachNode) and node.every)
-        known[node] = not hindered and all(known[child] for child in children(node))
-    return known
+        return not hindered and all(below)
+
+    return bottom_up(roots, is_helped)
 
 
 def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
     """Whether the truth of each node is the same whichever agent it is asked of."""
-    known: dict[Node, bool] = {}
-    for node in postorder(roots):
+
+    def is_same(node: Node, below: tuple[bool, ...]) -> bool:
         match node:
             case Atom(predicate):
-                known[node] = predicate.about_team
+                return predicate.about_team
             case At():
-                known[node] = True
+                return True
             case _:
-                alike = not isinstance(node, Is | LinkNode)
-                known[node] = alike and all(known[child] for child in children(node))
-    return known
+                return not isinstance(node, Is | LinkNode) and all(below)
+
+    return bottom_up(roots, is_same)
 
 
 def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:

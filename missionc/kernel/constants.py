@@ -1,11 +1,10 @@
-"""Constants in kernel formulas: true, false, and the formula that is left of one that contains them.
+"""Constants in kernel formulas: true, false, and and simplification of formulas that contain them.
 
 Folding keeps truth and robustness at every step from which a formula does not look past the mission's last.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import assert_never
 
@@ -17,7 +16,6 @@ from missionc.kernel.nodes import (
     At,
     AtLeast,
     Eventually,
-    Goal,
     Is,
     Kernel,
     LeafNode,
@@ -29,7 +27,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.walk import children, postorder, rebuilt, same_objects
+from missionc.kernel.walk import bottom_up, children, rebuilt, same_objects
 
 YES, NO = All(()), Any(())
 
@@ -59,22 +57,17 @@ def without_constants(kernel: Kernel, agents: int) -> Kernel:
     Returns:
         The same object if there is nothing to fold.
     """
-    made: dict[Node, Node] = {}
-    for node in postorder(goal.formula for goal in (*kernel.requirements, *kernel.preferences)):
+
+    def over(node: Node, parts: tuple[Node, ...]) -> Node:
         if isinstance(node, Is) and len(node.agents) in (0, agents):
-            made[node] = truth(bool(node.agents))
-        else:
-            made[node] = folded(node, tuple(made[part] for part in children(node)))
+            return truth(bool(node.agents))
+        return folded(node, parts)
+
+    made = bottom_up(kernel.formulas, over)
     if all(new is old for old, new in made.items()):
         return kernel
-
-    def goals(before: Sequence[Goal]) -> tuple[Goal, ...]:
-        return tuple(replace(goal, formula=made[goal.formula]) for goal in before)
-
     meanings = {formula: node for formula, node in kernel.meanings.items() if made.get(node, node) is node}
-    return replace(
-        kernel, requirements=goals(kernel.requirements), preferences=goals(kernel.preferences), meanings=meanings
-    )
+    return replace(kernel.with_formulas(made.__getitem__), meanings=meanings)
 
 
 def folded(node: Node, parts: tuple[Node, ...]) -> Node:
@@ -99,7 +92,7 @@ def folded(node: Node, parts: tuple[Node, ...]) -> Node:
 
 
 def at_least(count: int, parts: tuple[Node, ...], span: Span | None = None, dual: bool = False) -> Node:
-    """So many of the parts, by the plainest constructor."""
+    """Formula that at least ``count`` of the parts hold, by the plainest constructor."""
     if not 0 < count <= len(parts):
         return truth(count <= 0)
     if count == len(parts):

@@ -13,8 +13,8 @@ says the opposite of its words.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import field
+from collections.abc import Callable, Mapping
+from dataclasses import field, replace
 from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
@@ -284,3 +284,21 @@ class Kernel:
     preferences: tuple[Goal, ...]
     meanings: Mapping[Formula, Node] = field(default_factory=dict)
     opposites: Mapping[Node, Node] = field(default_factory=dict)
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """Requirements, then preferences."""
+        return (*self.requirements, *self.preferences)
+
+    @property
+    def formulas(self) -> tuple[Node, ...]:
+        """The formulas of all goals, in their order."""
+        return tuple(goal.formula for goal in self.goals)
+
+    def with_formulas(self, new: Callable[[Node], Node]) -> Kernel:
+        """This kernel with another formula for each goal, and with the same meanings."""
+        requirements, preferences = (
+            tuple(replace(goal, formula=new(goal.formula)) for goal in goals)
+            for goals in (self.requirements, self.preferences)
+        )
+        return replace(self, requirements=requirements, preferences=preferences)

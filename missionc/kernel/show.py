@@ -32,7 +32,7 @@ from missionc.kernel.walk import children, postorder
 
 def show(kernel: Kernel, mission: Mission) -> str:
     """Every node of the kernel, then its requirements and preferences."""
-    goals = kernel.requirements + kernel.preferences
+    goals = kernel.goals
     words = Words(mission)
     lines: list[str] = []
     names: dict[Node, str] = {}

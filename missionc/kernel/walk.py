@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import assert_never
+from typing import TypeVar, assert_never
 
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Graph
@@ -26,6 +26,8 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
+
+Value = TypeVar("Value")
 
 
 def children(node: Node) -> tuple[Node, ...]:
@@ -93,9 +95,9 @@ class Ask:
         return slice(max(self.low, 0), max(self.high + 1, 0))
 
     def steps_from(self, step: int, last: int) -> range:
-        """The steps at which it asks, where it is asked at ``step`` of a mission whose last step is ``last``.
+        """Steps that it asks about if it is asked at ``step`` of a mission whose last step is ``last``.
 
-        No step before the first, and none at all if a window runs past the last: from there nothing holds, neither a
+        No step before the first, and no step at all if a window runs past the last: from there nothing holds, neither a
         formula nor its negation. No goal of a checked mission asks from such a step.
         """
         high = last - self.before_last if self.high is None else step + self.high
@@ -229,7 +231,18 @@ def postorder(roots: Iterable[Node], below: Callable[[Node], tuple[Node, ...]] =
     return order
 
 
+def bottom_up(
+    roots: Iterable[Node],
+    value_of: Callable[[Node, tuple[Value, ...]], Value],
+    below: Callable[[Node], tuple[Node, ...]] = children,
+) -> dict[Node, Value]:
+    """A value of every node of these formulas, computed from the values of the nodes directly below it."""
+    values: dict[Node, Value] = {}
+    for node in postorder(roots, below):
+        values[node] = value_of(node, tuple(values[child] for child in below(node)))
+    return values
+
+
 def reads_headings(kernel: Kernel) -> bool:
     """Whether a goal asks where agents face."""
-    order = postorder(goal.formula for goal in (*kernel.requirements, *kernel.preferences))
-    return any(isinstance(node, Atom) and node.predicate.reads_heading for node in order)
+    return any(isinstance(node, Atom) and node.predicate.reads_heading for node in postorder(kernel.formulas))

@@ -29,7 +29,7 @@ from missionc.kernel.nodes import (
     Release,
     Until,
 )
-from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.kernel.walk import bottom_up, rebuilt
 from missionc.lower.tighten import moved
 
 
@@ -37,20 +37,22 @@ def ahead_of_time(mission: Mission, kernel: Kernel) -> Kernel:
     """The kernel with all that is asked of agents who may be late early by the longest delay that is tolerated."""
     delay = max((tolerance.steps for tolerance in mission.tolerances), default=0)
     late = {agent for tolerance in mission.tolerances for agent in tolerance.agents}
-    nodes: dict[Node, Node] = {}
-    for node in postorder(goal.formula for goal in kernel.requirements):
+
+    def early(node: Node, below: tuple[Node, ...]) -> Node:
         match node:
             case At(agent) if agent not in late:
-                nodes[node] = node
+                return node
             case All() | Any() | AtLeast() | At():
-                nodes[node] = rebuilt(node, tuple(nodes[child] for child in children(node)))
+                return rebuilt(node, below)
             case Eventually(low=low, high=high) | Until(low=low, high=high):
                 last = mission.steps if high is None else high
-                nodes[node] = replace(node, high=max(low, last - delay))
+                return replace(node, high=max(low, last - delay))
             case Always(low=low) | Release(low=low):
-                nodes[node] = replace(node, low=max(0, low - delay))
+                return replace(node, low=max(0, low - delay))
             case _:
-                nodes[node] = node
+                return node
+
+    nodes = bottom_up((goal.formula for goal in kernel.requirements), early)
     goals = [replace(goal, formula=nodes[goal.formula]) for goal in kernel.requirements]
     return replace(kernel, requirements=(*goals, *_finishes(mission)))
 

@@ -34,7 +34,7 @@ from missionc.kernel.nodes import (
     Until,
     says_opposite,
 )
-from missionc.kernel.walk import asked_between, children, postorder, rebuilt
+from missionc.kernel.walk import asked_between, bottom_up, children, postorder, rebuilt
 
 MOST_LINKS = 2000
 """Links that a formula about routes names one by one: agents, times agents, times hops."""
@@ -61,11 +61,12 @@ class _Strengthening:
     def at_a_step(self, root: Node) -> Node:
         """The formula, asked at step 0."""
         asked = asked_between((root,), self.last)
-        known: dict[Node, Node] = {}
-        for node in postorder((root,)):
+
+        def strengthened(node: Node, below: tuple[Node, ...]) -> Node:
             _, latest = asked.get(node, (0, 0))
-            known[node] = self._at_a_step(node, tuple(known[child] for child in children(node)), latest)
-        return known[root]
+            return self._at_a_step(node, below, latest)
+
+        return bottom_up((root,), strengthened)[root]
 
     def _at_a_step(self, node: Node, below: tuple[Node, ...], latest: int) -> Node:
         """What has to last up to the end of a window lasts from the step before it; ``latest``: its last step."""

@@ -43,7 +43,7 @@ from missionc.ir import (
 )
 from missionc.ir.pair_ranges import with_ranges
 from missionc.kernel.nodes import Atom, Goal, Kernel, LeafNode, Node, Not
-from missionc.kernel.walk import children, graph_of, postorder, rebuilt
+from missionc.kernel.walk import bottom_up, graph_of, rebuilt
 from missionc.world.flyable_steps import CRUISE
 
 MITRE = 2.0
@@ -163,9 +163,7 @@ def tightened_alone(kernel: Kernel, names: Set[str], margin: Metres) -> Kernel:
 
 
 def _tightened(goals: Sequence[Goal], tighter: _Borders, wider: _Borders) -> tuple[Goal, ...]:
-    nodes: dict[Node, Node] = {}
-    for node in postorder(goal.formula for goal in goals):
-        nodes[node] = _more(node, tuple(nodes[child] for child in children(node)), tighter, wider)
+    nodes = bottom_up((goal.formula for goal in goals), lambda node, below: _more(node, below, tighter, wider))
     return tuple(replace(goal, formula=nodes[goal.formula]) for goal in goals)
 
 

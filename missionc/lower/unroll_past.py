@@ -52,8 +52,7 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
     Args:
         room: how many nodes it may have.
     """
-    goals = (*kernel.requirements, *kernel.preferences)
-    order = postorder(goal.formula for goal in goals)
+    order = postorder(kernel.formulas)
     past: set[Node] = set()
     for node in order:
         if looks_back(node) or any(child in past for child in children(node)):
@@ -63,9 +62,8 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
         return without_constants(kernel, agents)
     unrolling = _Unrolling(past, mission.steps)
     asked: dict[Node, set[int]] = {node: set() for node in past}
-    for goal in goals:
-        if goal.formula in past:
-            asked[goal.formula].add(0)
+    for formula in past.intersection(kernel.formulas):
+        asked[formula].add(0)
     size = 0
     for node in reversed(order):
         for ask in asks(node) if node in past else ():
@@ -79,12 +77,8 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
     for node in order:
         for step in sorted(asked.get(node, ())):
             unrolling.known[node, step] = unrolling.made(node, step)
-    ahead = replace(
-        kernel,
-        requirements=tuple(replace(goal, formula=unrolling.at(goal.formula, 0)) for goal in kernel.requirements),
-        preferences=tuple(replace(goal, formula=unrolling.at(goal.formula, 0)) for goal in kernel.preferences),
-        meanings={formula: node for formula, node in kernel.meanings.items() if node not in past},
-    )
+    ahead = kernel.with_formulas(lambda formula: unrolling.at(formula, 0))
+    ahead = replace(ahead, meanings={text: node for text, node in kernel.meanings.items() if node not in past})
     return without_constants(ahead, agents)
 
 

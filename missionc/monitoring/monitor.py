@@ -28,9 +28,8 @@ def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> Judgements:
     """
     if trace.position.shape[1] <= mission.steps:
         raise ValueError(f"the trace has {trace.position.shape[1]} states, the mission {mission.steps + 1}")
-    formulas = [goal.formula for goal in kernel.requirements + kernel.preferences]
-    truths = Evaluation(TRUTH, mission, trace).values(formulas)
-    robustness = Evaluation(ROBUSTNESS, mission, trace).values(formulas)
+    truths = Evaluation(TRUTH, mission, trace).values(kernel.formulas)
+    robustness = Evaluation(ROBUSTNESS, mission, trace).values(kernel.formulas)
 
     def judged(goal: Goal) -> Judgement:
         of = goal.formula

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from missionc.base.limits import Limits
+from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span, line_ends
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.base.trace import Array, Trace
@@ -112,10 +113,7 @@ _NUMBERS = ("t", "x", "y", "z", *_MOTION)
 def _number(word: object) -> float | None:
     if isinstance(word, bool) or not isinstance(word, str | int | float):
         return None
-    try:
-        value = float(word)
-    except (ValueError, OverflowError):
-        return None
+    value = plain_number(word.strip()) if isinstance(word, str) else float(word)
     return value if math.isfinite(value) else None
 
 

@@ -80,8 +80,7 @@ def ask_backend(
 
 
 def _cut_short(plan: Planned, why: CutShort) -> Planned:
-    report = plan.report
-    return replace(plan, report=replace(report, notes=(*report.notes, why.note), cut_short=why))
+    return replace(plan, report=replace(plan.report.noting(why.note), cut_short=why))
 
 
 def not_found(ended: Ended, now: Progress) -> NotFound:

@@ -99,8 +99,7 @@ class CoverSide:
         if refused is not None:
             return refused
         notes = (str(self.answer),) if isinstance(outcome, Impossible) else ()
-        report = self._report(outcome.report)
-        return replace(outcome, report=replace(report, notes=(*report.notes, *notes)))
+        return replace(outcome, report=self._report(outcome.report).noting(*notes))
 
     def _meanwhile(self, work: float, done: float) -> Impossible | None:
         """That no motion satisfies the mission, by covers that take so much work while a search has done so much."""
@@ -111,9 +110,5 @@ class CoverSide:
         if dict(report.seconds).get("cover") is not None:
             return report
         cover = self.account.report()
-        return replace(
-            report,
-            seconds=(*report.seconds, *cover.seconds),
-            notes=(*report.notes, *cover.notes),
-            work=report.work + cover.work,
-        )
+        seconds = (*report.seconds, *cover.seconds)
+        return replace(report.noting(*cover.notes), seconds=seconds, work=report.work + cover.work)

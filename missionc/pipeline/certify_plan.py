@@ -83,9 +83,7 @@ def certify_plan(
     from missionc.verify.verify_plan import verify
 
     checked = _as_meant(checked)
-    mission, kernel, choice = checked.mission, checked.kernel, checked.choice
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel, choice = checked.valid_mission, checked.valid_kernel, checked.choice
     assert choice is not None
     trace, report = planned.trace, planned.report
     if options.stretch != 1:
@@ -134,14 +132,13 @@ def certify_plan(
     if isinstance(output, Diagnostic) and output.code is NO_WAY and has_risen(mission):
         # Who is in the air is better off with a plan that ends there than with none: safe ends lead down from it.
         checked = without_home(checked)
-        assert checked.mission is not None
         assert checked.past is not None
-        mission, provenance = checked.mission, replace(provenance, past=past_json(checked.past))
+        mission, provenance = checked.valid_mission, replace(provenance, past=past_json(checked.past))
         with watch.stage("emit"):
             output = written(mission, kernel, verified, certificate, provenance)
     if isinstance(output, Diagnostic):
         return Certified(checked, Refused(trace), (output,))
-    report = replace(report, notes=(*report.notes, *output.notes))
+    report = report.noting(*output.notes)
     return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
 
 

@@ -59,6 +59,18 @@ class Checked:
         """Whether there is no error; warnings may be."""
         return not has_errors(list(self.findings))
 
+    @property
+    def valid_mission(self) -> ir.Mission:
+        """The mission, if there is no error."""
+        assert self.mission is not None
+        return self.mission
+
+    @property
+    def valid_kernel(self) -> Kernel:
+        """The kernel, if there is no error."""
+        assert self.kernel is not None
+        return self.kernel
+
     def __str__(self) -> str:
         return below(self.findings, f"{self.file}: {counts(self.findings)}")
 

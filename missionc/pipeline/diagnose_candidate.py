@@ -37,7 +37,7 @@ class Diagnosis:
 
 
 def diagnose(mission: Mission, kernel: Kernel, best: Attempt) -> Diagnosis:
-    """Who is late, who is in whose way, and which requirements fail at the same agents."""
+    """Find late agents, agents in conflict, and requirements that fail at the same agents."""
     met, late = meetings(mission, best), late_agents(mission, kernel, best)
     notes = [
         *_some([each.says for each in late], "agent is late", "agents are late"),

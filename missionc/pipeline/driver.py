@@ -18,7 +18,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from missionc.backends.api import (
     Backend,
@@ -33,6 +32,7 @@ from missionc.backends.api import (
     ignore,
 )
 from missionc.backends.load import load_engines as load_backend
+from missionc.backends.offers import OFFERS
 from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.limits import Limits
@@ -43,9 +43,10 @@ from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic
+from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
+from missionc.lower.choose_backend import Choice
 from missionc.pipeline import no_plan
-from missionc.pipeline.alternatives.weighs_options import weighs_options
 from missionc.pipeline.ask_backend import ask_backend, not_found
 from missionc.pipeline.ask_bound import BoundSide
 from missionc.pipeline.certify_plan import certify_plan, reserved_time
@@ -59,9 +60,6 @@ from missionc.pipeline.plan_throughout import acceptable, falls_short, plan_thro
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.results import Compiled, CompileOutcome, Refused, Unverified, Verified
 from missionc.pipeline.run_limited import Ended, within
-
-if TYPE_CHECKING:
-    pass
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
 NO_EXPLANATION = Seconds(0.0)
@@ -250,7 +248,7 @@ def _plan(
     alone = Tried(planner, 1, report.work, Seconds(sum(seconds for _, seconds in report.seconds)), "a plan")
     ended = (replace(each, says=UNVERIFIED) for each in refused.report.tried if each.engine == refused.report.engine)
     note = f"`{refused.report.engine}` found {UNVERIFIED}: a defect of the compiler"
-    report = replace(report, tried=(*ended, *(report.tried or (alone,))), notes=(*report.notes, note))
+    report = replace(report.noting(note), tried=(*ended, *(report.tried or (alone,))))
     whole = replace(retry.checked, choice=choice)
     return replace(retry, checked=whole, outcome=replace(retry.outcome, report=report))
 
@@ -318,7 +316,7 @@ def _plan_by_all(
             return home
 
         compares = weighs_options(mission, outcome, choice)
-        home = incumbent.attempt("certifying a later plan", partial(brought_home, outcome))
+        home = improved("certifying a later plan", incumbent.best, partial(brought_home, outcome))
         home = incumbent.keep(home, final=not compares)
         if compares and not isinstance(home.outcome, NotFound):
             from missionc.pipeline.alternatives.compare_options import with_best_option  # for those who have any
@@ -328,7 +326,7 @@ def _plan_by_all(
             compare = partial(
                 with_best_option, home, checked, outcome, brought_home, planner, options, to_compare, moment, watch
             )
-            home = incumbent.keep(incumbent.attempt("comparing options", compare), final=True)
+            home = incumbent.keep(improved("comparing options", incumbent.best, compare), final=True)
         return replace(home, findings=(*home.findings, *incumbent.findings))
     explained = None
     if explain_limit > 0 and (isinstance(outcome, Impossible) or outcome.best is not None):
@@ -358,3 +356,14 @@ def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Optio
 
 UNVERIFIED = "a plan that does not pass verification"
 """What an engine says whose plan was refused."""
+
+
+def weighs_options(mission: Mission, planned: Planned, choice: Choice) -> bool:
+    """Whether the backend chose among options by an estimate, and the estimate is not what the mission asks for.
+
+    A schedule estimates lengths, and its ways see nothing of obstacles that move.
+    """
+    offer = OFFERS.get(planned.report.engine or choice.backend)
+    moving = any(not obstacle.constant for obstacle in mission.obstacles)
+    asked = mission.objective is not Objective.NONE or moving
+    return asked and offer is not None and not offer.weighs and planned.report.cut_short is None

@@ -45,8 +45,7 @@ def roadmap_graphs(mission: Checked | Compiled, *, seed: int = 0) -> tuple[netwo
     roadmaps = planned or first_roadmaps(checked, seed)
     if isinstance(roadmaps, Diagnostic):
         raise ValueError(f"{roadmaps.code.name}: {roadmaps.message}")
-    assert checked.mission is not None
-    return tuple(roadmap_to_networkx(roadmap, checked.mission.step) for roadmap in roadmaps)
+    return tuple(roadmap_to_networkx(roadmap, checked.valid_mission.step) for roadmap in roadmaps)
 
 
 def link_graph(mission: Checked, trace: Trace, graph: str, step: int) -> networkx.Graph:

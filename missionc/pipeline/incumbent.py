@@ -107,10 +107,6 @@ class Incumbent:
             case _:
                 return noted(cut_short(self.best, CutShort.UNFINISHED), "a later plan cannot be flown")
 
-    def attempt(self, step: str, work: Callable[[], Compiled]) -> Compiled:
-        """``improved``, of the verified plan if there is one."""
-        return work() if self.best is None else improved(step, self.best, work)
-
     def reserve(self, otherwise: Seconds) -> Seconds:
         """Seconds to reserve for a certification: measured if there was one before."""
         return Seconds(RESERVE * self.seconds) if self.seconds else otherwise
@@ -121,20 +117,21 @@ class Incumbent:
         self.findings.append(improvement_failed(step, error))
 
 
-def improved(step: str, verified: Compiled, work: Callable[[], Compiled]) -> Compiled:
-    """What an improvement of a verified plan comes to; the plan as it was, with a warning, if the improvement fails.
+def improved(step: str, before: Compiled | None, work: Callable[[], Compiled]) -> Compiled:
+    """Return the result of an improvement; if it fails, the verified plan before it, with a warning.
 
     Args:
-        step: what fails, the subject of a sentence.
+        step: the improvement, as the subject of a sentence.
+        before: nothing replaces a failure if this has no verified plan.
     """
-    if not isinstance(verified.outcome, Verified):
+    if before is None or not isinstance(before.outcome, Verified):
         return work()
     try:
         return work()
     except Exception as error:
         stop_again()
-        findings = (*verified.findings, improvement_failed(step, error))
-        return replace(cut_short(verified, CutShort.DEFECT), findings=findings)
+        findings = (*before.findings, improvement_failed(step, error))
+        return replace(cut_short(before, CutShort.DEFECT), findings=findings)
 
 
 def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
@@ -149,5 +146,4 @@ def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
 def noted(compiled: Compiled, note: str) -> Compiled:
     """A compilation with one more note on its verified plan."""
     assert isinstance(compiled.outcome, Verified)
-    report = compiled.outcome.report
-    return replace(compiled, outcome=replace(compiled.outcome, report=replace(report, notes=(*report.notes, note))))
+    return replace(compiled, outcome=replace(compiled.outcome, report=compiled.outcome.report.noting(note)))

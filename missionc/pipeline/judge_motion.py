@@ -56,7 +56,7 @@ def live_session(
     if checked.mission is None or checked.kernel is None:
         return checked, None
     from missionc.monitoring.live.session import Session
-    from missionc.verify.recorded.live_constraints import LiveConstraints
+    from missionc.verify.recorded.constraint_judge import LiveConstraints
 
     index = {agent.name: agent.index for agent in checked.mission.agents}
     ahead = {index[name]: seconds for name, seconds in (skew or {}).items()}
@@ -104,16 +104,9 @@ def monitor(
         between = between_steps(checked.mission, checked.kernel, motion, motion_of(checked.mission, motion))
     from missionc.verify.recorded.constraint_judge import judge_constraints
 
-    constraints, not_judged = judge_constraints(checked.mission, motion, continuous=continuous, tolerance=tolerance)
-    return Monitored(
-        checked,
-        judgements.requirements,
-        judgements.preferences,
-        checked.findings,
-        between,
-        constraints,
-        not_judged,
-    )
+    constraints = judge_constraints(checked.mission, motion, continuous=continuous, tolerance=tolerance)
+    goals = (judgements.requirements, judgements.preferences)
+    return Monitored(checked, *goals, checked.findings, between, *constraints)
 
 
 def _read_motion(path: str | Path, mission: Mission, limits: Limits) -> tuple[Trace | None, list[Diagnostic]]:

@@ -130,7 +130,7 @@ def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) 
         more += diagnosis.notes
         searched_enough = diagnosis.late and outcome.reason is Reason.TIME
         help_ = "; or ".join([diagnosis.advice] * bool(diagnosis.advice) + [help_] * (not searched_enough))
-    elif not outcome.report.tried:
+    elif outcome.reason is Reason.TIME and not outcome.report.tried:
         help_ = f"{help_}, or make the mission smaller: fewer agents, a longer time step, a shorter horizon"
     help_ = "; or ".join([help_, *_others(checked)])
     return Diagnostic(

@@ -103,8 +103,7 @@ def _tolerant(
         if isinstance(outcome, Planned) and verify(mission, kernel, outcome.trace).passed:
             extra = roomy.separation - mission.separation
             room = f", and with {extra:.3g} m more between bodies" if extra else ""
-            note = f"planned early{room}, so that it tolerates the delays"
-            return replace(outcome, report=replace(outcome.report, notes=(*outcome.report.notes, note)))
+            return outcome.noting(f"planned early{room}, so that it tolerates the delays")
     return None
 
 
@@ -266,4 +265,4 @@ def _after(planned: Planned, late: bool) -> Planned:
 def _noted(planned: Planned, margin: Metres, part: float) -> Planned:
     achieved = f"; this one keeps them by {part * margin * 100:g} cm" if part else ""
     note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin of a flight{achieved}"
-    return replace(planned, report=replace(planned.report, notes=(*planned.report.notes, note), kept=part))
+    return replace(planned, report=replace(planned.report.noting(note), kept=part))

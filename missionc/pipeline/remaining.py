@@ -38,7 +38,6 @@ def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnos
     Args:
         checked: the mission as it is written now, whole.
     """
-    assert checked.mission is not None
     written: list[Mission] = []
     rest: Remaining | None = None
     for flown in past.flown:
@@ -55,7 +54,7 @@ def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnos
             return unfit("it has other steps than the mission, or leaves none")
         if flown.stretch.trace.position.shape[2] != rest.mission.dimension:
             return unfit("its states have other coordinates than the mission")
-        now = written[number + 1] if number + 1 < len(written) else checked.mission
+        now = written[number + 1] if number + 1 < len(written) else checked.valid_mission
         if wrong := _differ(rest.mission, now):
             return unfit(wrong)
         try:
@@ -65,15 +64,14 @@ def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnos
     same = not any(each.stretch.lost or each.stretch.given_up or each.stretch.slow or each.texts for each in past.flown)
     if same and checked.kernel is not None:
         rest = replace(
-            rest, whole=(checked.mission, checked.kernel), seen=tuple(each.stretch.trace for each in past.flown)
+            rest, whole=(checked.valid_mission, checked.kernel), seen=tuple(each.stretch.trace for each in past.flown)
         )
     return replace(checked, mission=rest.mission, kernel=rest.kernel, rest=rest, past=past)
 
 
 def without_home(checked: Checked) -> Checked:
     """The rest of a mission from which nobody goes back to its pad: it ends in the air."""
-    mission, past = checked.mission, checked.past
-    assert mission is not None
+    mission, past = checked.valid_mission, checked.past
     assert past is not None
     last = past.flown[-1]
     last = replace(last, stretch=replace(last.stretch, stays=True))

@@ -246,7 +246,7 @@ class Monitored:
 
     @property
     def ok(self) -> bool:
-        """Whether mission and trace could be read, and fit each other; what only a planner minds is a warning."""
+        """Whether mission and trace could be read, and fit each other; findings about planning are warnings."""
         return not has_errors(list(self.findings))
 
     @property

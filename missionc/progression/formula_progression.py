@@ -12,7 +12,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeAlias, assert_never
 
@@ -80,7 +80,7 @@ def progressed(mission: Mission, kernel: Kernel, trace: Trace, since: NamesSince
     Raises:
         TooEntangledError: no formula says what is left of a goal.
     """
-    roots = [goal.formula for goal in (*kernel.requirements, *kernel.preferences)]
+    roots = kernel.formulas
     return _Progression(mission, trace, since, postorder(roots)).of(roots)
 
 
@@ -105,7 +105,7 @@ class _Progression:
             self.later[node] = self._later(node)
         self.known: dict[Cell, Node | None] = {}
 
-    def of(self, roots: list[Node]) -> list[Node | None]:
+    def of(self, roots: Sequence[Node]) -> list[Node | None]:
         """What these formulas about the team come to at the first step."""
         agent = next((each for each in range(len(self.mission.agents)) if self.since.agent(each) is not None), 0)
         asked: dict[Node, dict[Cell, None]] = {node: {} for node in self.order}

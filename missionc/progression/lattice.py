@@ -34,7 +34,7 @@ class Lattice:
         return self._kept(All if like.every else Any, left, 0, like)
 
     def at_least(self, node: AtLeast, parts: Sequence[Node | None]) -> Node | None:
-        """So many of the parts; whoever is lost does not count."""
+        """Formula that enough of the parts hold; those of lost agents do not count."""
         there = [part for part in parts if part is not None]
         if parts and not there:
             return None

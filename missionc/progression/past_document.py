@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from missionc.base.strict_json import NotJsonError, parse_record
+from missionc.base.strict_json import NotJsonError, is_number, parse_record
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
 from missionc.progression.stretches import Stretch
@@ -38,7 +38,7 @@ class Flown:
     Args:
         agents: the names of those whose states it has, in the order of the trace.
         until: seconds after it began up to which it was flown; the states after that are those that everybody was told.
-        begins: by the agents' names, the states, (5, 4), in which what everybody was told to fly to its end begins.
+        begins: by the agents' names, the states, (5, 4), in which the polynomials begin that they fly to the end.
         texts: by their names, files of the mission as they were read then; those that are missing read as they do now.
     """
 
@@ -118,11 +118,11 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
         return "a stretch of it has other entries than it should"
     step, until, lost, given_up = (entry[key] for key in ("step", "until", "lost", "given_up"))
     slow, texts, agents = (entry[key] for key in ("slow", "texts", "agents"))
-    if not (_is_number(step, magnitude) and _is_number(until, magnitude)) or step <= 0 or until < 0:
+    if not (_is_within(step, magnitude) and _is_within(until, magnitude)) or step <= 0 or until < 0:
         return "the `step` or `until` of a stretch is no such number"
     if not (_names(lost) and _names(given_up) and isinstance(texts, dict) and _names(list(texts.values()))):
         return "the names or texts of a stretch are none"
-    if not isinstance(slow, dict) or not all(_is_number(each, magnitude) and each > 0 for each in slow.values()):
+    if not isinstance(slow, dict) or not all(_is_within(each, magnitude) and each > 0 for each in slow.values()):
         return "the speeds of a stretch are none"
     if not isinstance(agents, list) or not agents or not all(isinstance(each, dict) for each in agents):
         return "a stretch of it has no agents"
@@ -161,8 +161,8 @@ def _names(value: object) -> bool:
     return isinstance(value, list) and all(isinstance(each, str) for each in value)
 
 
-def _is_number(value: object, magnitude: float) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= magnitude
+def _is_within(value: object, magnitude: float) -> bool:
+    return is_number(value) and abs(value) <= magnitude
 
 
 def _array(value: object, dimensions: int, magnitude: float) -> Array | None:

@@ -97,7 +97,7 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
     flags = _flags(before, trace)
     since = NamesSince(mission, rest, {name: _indices(mission, names) for name, names in flags})
     formulas = progressed(mission, before.kernel, trace, since)
-    goals = (*before.kernel.requirements, *before.kernel.preferences)
+    goals = before.kernel.goals
     asked = [
         (goal, formula) for goal, formula in zip(goals, formulas, strict=True) if goal.name not in stretch.given_up
     ]

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, fields
 from importlib.metadata import PackageNotFoundError, version
 
+from missionc.base.strict_json import is_number
 from missionc.simulate.controller import Gains
 from missionc.simulate.default_engine import COMMANDS
 from missionc.simulate.disturbance import GUST_SECONDS, NOISE_SECONDS, UNDISTURBED, Disturbance
@@ -18,7 +19,6 @@ from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
 from missionc.simulate.quadrotor import Vehicle
 from missionc.simulate.trial_bounds import ENGINES, LARGEST_SEED, MOST, MOST_FLIGHTS, MOST_LOST, OTHERS, QUADROTOR
 from missionc.simulate.trials import Trial
-from missionc.verify.compare_documents import is_number
 from missionc.version import __version__
 
 BROUGHT = {

@@ -134,8 +134,7 @@ def _flown(compiled: Compiled, outcome: Verified, flights: Flights, request: Req
     values: dict[str, Value] = {"flown_in": round(Seconds(time.monotonic() - began), 4)}
     if isinstance(trials, Ended):
         return {**values, "says": trials.during("simulate")[:SAID]}
-    mission = compiled.checked.mission
-    assert mission is not None
+    mission = compiled.checked.valid_mission
     return {
         **values,
         "flights": len(trials.flights),
@@ -149,9 +148,7 @@ def _fly(compiled: Compiled, outcome: Verified, flights: Flights, seed: int) -> 
     from missionc.simulate.disturbance import Disturbance
     from missionc.simulate.trials import Trial, run
 
-    mission, kernel = compiled.checked.mission, compiled.checked.kernel
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel = compiled.checked.valid_mission, compiled.checked.valid_kernel
     texts = flights_in(mission.agents, dict(outcome.files))
     pieces = [read(texts[agent.name]) for agent in mission.agents]
     given = dict(flights.disturbance)

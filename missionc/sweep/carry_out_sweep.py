@@ -120,7 +120,6 @@ def carry_out_sweep(request: SweepRequest) -> SweepResult:
     if has_errors(list(found.findings)):
         return SweepResult(found.findings)
     first = next(iter(found.each.values()))
-    assert first.mission is not None
     old = read_sweep(request.compare) if request.compare else None
     wrong = _refused(request, found) or (old if isinstance(old, Diagnostic) else None)
     wrong = wrong or (refuse(old, grid) if isinstance(old, SweepFolder) else None)
@@ -129,7 +128,7 @@ def carry_out_sweep(request: SweepRequest) -> SweepResult:
     assert not isinstance(old, Diagnostic)
     settings = replace(settings, files=dict(inputs(first)), versions=run_answer.versions_here())
     about = {
-        "mission": first.mission.name,
+        "mission": first.valid_mission.name,
         "file": next(iter(settings.files)),
         "inputs": {name: sha256(content) for name, content in settings.files.items()},
         "varied": {each.name: list(each.values) for each in grid.varied},
@@ -142,7 +141,7 @@ def carry_out_sweep(request: SweepRequest) -> SweepResult:
     with at_work(request.folder) as journal:
         if isinstance(journal, Diagnostic):
             return SweepResult((*found.findings, journal))
-        return _at_work(replace(request, settings=settings), found, first.mission, old, journal)
+        return _at_work(replace(request, settings=settings), found, first.valid_mission, old, journal)
 
 
 def _refused(request: SweepRequest, found: CheckedGrid) -> Diagnostic | None:

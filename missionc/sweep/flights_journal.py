@@ -116,7 +116,7 @@ def _flights(line: bytes, like: Flight) -> dict[int, Flight]:
 
 
 def _alike(flight: Flight, like: Flight) -> bool:
-    """Two flights can be counted together: they have the same entries, whose values are of the same types."""
+    """Whether two flights can be counted together: they have the same entries, with values of the same types."""
     own, other = (_entries(each) for each in (flight, like))
     return (
         len(flight.error) == len(like.error)
@@ -136,7 +136,7 @@ def _entries(flight: Flight) -> list[Error | Judgement | Check]:
 
 
 def _is_like(value: object, like: object, *, optional: bool) -> bool:
-    """A value of the same type; any number is like another one, and nothing is one only if it is optional."""
+    """Whether values are of one type; all numbers are, and None is allowed if the value is optional."""
     if value is None:
         return optional
     if isinstance(like, bool | str):

@@ -31,6 +31,7 @@ from missionc.syntax.read_file import Absent, read_bytes
 
 SWEEP, SCHEMA = "sweep.json", "missionc.sweep/1"
 JOURNAL = "runs.jsonl"
+AGAIN = "start the sweep again in another folder"
 PLANS = "plans"
 """Where the folders of plans lie, each by the name of its run."""
 MISSION = "mission"
@@ -123,8 +124,7 @@ def at_work(path: Path) -> Iterator[Journal | Diagnostic]:
 
 
 def _about(path: Path) -> dict[str, Any] | Diagnostic:
-    anew = "start the sweep again in another folder"
-    content = _content(path, SWEEP, anew)
+    content = _content(path, SWEEP)
     if isinstance(content, Diagnostic):
         return content
     if content is None:
@@ -132,20 +132,20 @@ def _about(path: Path) -> dict[str, Any] | Diagnostic:
     try:
         document = parse_record(content, SCHEMA)
     except NotJsonError as error:
-        return _unreadable(path, f"its `{SWEEP}` cannot be read: {error.reason}", anew)
+        return _unreadable(path, f"its `{SWEEP}` cannot be read: {error.reason}", AGAIN)
     match document:
         case {"varied": dict() as varied, "seeds": int()} if all(map(_texts, varied.values())):
             return document
         case _:
-            return _unreadable(path, f"its `{SWEEP}` has no `varied` or no `seeds`", anew)
+            return _unreadable(path, f"its `{SWEEP}` has no `varied` or no `seeds`", AGAIN)
 
 
-def _content(path: Path, name: str, anew: str) -> bytes | Diagnostic | None:
+def _content(path: Path, name: str) -> bytes | Diagnostic | None:
     """A file of the folder; None if there is none."""
     found = read_bytes(path / name, name, LARGEST, SWEEP_UNREADABLE)
     if isinstance(found, Absent):
         return None
-    return found if isinstance(found, bytes) else _unreadable(path, found.message, anew)
+    return found if isinstance(found, bytes) else _unreadable(path, found.message, AGAIN)
 
 
 def _texts(value: object) -> bool:
@@ -153,8 +153,7 @@ def _texts(value: object) -> bool:
 
 
 def _rows(path: Path) -> dict[Run, Row] | Diagnostic:
-    anew = "sweep anew, into another folder; or take the line out"
-    content = _content(path, JOURNAL, anew)
+    content = _content(path, JOURNAL)
     if isinstance(content, Diagnostic):
         return content
     rows: dict[Run, Row] = {}
@@ -162,7 +161,9 @@ def _rows(path: Path) -> dict[Run, Row] | Diagnostic:
     for number, line in enumerate(lines[:-1], 1):  # what comes after the last line end is half a line
         row = _row(line)
         if isinstance(row, str):
-            return _unreadable(path, f"line {number} of its `{JOURNAL}` is no run: {row}", anew)
+            return _unreadable(
+                path, f"line {number} of its `{JOURNAL}` is no run: {row}", f"{AGAIN}, or remove the line"
+            )
         rows[row.run] = row
     return rows
 

@@ -16,9 +16,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, TypeAlias
 
-from missionc.base.strict_json import NotJsonError, parse_record
+from missionc.base.strict_json import NotJsonError, is_number, parse_record
 from missionc.verify.certificate import Certificate, Check, Figure
-from missionc.verify.compare_documents import close, difference, is_number, shown
+from missionc.verify.compare_documents import close, difference, shown
 from missionc.verify.proof.branch_and_bound import SHARE
 from missionc.verify.proof.proof_boxes import Boxes, fault
 from missionc.verify.tolerances import CERTAIN

@@ -10,6 +10,8 @@ import math
 import re
 from typing import TypeGuard
 
+from missionc.base.strict_json import is_number
+
 SAME = 1e-8
 """Numbers that differ by less, times themselves where they are above 1, are the same: machines differ in rounding."""
 
@@ -46,11 +48,6 @@ def difference(read: object, computed: object, place: str = "", same: float = SA
 def close(read: float, computed: float, same: float = SAME) -> bool:
     """Two numbers that differ by no more than rounding."""
     return abs(read - computed) <= same * max(1.0, abs(computed))
-
-
-def is_number(value: object) -> TypeGuard[int | float]:
-    """A finite number, and no truth value."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def same_text(read: str, computed: str) -> bool:

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.backends.clot.cost_graph.cost_graph import formulas_below
 from missionc.kernel.nodes import Goal, Kernel, NeighbourNode, RouteNode
+from missionc.kernel.walk import postorder
 from missionc.language.operators import by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness
@@ -44,7 +44,7 @@ def values_of(kernel: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[N
     graph = build(kernel)
     values, links = judged(graph, mission, trace)
     root = graph.requirements[0].formula
-    return values, activate(formulas_below(graph), (root,), values, links, trace.position, {}), root
+    return values, activate(postorder(graph.formulas), (root,), values, links, trace.position, {}), root
 
 
 def judged(graph: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Node, Array], dict[ir.Graph, Array]]:
@@ -53,8 +53,8 @@ def judged(graph: Kernel, mission: ir.Mission, trace: Trace) -> tuple[dict[Node,
 
     states = States(torch.from_numpy(trace.position)[None], torch.from_numpy(trace.velocity)[None])
     judge = Robustness(team(mission, dtype=torch.float64), states)
-    values = {node: value[0].numpy() for node, value in judge.values(formulas_below(graph)).items()}
-    graphs = {node.graph for node in formulas_below(graph) if isinstance(node, NeighbourNode | RouteNode)}
+    values = {node: value[0].numpy() for node, value in judge.values(postorder(graph.formulas)).items()}
+    graphs = {node.graph for node in postorder(graph.formulas) if isinstance(node, NeighbourNode | RouteNode)}
     return values, {each: judge.links(each)[0].numpy() for each in graphs}
 
 
@@ -144,7 +144,7 @@ def test_a_motion_nearby_that_has_all_that_was_chosen_satisfies_the_formula(case
     values, links = judged(graph, mission, case.trace)
     if float(values[root].flat[0]) <= -UNLIMITED / 2:
         return
-    active = activate(formulas_below(graph), (root,), values, links, case.trace.position, {})
+    active = activate(postorder(graph.formulas), (root,), values, links, case.trace.position, {})
     moved = case.trace.position + np.random.default_rng(seed).uniform(-0.05, 0.05, case.trace.position.shape)
     nearby = replace(case.trace, position=moved)
     values, _ = judged(graph, mission, nearby)

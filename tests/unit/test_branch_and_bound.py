@@ -12,10 +12,8 @@ from missionc.base.trace import Array
 from missionc.curves.bernstein_intervals import Enclosed
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.verify.proof import branch_and_bound as search
-from missionc.verify.proof import failing_pieces as pieces_search
-from missionc.verify.proof.branch_and_bound import Parts, branch_and_bound
+from missionc.verify.proof.branch_and_bound import Parts, branch_and_bound, failing_pieces
 from missionc.verify.proof.claims import Bounds, Claim, everyone, of_agents
-from missionc.verify.proof.failing_pieces import failing_pieces
 
 Margin = Callable[[Indices, Array, Array], tuple[Array, Array, Array]]
 """The margin of items, from a share of the piece to another one."""
@@ -293,7 +291,7 @@ def test_what_is_not_proved_on_the_shortest_part_fails() -> None:
 
 def test_pieces_are_looked_at_in_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[list[int]] = []
-    monkeypatch.setattr(pieces_search, "CHUNK", 4)
+    monkeypatch.setattr(search, "CHUNK", 4)
     values = [1.0] * 9
     values[8] = -1.0
     assert failing_pieces(claim_of(3, 3, constant(values, loose=0.0), asked)) == {2}

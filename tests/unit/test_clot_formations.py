@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.schedule.follow_leader import File, as_file, parted
 from missionc.backends.clot.schedule.formation_conflicts import is_denied
 from missionc.backends.clot.schedule.gather_team import gather_team
@@ -21,6 +21,7 @@ from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import FormationEdge, Mission, Predicate, Region
 from missionc.kernel.nodes import Atom, Not
+from missionc.kernel.walk import postorder
 from missionc.world.signed_distance import signed_distance
 from tests.support.transport_missions import checked, planned
 
@@ -73,7 +74,7 @@ agent scout {{ radius 0.5 m  dynamics single_integrator(speed <= 3 m/s)  start a
 require there: scout: eventually[0, 20 s] {formula}
 """
     )
-    leaves = [each for each in formulas_below(build(kernel)) if isinstance(each, Atom | Not)]
+    leaves = [each for each in postorder(build(kernel).formulas) if isinstance(each, Atom | Not)]
     return Places(mission).of(leaves[-1])  # a negation comes after what it negates
 
 
@@ -124,7 +125,7 @@ formation block = grid of cart spacing 2 m tolerance 0.2 m
 require there: eventually[0, 20 s] block
 """
     )
-    shapes: list[Predicate] = [each.predicate for each in formulas_below(build(kernel)) if isinstance(each, Atom)]
+    shapes: list[Predicate] = [each.predicate for each in postorder(build(kernel).formulas) if isinstance(each, Atom)]
     generator = np.random.default_rng(3)
     scheduler = Scheduler(mission, outline(build(kernel), 40), Geodesics(mission), generator)
     scattered = generator.permutation(np.array(scheduler.starts))

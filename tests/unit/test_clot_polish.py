@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc.backends.clot.cost_graph.cost_graph import formulas_below
 from missionc.kernel.nodes import Atom
+from missionc.kernel.walk import postorder
 
 torch = pytest.importorskip("torch")
 
@@ -196,7 +196,7 @@ def test_a_tree_spans_with_the_best_worst_link() -> None:
 
 def test_routes_of_any_length_between_all_members_are_one_term() -> None:
     _, kernel = of_file("clot_visit")
-    predicates = [node.predicate for node in formulas_below(build(kernel)) if isinstance(node, Atom)]
+    predicates = [node.predicate for node in postorder(build(kernel).formulas) if isinstance(node, Atom)]
     assert sum(isinstance(predicate, Connected) for predicate in predicates) == 1
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc.backends.clot.cost_graph.cost_graph import formulas_below
 from missionc.kernel.nodes import Atom
 
 pytest.importorskip("torch")
@@ -201,7 +200,7 @@ def test_a_partial_team_is_never_judged_worse_than_the_whole_team_could_be(requi
     position = torch.rand((64, 3, mission.steps + 1, 2), generator=generator, dtype=torch.float64)
     position = position * torch.tensor([7.0, 5.0]) + 0.5
     states = States(position, velocities(position, mission.step))
-    value = Robustness(team(mission, dtype=torch.float64), states).values(formulas_below(graph))[whole][:, 0, 0]
+    value = Robustness(team(mission, dtype=torch.float64), states).values(postorder(graph.formulas))[whole][:, 0, 0]
     if known == {0, 1, 2}:
         assert part == (whole,) or len(part) == 1
     for node in part:

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from missionc.verify.compare_documents import close, difference, is_number, is_version, same_text, shown
+from missionc.base.strict_json import is_number
+from missionc.verify.compare_documents import close, difference, is_version, same_text, shown
 
 
 @pytest.mark.parametrize(

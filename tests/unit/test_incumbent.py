@@ -23,6 +23,7 @@ from missionc.base.units import Seconds
 from missionc.cli import compile_request
 from missionc.cli.app import main
 from missionc.diagnostics.code import IMPROVEMENT_FAILED
+from missionc.diagnostics.defect import improvement_failed
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import driver, incumbent
@@ -307,3 +308,9 @@ def test_a_picture_that_cannot_be_drawn_leaves_the_folder(
     main(["compile", str(mission), "-o", str(folder), "--plot", str(tmp_path / "a.svg")])
     assert "warning[MC613]: drawing the plan failed" in capsys.readouterr().err
     assert main(["verify", str(folder)]) == 0
+
+
+def test_memory_that_a_library_does_not_get_is_no_defect() -> None:
+    finding = improvement_failed("improving the plan", RuntimeError("std::bad_alloc"))
+    assert finding.message == "improving the plan failed: memory ran out"
+    assert finding.help == "allow more with `--memory-limit`"

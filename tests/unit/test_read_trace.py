@@ -252,6 +252,8 @@ def plan(**agent: object) -> str:
         ("", "the first line names no column `agent`, `t`, `x`, `y`", "begin the file with `agent,t,x,y`"),
         (changed(3, "drone[0],0.1,1.1"), "3 values where the first line names 4 columns", ""),
         (changed(3, "drone[0],0.1," + "a" * 41 + ",1"), f"`{'a' * 40}` is not a finite number", ""),
+        (changed(3, "drone[0],0.1,1_0,1"), "`1_0` is not a finite number", ""),
+        (changed(3, "drone[0],0.1,١,1"), "`١` is not a finite number", ""),
         (changed(3, "drone[7],0.1,1,1"), "the mission has no agent `drone[7]`", ""),
         (
             changed(3, "drone[0],0.1,1.1,1\ndrone[0],0.1,1.2,1"),

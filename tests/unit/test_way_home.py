@@ -29,8 +29,8 @@ from missionc.output.export.formats import FORMATS, Exported, flight
 from missionc.output.output_files import WholeFlight
 from missionc.pipeline import driver
 from missionc.pipeline.plan_ways import plan_ways
+from missionc.pipeline.replan.replan import way_home
 from missionc.pipeline.replan.request import Replanned, Way
-from missionc.pipeline.replan.way_home import way_home
 from missionc.progression.past_document import read_past
 from missionc.progression.stretches import Remaining, Stretch, after
 from missionc.replay.reverify import reverify

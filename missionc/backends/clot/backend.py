@@ -37,7 +37,7 @@ from missionc.backends.api import (
     UnusableSnapshot,
     forget,
 )
-from missionc.backends.clot.cost_graph.cost_graph import build, formulas_below
+from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import Weights, spare
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import control_after, splines, trace
@@ -72,6 +72,7 @@ from missionc.base.trace import Array, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.kernel.walk import postorder
 
 ATTEMPTS = 40
 """Schedules tried before the answer is that nothing was found."""
@@ -152,7 +153,7 @@ class Run:
             self.beginnings = Beginnings(
                 self.mission, self.kernel, self.graph, self.asked, self.geodesics, self.in_time, self.sketched
             )
-        self.account.sizes["terms"] = len(formulas_below(self.graph))
+        self.account.sizes["terms"] = len(postorder(self.graph.formulas))
         if self.budget.resume is not None:
             self.take_up(from_snapshot(self.budget.resume, self.mission, self.graph))
         fewer = fewer_samples(self.preset, self.options.samples, self.options.device)

@@ -35,7 +35,6 @@ from missionc.kernel.nodes import (
     Any,
     At,
     Atom,
-    Goal,
     Is,
     Kernel,
     NeighbourNode,
@@ -45,7 +44,7 @@ from missionc.kernel.nodes import (
     ReachNode,
     RouteNode,
 )
-from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.kernel.walk import bottom_up, rebuilt
 
 MOST_PAIRS = 300
 """Pairs of agents times links of a route, beyond which its links are not looked at one by one."""
@@ -54,15 +53,10 @@ MOST_PAIRS = 300
 def relaxed(mission: Mission, kernel: Kernel) -> Kernel:
     """The requirements, weaker, without links and routes, and of what motion was and is without most."""
     weaker = without_metres(kernel)
-    made: dict[Node, Node] = {}
-    straight = not any(agent.dynamics.has_momentum for agent in mission.agents)
-    for node in postorder(goal.formula for goal in weaker.requirements):
-        made[node] = _relaxed(node, tuple(made[part] for part in children(node)), speeds=straight and mission.steps > 0)
-    return replace(weaker, requirements=tuple(_goal(goal, made) for goal in weaker.requirements), preferences=())
-
-
-def _goal(goal: Goal, made: dict[Node, Node]) -> Goal:
-    return replace(goal, formula=made[goal.formula])
+    speeds = mission.steps > 0 and not any(agent.dynamics.has_momentum for agent in mission.agents)
+    required = replace(weaker, preferences=())
+    made = bottom_up(required.formulas, lambda node, parts: _relaxed(node, parts, speeds=speeds))
+    return required.with_formulas(made.__getitem__)
 
 
 def _relaxed(node: Node, parts: tuple[Node, ...], *, speeds: bool) -> Node:

@@ -16,7 +16,7 @@ from math import ceil, floor
 from missionc.kernel.analysis import reads_lengths, steps_ahead
 from missionc.kernel.constants import YES, constant, folded
 from missionc.kernel.nodes import Atom, Goal, Kernel, Node, Not, PathLength, RouteNode, UntilNode, WindowNode
-from missionc.kernel.walk import children, postorder
+from missionc.kernel.walk import bottom_up, postorder
 
 SLACK = 1e-9
 """The share of a step that rounding alone may make of a whole number of them."""
@@ -68,9 +68,8 @@ def _measures(node: Node) -> bool:
 
 
 def _goals(kernel: Kernel, clock: Clock) -> list[Goal]:
-    relaxed: dict[Node, Node] = {}
-    for node in postorder(goal.formula for goal in kernel.requirements):
-        relaxed[node] = _relaxed(node, tuple(relaxed[part] for part in children(node)), clock)
+    formulas = (goal.formula for goal in kernel.requirements)
+    relaxed = bottom_up(formulas, lambda node, parts: _relaxed(node, parts, clock))
     return [Goal(goal.name, relaxed[goal.formula], goal.span) for goal in kernel.requirements]
 
 

@@ -114,7 +114,7 @@ class Run(PacedRun):
 
     def __post_init__(self) -> None:
         self.given, self.kernel = self.kernel, bounded_above(self.kernel)
-        self.measured = measured_goals(self.given.requirements + self.given.preferences)
+        self.measured = measured_goals(self.given.goals)
 
     def turns(self, attempts: Iterable[Attempt] | None = None) -> Turns:
         """The run in turns, on all roadmaps or on some."""
@@ -336,7 +336,7 @@ class Run(PacedRun):
         kernel, account = self.kernel, self.account
         everyone = frozenset(range(len(self.mission.agents)))
         self.budget.listen(Progress("lower", max(len(self.tried), 1), f"{len(everyone)} agents"))
-        goals = kernel.requirements + kernel.preferences
+        goals = kernel.goals
         self.layer = "lowering the requirements of all agents to clauses"
 
         def build(setting: Setting) -> Problem:

@@ -97,9 +97,7 @@ def command(
         say(findings, [], form, {"passed": None})
         return Status.MISSION_ERRORS
     flying = opened.flying
-    mission, kernel = flying.checked.mission, flying.checked.kernel
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel = flying.checked.valid_mission, flying.checked.valid_kernel
     shown = None
     if page:
         from missionc.cli.browser import said

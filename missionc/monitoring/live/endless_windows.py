@@ -14,27 +14,24 @@ Both are monotone formulas that hold in the same runs, so that they are of the s
 from __future__ import annotations
 
 from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Node, Release, Until, UntilNode, WindowNode
-from missionc.kernel.walk import children, looks_back, rebuilt
+from missionc.kernel.walk import bottom_up, children, looks_back, rebuilt, same_objects
 
 
 def looking_back(root: Node, last: int) -> Node:
     """The formula with what it asks at step 0 of such windows put otherwise; itself where there are none."""
-    known: dict[Node, Node] = {}
     wholes: dict[tuple[bool, Node], Node] = {}
-    stack = [(root, False)]
-    while stack:
-        node, below_done = stack.pop()
-        if node in known:
-            continue
-        if not isinstance(node, All | Any | AtLeast | At):
-            known[node] = _put_otherwise(node, last, wholes) if isinstance(node, WindowNode) else node
-        elif below_done:
-            parts = tuple(known[child] for child in children(node))
-            known[node] = node if parts == children(node) else rebuilt(node, parts)
-        else:
-            stack.append((node, True))
-            stack.extend((child, False) for child in children(node))
-    return known[root]
+
+    def over(node: Node, parts: tuple[Node, ...]) -> Node:
+        if isinstance(node, WindowNode):
+            return _put_otherwise(node, last, wholes)
+        return node if same_objects(parts, _asked_now(node)) else rebuilt(node, parts)
+
+    return bottom_up((root,), over, _asked_now)[root]
+
+
+def _asked_now(node: Node) -> tuple[Node, ...]:
+    """The parts that are asked at the step at which the formula is asked."""
+    return children(node) if isinstance(node, All | Any | AtLeast | At) else ()
 
 
 def _put_otherwise(node: WindowNode, last: int, wholes: dict[tuple[bool, Node], Node]) -> Node:

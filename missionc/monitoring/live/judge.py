@@ -65,8 +65,7 @@ class LiveJudge:
 
     def __init__(self, mission: Mission, kernel: Kernel) -> None:
         self.mission, self.last, self.agents = mission, int(mission.steps), len(mission.agents)
-        goals = (*kernel.requirements, *kernel.preferences)
-        self.goals = tuple(replace(goal, formula=looking_back(goal.formula, self.last)) for goal in goals)
+        self.goals = tuple(replace(goal, formula=looking_back(goal.formula, self.last)) for goal in kernel.goals)
         self.now = -1
         self.asked = asked_steps((goal.formula for goal in self.goals), self.last)
         self.columns: dict[Node, Columns] = {}
@@ -84,7 +83,7 @@ class LiveJudge:
         self.outrun: set[int] = set()
 
     def copy(self) -> LiveJudge:
-        """Another judge in the same state, which goes on by itself."""
+        """Return another judge in the same state, which continues independently."""
         shared: list[object] = [self.mission, self.goals, self.asked, *self.asked, *self.asked.values()]
         shared += [*self.histories, *self.state.levels, *self.state.flags]
         return deepcopy(self, {id(each): each for each in shared})

@@ -45,7 +45,7 @@ class PlanForecast:
 
     def __init__(self, mission: Mission, kernel: Kernel, plan: Trace) -> None:
         self.mission = mission
-        self.formulas = [goal.formula for goal in (*kernel.requirements, *kernel.preferences)]
+        self.formulas = kernel.formulas
         self.trace = Trace(plan.step, plan.position.copy(), plan.velocity.copy(), plan.heading.copy())
         self.margins: dict[int, float] = {}
         spread = Atom | WindowNode | UntilNode | NeighbourNode | ReachNode | RouteNode | PathLength

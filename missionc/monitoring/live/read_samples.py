@@ -36,7 +36,7 @@ class SampleReader:
         self.index = {agent.name: agent.index for agent in mission.agents}
         self.needs_velocity: set[int] = set()
         self.needs_heading: set[int] = set()
-        for goal in (*kernel.requirements, *kernel.preferences):
+        for goal in kernel.goals:
             reads = [node for node in postorder((goal.formula,)) if isinstance(node, Atom)]
             if any(node.predicate.reads_speed or node.predicate.reads_heading for node in reads):
                 asked = agents_asked(goal.formula)

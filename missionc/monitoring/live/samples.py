@@ -252,9 +252,9 @@ class SampleSteps:
     def _at(
         self, track: _Track, now: float, agent: int, position: Array, velocity: Array, heading: Array
     ) -> tuple[bool, float]:
-        """Write an agent's state; whether it is missing, and how far it may be from there, in metres.
+        """Write an agent's state; return whether it is missing, and how far it may be from there, in metres.
 
-        Whatever further sample comes of it: 0 where there is a sample at this very time.
+        The distance holds whatever further sample comes; it is 0 if there is a sample at this time.
         """
         times, samples, top = track.times, track.samples, self.top_speed[agent]
         after = bisect_left(times, now - ON_TIME)

@@ -111,16 +111,16 @@ class ConstraintWatch(Protocol):
     """A judge of the constraints that the mission implies beside its requirements."""
 
     def hear(self, sample: Sample) -> None:
-        """A sample has come."""
+        """Take note of a sample."""
 
     def judge_step(self, state: StepState) -> Sequence[Constraint]:
-        """Judge a step; what is violated for the first time."""
+        """Judge a step; return the constraints that are violated for the first time."""
 
     def constraints(self) -> tuple[Constraint, ...]:
-        """How all stand."""
+        """Return the verdicts on all constraints."""
 
     def not_judged(self) -> tuple[NotJudged, ...]:
-        """What the samples do not show."""
+        """Return the constraints that the samples do not show."""
 
 
 Event = Breach | Implausible | Change | Forecast | Presence | Outrun | Unusable | Judged
@@ -230,7 +230,7 @@ class Session:
         return notes
 
     def _judged(self, state: StepState) -> Iterator[Event]:
-        """A step that was closed, or one that was closed before and is settled now."""
+        """Events of a step that was closed, or that was closed before and is settled now."""
         is_new = self.latest is None or state.step > self.latest.step
         moved = is_new or not np.array_equal(self.unsettled[0].position, state.position)
         if is_new:
@@ -265,7 +265,7 @@ class Session:
             yield Judged(self.latest, self.standings, self.by_plan)
 
     def _stand(self, state: StepState) -> set[int]:
-        """Take in a step: how all goals stand then, and who has moved faster than its top speed."""
+        """Take in a step; return the agents that have moved faster than their top speeds."""
         if state.settled:
             self.standings, self.ahead = _advanced(self.judge, state), None
             self.unsettled = [each for each in self.unsettled if each.step > state.step]

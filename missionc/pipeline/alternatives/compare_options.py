@@ -63,9 +63,7 @@ def with_best_option(
         engine: as for ``compare_options``.
         moment: as for ``compare_options``.
     """
-    mission, kernel = checked.mission, checked.kernel
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel = checked.valid_mission, checked.valid_kernel
     with watch.stage("compare"):
         best = compare_options(mission, kernel, planned, engine, options, budget, moment)
     if best.trace is not planned.trace or best.report.cut_short is not planned.report.cut_short:

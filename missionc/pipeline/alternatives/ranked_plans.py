@@ -33,10 +33,8 @@ def with_alternatives(
     That there are fewer is among the notes.
     """
     checked, outcome = first.checked, first.outcome
-    mission, kernel = checked.mission, checked.kernel
+    mission, kernel = checked.valid_mission, checked.valid_kernel
     assert isinstance(outcome, Verified)
-    assert mission is not None
-    assert kernel is not None
     watch = Stopwatch(list(first.seconds))
     found = search_alternatives(checked, outcome, wanted, options, budget, watch, exports, throughout)
     plans = [verified for verified, _ in found.plans]

@@ -144,7 +144,7 @@ def _sides(before: Restriction, signature: Signature, mission: Mission, position
 
 
 def _in_order(first: Event, second: Event) -> Node:
-    """The first holds at a step at which both are asked for, and the second at none before it."""
+    """Formula that the first holds at a step at which both are asked for, and the second at no step before it."""
     early, late = first.asked, second.asked
     last = min(first.last, second.last)
     return Until(At(late.agent, negated(second.body)), At(early.agent, first.body), 0, last)

@@ -114,9 +114,7 @@ def search_alternatives(
     Args:
         checked: the mission that the first plan was verified by.
     """
-    mission, kernel = checked.mission, checked.kernel
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel = checked.valid_mission, checked.valid_kernel
     backend = load_engines((first.plan.backend,), options)
     search = _Search(mission, kernel, Signatures(mission, kernel))
     search.add(Planned(first.plan.trace, first.report), budget.seed, Restriction(), first)

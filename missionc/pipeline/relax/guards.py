@@ -11,7 +11,7 @@ from dataclasses import replace
 from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.kernel.nodes import All, At, Atom, Kernel, NeighbourNode, Node, Not, UntilNode, WindowNode
-from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.kernel.walk import bottom_up, children, postorder, rebuilt
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import TRUTH
 from missionc.verify.verify_plan import verify
@@ -40,12 +40,12 @@ def gives_up_safety(mission: Mission, kernel: Kernel, trace: Trace) -> bool:
 
 def _to_the_end(formula: Node, last: int) -> Node:
     """The formula with what lasts to the last step lasting to whatever end there is."""
-    made: dict[Node, Node] = {}
-    for node in postorder((formula,)):
-        same = rebuilt(node, tuple(made[child] for child in children(node)))
-        ends = isinstance(same, WindowNode) and same.every and same.high == last
-        made[node] = replace(same, high=None) if ends and isinstance(same, WindowNode) else same
-    return made[formula]
+
+    def lasting(node: Node, below: tuple[Node, ...]) -> Node:
+        same = rebuilt(node, below)
+        return replace(same, high=None) if isinstance(same, WindowNode) and same.every and same.high == last else same
+
+    return bottom_up((formula,), lasting)[formula]
 
 
 def guards(formula: Node) -> bool:

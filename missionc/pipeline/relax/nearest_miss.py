@@ -61,9 +61,7 @@ def near_miss(
         best: the candidate of a search that found no plan.
         scope: of the refusal, where there is one.
     """
-    mission, kernel = checked.mission, checked.kernel
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel = checked.valid_mission, checked.valid_kernel
     motions = [(each.says, remedy.trace) for each, remedy in relaxations] + ([("", best.trace)] if best else [])
     misses = [(_miss(mission, kernel, trace), says) for says, trace in motions]
     near = [(miss, says) for miss, says in misses if miss is not None]
@@ -105,9 +103,7 @@ def _by(miss: Attempt) -> float:
 
 def _played(remedy: Remedy, backend: str, seed: int) -> Plotted:
     """The plan of a relaxed mission, which has no polynomials yet."""
-    mission, kernel = remedy.checked.mission, remedy.checked.kernel
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel = remedy.checked.valid_mission, remedy.checked.valid_kernel
     certificate = verify(mission, kernel, remedy.trace)
     plan = Plan(mission.name, backend, seed, remedy.trace, certificate.judgements)
     return Plotted(mission, kernel, plan, certificate, {}, texts(remedy.checked))

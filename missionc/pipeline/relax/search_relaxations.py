@@ -142,9 +142,7 @@ class Explaining:
         return checked if checked.ok and checked.mission is not None and checked.kernel is not None else None
 
     def planned(self, variant: Checked, part: float) -> Tried:
-        mission, kernel = variant.mission, variant.kernel
-        assert mission is not None
-        assert kernel is not None
+        mission, kernel = variant.valid_mission, variant.valid_kernel
         now = time.monotonic()
         budget = replace(
             self.budget,
@@ -206,9 +204,7 @@ class Explaining:
         variant = self.variant(edit)
         if variant is None:
             return False
-        mission, kernel = variant.mission, variant.kernel
-        assert mission is not None
-        assert kernel is not None
+        mission, kernel = variant.valid_mission, variant.valid_kernel
         ahead = looking_ahead(mission, kernel, self.budget.limits.formula_nodes)
         if not isinstance(ahead, Kernel):
             return False
@@ -244,9 +240,7 @@ def explain(
     checked: Checked, refusal: Impossible | NotFound, backend: Backend, options: Options, budget: Budget, limit: Seconds
 ) -> Explained:
     """Who is to blame and what helps, as far as can be told within ``limit``, seconds, and the budget's deadline."""
-    mission, kernel = checked.mission, checked.kernel
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel = checked.valid_mission, checked.valid_kernel
     now = time.monotonic()
     drawn = to_draw(limit) if isinstance(refusal, NotFound) else 0.0
     short = replace(budget, deadline=min(budget.deadline - drawn, now + limit))

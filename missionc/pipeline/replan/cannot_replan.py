@@ -21,8 +21,7 @@ HOVER = "until then everybody can stop, which is proven: `--format json` has the
 def no_longer_kept(before: Checked, rest: Checked, request: Request) -> list[Diagnostic]:
     """Each requirement that no continuation keeps, with the moment since when."""
     assert rest.rest is not None
-    assert before.mission is not None
-    spans = {each.name: each.span for each in before.mission.requirements}
+    spans = {each.name: each.span for each in before.valid_mission.requirements}
     since = _since(before, request)
     findings = []
     for name in (*rest.rest.violated, *rest.rest.nobodys):
@@ -48,9 +47,7 @@ def _word(name: str) -> str:
 
 def _since(before: Checked, request: Request) -> dict[str, float]:
     """When each requirement was first certain to be violated, by what was flown: seconds."""
-    mission, kernel, trace = before.mission, before.kernel, request.so_far.trace
-    assert mission is not None
-    assert kernel is not None
+    mission, kernel, trace = before.valid_mission, before.valid_kernel, request.so_far.trace
     return {name: float(step * mission.step) for name, step in first_violations(mission, kernel, trace).items()}
 
 

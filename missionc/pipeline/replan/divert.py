@@ -25,8 +25,7 @@ def diverted(flying: Flying, stops: Mapping[str, str], moment: float) -> Flying:
     Args:
         stops: the text of polynomials, by the agent's name.
     """
-    mission = flying.checked.mission
-    assert mission is not None
+    mission = flying.checked.valid_mission
     position, velocity, heading = (each.copy() for each in arrays(flying.trace))
     flights = dict(flying.flights)
     times = float(mission.step) * np.arange(position.shape[1], dtype=np.float64)

@@ -10,8 +10,7 @@ from missionc.pipeline.replan.request import Flying
 
 def get_ready(flying: Flying) -> None:
     """Load the engines that may be asked, what polishes their plans, and what fits and writes flights."""
-    assert flying.checked.mission is not None
-    choice, _ = choose_backend(flying.checked.mission, None)
+    choice, _ = choose_backend(flying.checked.valid_mission, None)
     for engine in choice.engines if choice else ():
         load_engines((engine,))
         if engine in OFFERS:

@@ -75,8 +75,6 @@ class RestPlanner:
         refused = self._refuted(rest)
         if refused is not None:
             return self._ended(Way.NONE, rest, refused, stopped)
-        assert rest.mission is not None
-        assert rest.kernel is not None
         now = time.monotonic()
         until = now + share * (self.deadline - now)
         tried: list[frozenset[int]] = []
@@ -97,13 +95,13 @@ class RestPlanner:
 
     def _changing(self, rest: Checked, motion: Trace, before: Trace) -> frozenset[int]:
         """Who does something else in a motion than before, or breaks something in it: their places among the left."""
-        assert rest.mission is not None
-        assert rest.kernel is not None
-        come_to = attempt(rest.mission, rest.kernel, motion)
+        come_to = attempt(rest.valid_mission, rest.valid_kernel, motion)
         named = {name for fault in come_to.faults for name in fault.agents}
         named |= {name for judged in come_to.violated for name in judged.agents}
         off = np.abs(motion.position - before.position[list(self.left)]).max(axis=(1, 2))
-        return frozenset(agent.index for agent in rest.mission.agents if agent.name in named or off[agent.index] > SAME)
+        return frozenset(
+            agent.index for agent in rest.valid_mission.agents if agent.name in named or off[agent.index] > SAME
+        )
 
     def by_all(self, rest: Checked, stopped: Stopped, *, refute: bool) -> Replanned:
         """A plan for everybody, who rests as it begins: near the old one, or anew."""
@@ -139,17 +137,15 @@ class RestPlanner:
 
     def _refuted(self, rest: Checked) -> Compiled | None:
         """That no motion is a plan, where little work shows it: there is no time to search for one then."""
-        assert rest.mission is not None
-        assert rest.kernel is not None
-        ahead = looking_ahead(rest.mission, rest.kernel, self.limits.formula_nodes)
+        ahead = looking_ahead(rest.valid_mission, rest.valid_kernel, self.limits.formula_nodes)
         if isinstance(ahead, TooLarge):
             return None
         now = time.monotonic()
         soon = replace(self.budget, deadline=now + QUICKLY * (self.deadline - now))
-        refused = CoverSide(rest.mission, ahead, rest.kernel, self.request.options, soon).refusal(QUICK)
+        refused = CoverSide(rest.valid_mission, ahead, rest.valid_kernel, self.request.options, soon).refusal(QUICK)
         if refused is None:
             return None
-        return Compiled(rest, refused, (*rest.findings, impossible(rest.mission, refused, None)), ())
+        return Compiled(rest, refused, (*rest.findings, impossible(rest.valid_mission, refused, None)), ())
 
     def _on_roadmaps(self, rest: Checked) -> Compiled | None:
         """A plan on roadmaps, or that they hold none, where that is known in a share of the time; else nothing."""
@@ -185,22 +181,21 @@ class RestPlanner:
 
     def _near(self, rest: Checked, stopped: Stopped) -> list[Trace]:
         """Motions near the old plan from where everybody is as the rest begins."""
-        assert rest.mission is not None
-        assert rest.kernel is not None
-        starts = np.array([agent.start.point for agent in rest.mission.agents if isinstance(agent.start, Exactly)])
-        return near_motions(rest.mission, rest.kernel, self._ahead(stopped), self.left, self._lost, starts)
+        starts = np.array(
+            [agent.start.point for agent in rest.valid_mission.agents if isinstance(agent.start, Exactly)]
+        )
+        return near_motions(rest.valid_mission, rest.valid_kernel, self._ahead(stopped), self.left, self._lost, starts)
 
 
 def _with_courses(rest: Checked, motion: Trace, free: Collection[int]) -> Checked:
     """The rest, in which all others do what they do in a motion."""
-    assert rest.mission is not None
     agents = tuple(
         agent
         if agent.index in free
         else replace(agent, course=tuple(map(tuple, motion.position[agent.index].tolist())))
-        for agent in rest.mission.agents
+        for agent in rest.valid_mission.agents
     )
-    return replace(rest, mission=replace(rest.mission, agents=agents))
+    return replace(rest, mission=replace(rest.valid_mission, agents=agents))
 
 
 def _told(rest: Checked, stops: Mapping[str, str]) -> Checked:
@@ -208,6 +203,5 @@ def _told(rest: Checked, stops: Mapping[str, str]) -> Checked:
 
     There is no time to find that a plan is too fast.
     """
-    assert rest.mission is not None
-    speeds = {agent.name: agent.vehicle.speed for agent in rest.mission.agents}
-    return replace(rest, mission=slowed(rest.mission, speeds), stops=tuple(stops.items()))
+    speeds = {agent.name: agent.vehicle.speed for agent in rest.valid_mission.agents}
+    return replace(rest, mission=slowed(rest.valid_mission, speeds), stops=tuple(stops.items()))

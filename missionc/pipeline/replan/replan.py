@@ -35,11 +35,12 @@ from missionc.pipeline.replan.fly_on import FlyOn, arrays, fly_on
 from missionc.pipeline.replan.plan_rest import RestPlanner
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
 from missionc.pipeline.replan.stop_all import Stopped, bodies, ends, resting_state, stop_all, stop_some
-from missionc.pipeline.replan.way_home import way_home
 from missionc.progression.past_document import Flown, Past
 from missionc.progression.rest_of_mission import slowed, team_at
 from missionc.progression.stretches import Stretch
 from missionc.verify.certificate import Certificate, Check
+from missionc.verify.flight.verify_whole_flight import verify_whole_flight
+from missionc.verify.flight.way_missions import Stage, Ways, is_whole
 from missionc.verify.verify_plan import verify, verify_polynomials
 
 OFF = 0.25
@@ -60,8 +61,7 @@ def replan(flying: Flying, request: Request, limits: Limits) -> Replanned:
 class _Replanning:
     def __init__(self, flying: Flying, request: Request, limits: Limits, began: float) -> None:
         self.flying, self.request, self.limits, self.began = flying, request, limits, began
-        assert flying.checked.mission is not None
-        self.mission: Mission = flying.checked.mission
+        self.mission: Mission = flying.checked.valid_mission
         self.must_stop = False
         self.late: dict[int, Pieces] = {}
         self.flown_on: tuple[str, ...] | None = None
@@ -143,12 +143,11 @@ class _Replanning:
             if checked.mission is None or checked.kernel is None or not checked.ok:
                 return Replanned(Way.NONE, tuple(each for each in checked.findings if not each.code.warning))
             whole = replace(checked, file=whole.file)
-        assert whole.mission is not None
-        choice, findings = choose_backend(whole.mission, None)
+        choice, findings = choose_backend(whole.valid_mission, None)
         return Replanned(Way.NONE, tuple(findings)) if choice is None else replace(whole, choice=choice)
 
     def _rest(self, told: Trace, steps: int, stopped: Stopped | None = None) -> Checked | Diagnostic:
-        """The mission after those steps of the plan that was flown, and what is told until then."""
+        """The mission after those steps of the plan that was flown, and after the stops that followed them."""
         states = told.part(range(len(self.names)), 0, steps)
         before = self._texts_before()
         earlier_ones = self.flying.checked.past.flown if self.flying.checked.past else ()
@@ -232,11 +231,10 @@ class _Replanning:
 
     def _team(self, moment: float) -> Mission:
         """Those that are left, and the world from a moment of the plan on."""
-        assert self.now.mission is not None
         elapsed = self.flying.checked.past.steps if self.flying.checked.past else 0
         left = tuple(self.names[each] for each in self.left)
         seconds, slow = elapsed * self.mission.step + moment, self.flying.checked.rest
-        team = team_at(self.now.mission, seconds, self.request.so_far.last[self.left], left)
+        team = team_at(self.now.valid_mission, seconds, self.request.so_far.last[self.left], left)
         return slowed(team, slow.slow if slow else {})
 
     def _polynomials_on(self, rest: Checked, on: FlyOn, steps: int) -> Certificate:
@@ -245,13 +243,11 @@ class _Replanning:
         What is flown behind its time is no polynomial that anybody was sent: where somebody is late, bodies and
         requirements alone say that the plan holds.
         """
-        assert rest.mission is not None
-        assert rest.kernel is not None
         if on.late:
-            return Certificate(rest.mission.name, ())
+            return Certificate(rest.valid_mission.name, ())
         cut = steps * self.mission.step
         files = {self.names[agent]: written(between(self.flights[agent], cut)) for agent in self.left}
-        proven = verify_polynomials(rest.mission, rest.kernel, on.ahead, files)
+        proven = verify_polynomials(rest.valid_mission, rest.valid_kernel, on.ahead, files)
         return replace(proven, checks=tuple(check for check in proven.checks if check.name != "rest"))
 
     # ------------------------------------------------------------------ stopping
@@ -323,3 +319,17 @@ def _at(flights: list[Pieces], moment: float, dimension: int) -> Array:
 
 def _yaw(flight: Pieces, moment: float) -> float:
     return float(state_at(flight, moment)[0, 3])
+
+
+def way_home(mission: Mission, flown: Mapping[str, str], ways: Ways | None) -> Certificate:
+    """The checks of the way home and of the landing; none of a mission that goes to no pads.
+
+    Args:
+        flown: the text of the polynomials that each agent flies to the end of its mission, by the agent's name.
+        ways: that were planned with them, of lost agents too; None where nothing is known of them.
+    """
+    if ways is None or not is_whole(mission):
+        return Certificate(mission.name, ())
+    home = ways.get(Stage.HOME)
+    own = {} if home is None else {Stage.HOME: {agent.name: home[agent.name] for agent in mission.agents}}
+    return verify_whole_flight(mission, flown, own)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from missionc.base.strict_json import parse_json
+from missionc.base.strict_json import is_number, parse_json
 from missionc.base.trace import Plan
 from missionc.output.documents.alternatives_json import AlternativeRow
 from missionc.output.folder.file_names import PAST, REPORT, SIMULATION
@@ -18,7 +18,7 @@ from missionc.replay.rebuild.alternatives import Judged
 from missionc.replay.rebuild.plan_document import plan_of
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Certificate, Check
-from missionc.verify.compare_documents import difference, is_number
+from missionc.verify.compare_documents import difference
 
 BEGIN, END = '<script type="application/json" id="data">', "</script>"
 OTHER = "it is not the page that this version of the compiler draws"

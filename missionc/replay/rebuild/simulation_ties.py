@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from missionc.base.strict_json import is_number
 from missionc.ir import Mission
 from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
 from missionc.simulate.judge_flight import room, tracking_error
 from missionc.simulate.trials import Trials, lost_agents
-from missionc.verify.compare_documents import close, is_number
+from missionc.verify.compare_documents import close
 from missionc.verify.tolerances import CERTAIN
 
 Row = dict[str, Any]

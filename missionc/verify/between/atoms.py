@@ -169,8 +169,8 @@ def _signals(
     Args:
         rate: (items, pieces), per second.
         border: 1 or -1, the sign of a margin that is exactly 0 at ``rest``, as it is at the step.
-        rest: (items, pieces): whether everybody of whom it reads the place is at rest.
-        slack: by how much rounding may change a margin.
+        rest: (items, pieces): whether every agent whose position it reads is at rest.
+        slack: the most by which rounding may change a margin.
         by_step: it may jump at the steps as well as at the joints.
     """
     items, _ = rate.shape

@@ -58,7 +58,7 @@ def check_level(mission: Mission, agent: Agent, own: Pieces) -> list[Check]:
 
 
 def _off(own: Pieces, axis: int, wanted: float) -> Array:
-    """(pieces,): by how much an axis is off a number at most."""
+    """Largest distance of an axis from a number in each piece: (pieces,)."""
     whole = from_powers(own.coefficients[:, axis : axis + 1], own.duration[:, None])
     return np.asarray((np.abs(whole.points[:, 0] - wanted).max(axis=-1) + whole.radius[:, 0]) * GROWN)
 

@@ -33,8 +33,8 @@ from missionc.verify.flight.landing_in_turns import Stop, in_turns, landing_marg
 from missionc.verify.flight.vehicle_claims import limits
 from missionc.verify.flight.verify_polynomials import prove_all
 from missionc.verify.flight.way_missions import is_whole
+from missionc.verify.proof.branch_and_bound import failing_pieces
 from missionc.verify.proof.claims import Claim
-from missionc.verify.proof.failing_pieces import failing_pieces
 from missionc.verify.proof.proof_boxes import Boxes
 from missionc.verify.tolerances import MOTION, WAYPOINT
 from missionc.world.grown_shape import grown_shape

@@ -104,7 +104,7 @@ def body_checks(mission: Mission, pieces: Sequence[Pieces]) -> list[Check]:
 
 
 def _smooth(stops: Stops, agent: Agent, own: Pieces) -> list[Check]:
-    """The first state, every joint, and rest at the end unless the plan begins in motion; altitude in a plane."""
+    """Check the first state, every joint, rest at the end unless the plan begins in motion, and altitude in a plane."""
     begin = stops.begins.get(agent.name)
     if begin is None:
         detail = "`past.json` states the position to snap in which it begins"
@@ -115,7 +115,7 @@ def _smooth(stops: Stops, agent: Agent, own: Pieces) -> list[Check]:
 
 
 def _told(stops: Stops, agent: Agent, own: Pieces) -> Check:
-    """At the steps that the past states after the stop began it is where the past has it."""
+    """Check that, at each step after the stop began, the agent is where the past has it."""
     position, late = stops.told.position[agent.index], clock(stops.mission)
     times = float(stops.told.step) * np.arange(len(position), dtype=np.float64)
     begin = float(times[-1] - own.times[-1])
@@ -128,7 +128,7 @@ def _told(stops: Stops, agent: Agent, own: Pieces) -> Check:
 
 
 def _end(mission: Mission, agent: Agent, own: Pieces) -> Check:
-    """A stop ends where the plan begins, at rest or in its motion."""
+    """Check that a stop ends where the plan begins, at rest or in its motion."""
     end = derivatives_at(curves_of([own], slice(None)), np.array([np.inf]), max(2, len(agent.begins)))[0, 0]
     place = end[0, : mission.dimension]
     off = float(np.linalg.norm(place - agent.start.point)) if isinstance(agent.start, Exactly) else np.inf

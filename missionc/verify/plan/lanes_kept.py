@@ -35,7 +35,7 @@ def _along_lanes(agent: Agent, lanes: Lanes, position: Array, step: float) -> Ch
 
 
 def lane_margins(along: Segments, position: Array) -> Array:
-    """How far each step is from leading along one of the segments, 0 or negative.
+    """Distance of each step from leading along one of the segments, 0 or negative.
 
     Args:
         position: (steps + 1, dim), metres.

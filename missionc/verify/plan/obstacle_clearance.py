@@ -44,7 +44,7 @@ def seen_from(curves: Curves, obstacle: Obstacle) -> Curves:
 
 
 def _offsets(path: Path, times: Array) -> Array:
-    """Where a moving obstacle is, from where it was written: (moments,), seconds -> (moments, dim), metres."""
+    """Offset of a moving obstacle from its place in the text: (moments,), seconds -> (moments, dim), metres."""
     return np.stack([np.interp(times, path.times, axis) for axis in np.array(path.offsets).T], axis=-1)
 
 

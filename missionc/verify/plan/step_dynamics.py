@@ -33,7 +33,7 @@ def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
         motion = _parabolic if dynamics.has_momentum else _straight
         findings.append(motion(agent, position, velocity, step))
         # Within a step of constant acceleration no speed is larger than at its ends.
-        flown = norm(velocity) if dynamics.has_momentum else mean_speeds(position, step)
+        flown = norm(velocity) if dynamics.has_momentum else mean_rates(position, step)
         findings.append(_speed(agent, flown, dynamics.lowest_speed, dynamics.top_speed, step))
         if dynamics.faces_ahead:
             findings.append(_facing(agent, position, trace.heading[agent.index], step))
@@ -44,15 +44,17 @@ def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
     return findings
 
 
-def mean_speeds(position: Array, step: float) -> Array:
-    """Mean speed in each step: positions (..., steps + 1, dim), metres -> (..., steps), m/s."""
-    speeds: Array = norm(np.diff(position, axis=-2)) / step
-    return speeds
+def mean_rates(values: Array, step: float) -> Array:
+    """Size of the mean rate of change in each step: speeds of positions, accelerations of velocities.
 
+    Args:
+        values: (..., steps + 1, dim), metres or m/s.
 
-def accelerations(velocity: Array, step: float) -> Array:
-    """Mean acceleration in each step: velocities (..., steps + 1, dim), m/s -> (..., steps), m/s²."""
-    return mean_speeds(velocity, step)
+    Returns:
+        (..., steps), m/s or m/s².
+    """
+    rates: Array = norm(np.diff(values, axis=-2)) / step
+    return rates
 
 
 def facing_errors(position: Array, heading: Array) -> Array:
@@ -97,7 +99,7 @@ def _speed(agent: Agent, speeds: Array, slowest: float, fastest: float, step: fl
 
 
 def _acceleration(agent: Agent, velocity: Array, most: float, step: float) -> Check:
-    margin = most - accelerations(velocity, step)
+    margin = most - mean_rates(velocity, step)
     return _worst(agent, "acceleration", margin, "m/s^2", step, f"at most {most:g} m/s^2")
 
 

@@ -1,9 +1,10 @@
-"""Branch and bound over parts of a flight: the least margin of a claim, with a proof.
+"""Branch and bound over parts of a flight: the least margin of a claim with a proof, or the pieces on which it fails.
 
 The box around a whole flight tells who is far, where many are looked at: the nearest come first.
 The control points of a curve bound a margin on a whole piece. Where that does
 not suffice the piece is halved, all items together, until the least bound is
-within the claim's gap of the least margin seen.
+within the claim's gap of the least margin seen. The pieces on which a claim
+fails are searched likewise, but every piece is decided by itself.
 
 Source:
     Farouki, "The Bernstein polynomial basis: a centennial retrospective" (2012), section 6.
@@ -15,10 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Flags
 from missionc.curves.bernstein_intervals import Enclosed
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.verify.proof.claims import Claim
+
+SHORTEST = 2.0**-10
+"""The share of a piece below which one is taken to fail that is not proved yet."""
 
 CHUNK = 1 << 15
 """Parts looked at together: bounds the memory, and stays in the cache."""
@@ -119,3 +123,32 @@ def _joined(waiting: list[tuple[Indices, Array, Array, Enclosed | None]]) -> Non
     item, begin, width = (np.concatenate([first[place], second[place]]) for place in range(3))
     points = np.concatenate([first[3].points, second[3].points])
     waiting[-2:] = [(item, begin, width, Enclosed(points, np.concatenate([first[3].radius, second[3].radius])))]
+
+
+def failing_pieces(claim: Claim) -> set[int]:
+    """The numbers of the pieces on which the margin of some subject is, or may be, below the claim's tolerance."""
+    subjects = np.arange(len(claim.agents))
+    if claim.far is not None:
+        subjects = subjects[~(claim.far(subjects) >= 0)]
+    items = (subjects[:, None] * claim.pieces + np.arange(claim.pieces)).ravel()
+    failing = np.zeros(claim.pieces, dtype=np.bool_)
+    for begin in range(0, items.size, CHUNK):
+        item = items[begin : begin + CHUNK]
+        _decide(claim, item, claim.curve(item), failing)
+    return set(np.flatnonzero(failing).tolist())
+
+
+def _decide(claim: Claim, item: Indices, curve: Enclosed, failing: Flags) -> None:
+    """Marks the pieces that fail among these items."""
+    width = 1.0
+    while item.size:
+        lower, seen, _ = claim.judge(item, curve)
+        open_ = ~(lower >= -claim.tolerance)
+        fails = open_ & (~(seen >= -claim.tolerance) | (width <= SHORTEST))
+        failing[item[fails] % claim.pieces] = True
+        rest = open_ & ~failing[item % claim.pieces]
+        if not rest.any():
+            return
+        before, after = curve[rest].halves()
+        item, width = np.tile(item[rest], 2), width / 2
+        curve = Enclosed(np.concatenate([before.points, after.points]), np.concatenate([before.radius, after.radius]))

@@ -3,11 +3,13 @@
     in   Mission, a Trace or States
     out  Constraint: of each kind the tightest, or every violated one; NotJudged
 
-Nothing is judged here that the verifier does not judge of plans, with the same margins.
+Nothing is judged here that the verifier does not judge of plans, with the same margins. A flight that goes on is judged
+at each step when it is settled.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import TypeAlias
@@ -19,6 +21,7 @@ from missionc.base.figures import counted, decimals
 from missionc.base.trace import Array, Flags, Trace
 from missionc.curves.piecewise_polynomials import motion
 from missionc.ir import PLAIN, Agent, Mission
+from missionc.monitoring.live.samples import Sample, StepState
 from missionc.verify.recorded.between_margins import between_margins
 from missionc.verify.recorded.margins import Margins, Tolerance, as_flown
 from missionc.verify.recorded.state_margins import StateMargins, States
@@ -37,7 +40,7 @@ UNSEEN = (
 """Figures of vehicles that are not judged, and why; the last ones in a plane alone."""
 
 Places: TypeAlias = Callable[[list[int], float], Array]
-"""Where agents are at a time: mission indices, seconds -> (agents, dim), metres."""
+"""Positions of agents at a time: mission indices, seconds -> (agents, dim), metres."""
 
 
 def judge_constraints(
@@ -74,7 +77,7 @@ class ConstraintJudge:
         self.with_heading: Flags = np.ones(len(mission.agents), dtype=np.bool_)
 
     def take(self, states: States) -> list[Constraint]:
-        """Take in the next states; what is violated for the first time in them."""
+        """Take in the next states; return the constraints that are violated for the first time."""
         self.with_heading &= states.with_heading
         for agent in np.flatnonzero((states.doubt > 0).any(axis=1)).tolist():
             self.missing[agent] = self.missing.get(agent, 0) + int((states.doubt[agent] > 0).sum())
@@ -174,3 +177,24 @@ class ConstraintJudge:
         everyone = len(agents) == len(self.mission.agents)
         if agents:
             yield NotJudged(tuple(names), () if everyone else tuple(each.name for each in agents), reason)
+
+
+class LiveConstraints(ConstraintJudge):
+    """The constraints of one mission while it is flown; work and memory do not grow with its length.
+
+    A velocity or heading of an agent counts as recorded as long as every sample of it has one.
+    """
+
+    def __init__(self, mission: Mission, tolerance: float = 0.0) -> None:
+        super().__init__(mission, tolerance)
+        self.recorded = np.ones((2, len(mission.agents)), dtype=np.bool_)
+
+    def hear(self, sample: Sample) -> None:
+        """Take note of what a sample records."""
+        self.recorded[:, sample.agent] &= bool(sample.velocity), not math.isnan(sample.heading)
+
+    def judge_step(self, state: StepState) -> list[Constraint]:
+        """Judge a step; return the constraints that are violated for the first time."""
+        arrays = (state.position, state.velocity, state.heading, state.doubt)
+        position, velocity, heading, doubt = (each[:, None] for each in arrays)
+        return self.take(States(state.step, position, velocity, heading, doubt, *self.recorded))

@@ -23,7 +23,7 @@ from missionc.verify.plan.lanes_kept import lane_margins, segments
 from missionc.verify.plan.obstacle_bodies import solid
 from missionc.verify.plan.obstacle_clearance import needs, state_margins
 from missionc.verify.plan.starts_and_finishes import check_place
-from missionc.verify.plan.step_dynamics import accelerations, facing_errors, mean_speeds, turned
+from missionc.verify.plan.step_dynamics import facing_errors, mean_rates, turned
 from missionc.verify.recorded.between_margins import separation_margins
 from missionc.verify.recorded.margins import Margins, Room, Tolerance
 from missionc.verify.tolerances import MOTION
@@ -42,7 +42,7 @@ class States:
         position: (agents, states, dim), metres; ``velocity`` likewise, m/s.
         heading: (agents, states), rad.
         doubt: (agents, states), metres: how far an agent may be from there; 0 if its state is known.
-        with_velocity, with_heading: (agents,): who has them recorded.
+        with_velocity, with_heading: (agents,): the agents that have them recorded.
     """
 
     first: int
@@ -55,7 +55,7 @@ class States:
 
     @property
     def arrays(self) -> tuple[Array, Array, Array, Array]:
-        """What there is of each state."""
+        """The arrays of the states, in the order of the fields."""
         return self.position, self.velocity, self.heading, self.doubt
 
     def after(self, before: States) -> States:
@@ -92,9 +92,9 @@ class StateMargins:
         self.sideways = np.array([[each.speed] for each in vehicles])
         self.vertical = np.array([[each.vertical_speed] for each in vehicles])
         unknown = np.zeros((len(self.everyone), 2))
-        place, nobody = np.zeros((*unknown.shape, mission.dimension)), np.zeros(len(self.everyone), dtype=np.bool_)
-        self.before = States(-2, place, place, unknown, unknown + np.inf, nobody, nobody)
-        self.turned: list[NDArray[Any]] = [nobody[:, None], unknown[:, :1], unknown[:, :1], unknown[:, :1]]
+        place, none = np.zeros((*unknown.shape, mission.dimension)), np.zeros(len(self.everyone), dtype=np.bool_)
+        self.before = States(-2, place, place, unknown, unknown + np.inf, none, none)
+        self.turned: list[NDArray[Any]] = [none[:, None], unknown[:, :1], unknown[:, :1], unknown[:, :1]]
 
     def take(self, states: States) -> Iterator[Margins]:
         """The margins at the steps of these states, which follow those before."""
@@ -148,8 +148,8 @@ class StateMargins:
         known = whole.doubt == 0
         moved = known[:, 1:] & known[:, :-1]
         moves, recorded = np.diff(whole.position, axis=1), states.with_velocity[:, None]
-        mean, flown = mean_speeds(whole.position, step), accelerations(whole.velocity, step)
-        differences = accelerations(moves / step, step)
+        mean, flown = mean_rates(whole.position, step), mean_rates(whole.velocity, step)
+        differences = mean_rates(moves / step, step)
         of_moves = moved[:, 1:] & moved[:, :-1] & ~recorded
         speed, push = tolerance.speed, tolerance.acceleration
 
@@ -163,7 +163,7 @@ class StateMargins:
         yield from found("lowest speed", "m/s", speed, mean - self.slowest, moved)
         yield from found("acceleration", "m/s^2", push, self.acceleration - flown, moved & recorded)
         yield from found("acceleration", "m/s^2", push, self.acceleration - differences, of_moves)
-        flat = mean_speeds(whole.position[..., :2], step)
+        flat = mean_rates(whole.position[..., :2], step)
         yield from found("sideways speed", "m/s", speed, self.sideways - flat, moved)
         if self.mission.dimension == 3:
             climb = np.abs(moves[..., 2]) / step

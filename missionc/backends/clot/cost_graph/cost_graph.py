@@ -14,7 +14,6 @@ Source:
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TypeAlias
 
 from missionc.ir import Connected, Graph, Predicate
@@ -38,7 +37,7 @@ from missionc.kernel.nodes import (
     ReachNode,
 )
 from missionc.kernel.path_routes import as_routes
-from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.kernel.walk import bottom_up, rebuilt
 
 Unrolled: TypeAlias = ReachNode | PathLength
 """Constructors that a cost graph has links, or routes bounded in metres, in the place of."""
@@ -49,19 +48,8 @@ SignedPredicate: TypeAlias = tuple[Predicate, bool]
 
 def build(formulas: Kernel) -> Kernel:
     """The cost graph of a mission's requirements and preferences."""
-    known: dict[Node, Node] = {}
-    for node in formulas_below(formulas):
-        known[node] = _rewritten(node, tuple(known[child] for child in children(node)))
-    requirements, preferences = (
-        tuple(replace(goal, formula=known[goal.formula]) for goal in goals)
-        for goals in (formulas.requirements, formulas.preferences)
-    )
-    return Kernel(requirements, preferences)
-
-
-def formulas_below(graph: Kernel) -> list[Node]:
-    """Every formula of a graph once, each after those below it."""
-    return postorder(goal.formula for goal in graph.requirements + graph.preferences)
+    made = formulas.with_formulas(bottom_up(formulas.formulas, _rewritten).__getitem__)
+    return Kernel(made.requirements, made.preferences)
 
 
 def signed_predicate(leaf: Node) -> SignedPredicate:

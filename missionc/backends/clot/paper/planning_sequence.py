@@ -15,6 +15,7 @@ from itertools import groupby
 from typing import TypeAlias
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph, Mission, Predicate
@@ -283,16 +284,9 @@ def _runs(by_step: list[frozenset[Edge]]) -> Iterator[tuple[int, int, frozenset[
 
 
 def _phase(first: int, last: int, edges: Iterable[Edge], agents: int) -> Phase:
-    near: list[set[int]] = [set() for _ in range(agents)]
+    near = np.zeros((agents, agents), dtype=np.bool_)
     for one, other in edges:
-        near[one].add(other)
-        near[other].add(one)
-    part = [-1] * agents
-    for root in range(agents):
-        stack = [root] if part[root] < 0 else []
-        while stack:
-            agent = stack.pop()
-            if part[agent] < 0:
-                part[agent] = root
-                stack.extend(near[agent])
-    return Phase(first, last, tuple(map(frozenset, near)), tuple(part))
+        near[one, other] = near[other, one] = True
+    _, part = connected_components(near, directed=False)
+    neighbours = tuple(frozenset(np.flatnonzero(row).tolist()) for row in near)
+    return Phase(first, last, neighbours, tuple(part.tolist()))

@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 
 from missionc.backends.api import Attempt, Snapshot, UnusableSnapshot
-from missionc.backends.clot.cost_graph.cost_graph import formulas_below
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.kernel.walk import children, graph_of, window_of
+from missionc.kernel.walk import children, graph_of, postorder, window_of
 
 UNUSABLE = (ValueError, KeyError, IndexError, TypeError, OverflowError, RecursionError)
 """What may come of a snapshot that somebody made up."""
@@ -112,7 +111,7 @@ def to_snapshot(state: State, graph: Kernel) -> Snapshot:
         words["search"] = {"text": search.text, "planned": search.planned, "margin": _number(search.margin)}
         arrays |= {f"search.{name}": array for name, array in search.arrays.items()}
     if state.reached is not None:
-        place = {node: index for index, node in enumerate(formulas_below(graph))}
+        place = {node: index for index, node in enumerate(postorder(graph.formulas))}
         rows = [(place[node], agent, step, chosen) for (node, agent, step), chosen in state.reached.choices.items()]
         arrays["reached.control"] = state.reached.control
         arrays["reached.choices"] = np.array(rows, dtype=np.float64).reshape(-1, 4)
@@ -158,7 +157,7 @@ def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Missio
 
 
 def _choices(rows: Array, mission: Mission, graph: Kernel) -> Choices:
-    order = formulas_below(graph)
+    order = postorder(graph.formulas)
     choices = {}
     for index, agent, step, chosen in rows.astype(np.int64).tolist():
         node = order[_within(index, len(order))]

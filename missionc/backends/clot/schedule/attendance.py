@@ -15,11 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.backends.clot.schedule.mutex_literals import Literal, literals
-from missionc.backends.clot.schedule.tasks import Hold
+from missionc.backends.clot.schedule.tasks import Hold, conjuncts
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate
 from missionc.kernel.nodes import (
-    All,
     Any,
     At,
     AtLeast,
@@ -89,7 +88,7 @@ def attendance(mission: Mission, holds: Iterable[Hold]) -> Attendance:
     some: list[Some] = []
     apart: list[tuple[int, int, float]] = []
     for hold in holds:
-        for agent, node in _conjuncts(hold.agent, hold.node) if hold.timeless else ():
+        for agent, node in conjuncts(hold.agent, hold.node) if hold.timeless else ():
             pair = _pair(mission, agent, node)
             if reads_past(node):
                 continue
@@ -110,7 +109,7 @@ def implied(holds: Iterable[Hold], always: Iterable[Hold]) -> Iterator[Hold]:
     """What else must hold with these, for of what always holds one part alone is left by them (unit propagation)."""
     sure = {literal for hold in holds if hold.timeless for literal in literals(hold.agent, hold.node)}
     for hold in always if sure else ():
-        for agent, node in _conjuncts(hold.agent, hold.node):
+        for agent, node in conjuncts(hold.agent, hold.node):
             if isinstance(node, Any):
                 left = [part for part in node.parts if not _denied(agent, part, sure)]
                 if len(left) == 1:
@@ -121,19 +120,6 @@ def _denied(agent: int, node: Node, sure: set[Literal]) -> bool:
     if isinstance(node, Any):
         return all(_denied(agent, part, sure) for part in node.parts)
     return any((who, what, not holds) in sure for who, what, holds in literals(agent, node))
-
-
-def _conjuncts(agent: int, node: Node) -> Iterator[tuple[int, Node]]:
-    stack = [(agent, node)]
-    while stack:
-        agent, node = stack.pop()
-        match node:
-            case All(parts):
-                stack.extend((agent, part) for part in reversed(parts))
-            case At(other, body):
-                stack.append((other, body))
-            case _:
-                yield agent, node
 
 
 def agents_of(agent: int, node: Node) -> set[int] | None:

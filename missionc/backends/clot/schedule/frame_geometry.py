@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 from missionc.backends.clot.schedule.geodesics import along
 from missionc.base.trace import Array, Flags
@@ -26,14 +26,8 @@ def teams_of(ties: Flags) -> list[list[int]]:
 
 def depths_of(ties: Flags, first: int) -> Array:
     """By how many ties each agent is away from the first, (agents,); -1 where nothing ties it there."""
-    depth = np.full(len(ties), -1)
-    depth[first] = 0
-    layer = np.array([first])
-    while layer.size:
-        ahead = np.flatnonzero(ties[layer].any(axis=0) & (depth < 0))
-        depth[ahead] = depth[layer[0]] + 1
-        layer = ahead
-    return depth
+    depth = dijkstra(ties, indices=np.array([first]), unweighted=True)[0]
+    return np.where(np.isfinite(depth), depth, -1.0)
 
 
 def place_on(way: Array, distance: float) -> Array:

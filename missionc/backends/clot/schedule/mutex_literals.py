@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeAlias
 
-from missionc.backends.clot.schedule.tasks import Hold, Outline
+from missionc.backends.clot.schedule.tasks import Hold, Outline, conjuncts
 from missionc.ir import Predicate
-from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
+from missionc.kernel.nodes import Any, At, AtLeast, Atom, Node, Not
 
 Literal: TypeAlias = tuple[int, Predicate, bool]
 """A literal: an agent, or -1 for the team; a predicate; and whether it holds."""
@@ -192,15 +192,6 @@ def _literal(agent: int, node: Node) -> Literal | None:
 
 def literals(agent: int, node: Node) -> Iterator[Literal]:
     """The literals that a formula asked of an agent requires, each by itself."""
-    stack = [(agent, node)]
-    while stack:
-        agent, node = stack.pop()
-        match node:
-            case Atom(predicate) | Not(Atom(predicate)):
-                yield TEAM if predicate.about_team else agent, predicate, isinstance(node, Atom)
-            case All(parts):
-                stack.extend((agent, part) for part in parts)
-            case At(other, body):
-                stack.append((other, body))
-            case _:
-                pass
+    for who, part in conjuncts(agent, node):
+        if isinstance(part, Atom | Not) and isinstance(leaf := part.body if isinstance(part, Not) else part, Atom):
+            yield TEAM if leaf.predicate.about_team else who, leaf.predicate, isinstance(part, Atom)

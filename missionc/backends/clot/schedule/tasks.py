@@ -21,9 +21,8 @@ from math import comb, prod
 
 import numpy as np
 
-from missionc.backends.clot.cost_graph.cost_graph import formulas_below
 from missionc.kernel.nodes import All, Any, At, AtLeast, Kernel, Node, WindowNode
-from missionc.kernel.walk import children, window_of
+from missionc.kernel.walk import bottom_up, children, window_of
 
 MOST_OPTIONS = 256
 """Options of one task. Where there are more, these are drawn from among them, the same ones each time."""
@@ -128,11 +127,11 @@ class Outline:
 
 def outline(graph: Kernel, steps: int) -> Outline:
     """What a mission's requirements ask for, over steps 0 to ``steps``."""
-    reader = _Reader(formulas_below(graph), steps)
+    reader = _Reader(graph.formulas, steps)
     holds: list[Hold] = []
     tasks: list[Task] = []
     for wanted in graph.requirements:
-        for agent, part in reader.conjuncts(wanted.formula, 0):
+        for agent, part in conjuncts(0, wanted.formula):
             options = reader.options(part, agent, 0, 0, False)
             if len(options) == 1 and not options[0].events:
                 holds.extend(options[0].holds)
@@ -141,24 +140,24 @@ def outline(graph: Kernel, steps: int) -> Outline:
     return Outline(tuple(holds), tuple(tasks))
 
 
-class _Reader:
-    def __init__(self, order: list[Node], steps: int) -> None:
-        self.steps = steps
-        self.timeless: dict[Node, bool] = {}
-        for node in order:
-            self.timeless[node] = window_of(node) is None and all(self.timeless[part] for part in children(node))
+def conjuncts(agent: int, node: Node) -> Iterator[tuple[int, Node]]:
+    """The formulas that all have to hold, and the agents of whom they are asked, for one to hold at an agent."""
+    stack = [(agent, node)]
+    while stack:
+        agent, node = stack.pop()
+        match node:
+            case All(parts):
+                stack.extend((agent, part) for part in reversed(parts))
+            case At(other, body):
+                stack.append((other, body))
+            case _:
+                yield agent, node
 
-    def conjuncts(self, node: Node, agent: int) -> Iterable[tuple[int, Node]]:
-        stack = [(agent, node)]
-        while stack:
-            agent, node = stack.pop()
-            match node:
-                case All(parts):
-                    stack.extend((agent, part) for part in reversed(parts))
-                case At(other, body):
-                    stack.append((other, body))
-                case _:
-                    yield agent, node
+
+class _Reader:
+    def __init__(self, roots: Iterable[Node], steps: int) -> None:
+        self.steps = steps
+        self.timeless = bottom_up(roots, lambda node, below: window_of(node) is None and all(below))
 
     def options(self, node: Node, agent: int, low: int, high: int, branch: bool) -> tuple[Option, ...]:
         """The ways in which a formula holds at an agent at all steps from ``low`` to ``high``."""
@@ -189,9 +188,7 @@ class _Reader:
         *hold, end = children(node)
         first, last = window
         if not node.every:
-            before = tuple(
-                self._hold(part, who, low, low) for each in hold for who, part in self.conjuncts(each, agent)
-            )
+            before = tuple(self._hold(part, who, low, low) for each in hold for who, part in conjuncts(agent, each))
             bodies = self.options(end, agent, 0, 0, True)
             return tuple(self._event(node, agent, low, first, last, option, before) for option in bodies)
         until = self.steps if last is None else min(high + last, self.steps)

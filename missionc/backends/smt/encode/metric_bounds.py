@@ -34,7 +34,7 @@ from missionc.kernel.nodes import (
     RouteNode,
 )
 from missionc.kernel.path_routes import as_routes, way_to
-from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.kernel.walk import bottom_up, children, postorder, rebuilt, same_objects
 
 Rewrite = Callable[[Node, tuple[Node, ...]], Node]
 """A formula over the rewritten ones below it."""
@@ -56,18 +56,11 @@ def without_metres(kernel: Kernel) -> Kernel:
 
 
 def _rewritten(kernel: Kernel, rewrite: Rewrite) -> Kernel:
-    goals = kernel.requirements + kernel.preferences
-    made: dict[Node, Node] = {}
-    for node in postorder(goal.formula for goal in goals):
-        below = children(node)
-        parts = tuple(made[part] for part in below)
-        same = all(new is old for new, old in zip(parts, below, strict=True))
-        made[node] = node if same and not reads_lengths(node) else rewrite(node, parts)
-    first, second = (
-        tuple(replace(goal, formula=made[goal.formula]) for goal in goals)
-        for goals in (kernel.requirements, kernel.preferences)
-    )
-    return replace(kernel, requirements=first, preferences=second)
+    def over(node: Node, parts: tuple[Node, ...]) -> Node:
+        same = same_objects(parts, children(node)) and not reads_lengths(node)
+        return node if same else rewrite(node, parts)
+
+    return kernel.with_formulas(bottom_up(kernel.formulas, over).__getitem__)
 
 
 def _stronger(node: Node, parts: tuple[Node, ...]) -> Node:
@@ -116,14 +109,13 @@ def _nearest(node: RouteNode, graph: Graph, through: Node, end: Node) -> Node:
 
 def _unbounded_as_hops(root: Node) -> Node:
     """Routes of any length, as routes of any number of links."""
-    made: dict[Node, Node] = {}
-    for node in postorder((root,)):
-        parts = tuple(made[part] for part in children(node))
+
+    def over(node: Node, parts: tuple[Node, ...]) -> Node:
         if isinstance(node, RouteNode) and math.isinf(node.high):
-            made[node] = _of_hops(node, node.graph, *parts)
-        else:
-            made[node] = rebuilt(node, parts) if parts else node
-    return made[root]
+            return _of_hops(node, node.graph, *parts)
+        return rebuilt(node, parts) if parts else node
+
+    return bottom_up((root,), over)[root]
 
 
 def _of_hops(node: RouteNode, graph: Graph, through: Node, end: Node) -> Node:

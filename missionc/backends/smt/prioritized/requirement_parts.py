@@ -19,7 +19,7 @@ from missionc.base.trace import Flags
 from missionc.kernel.analysis import helped_by_more
 from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Kernel, Node
-from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.kernel.walk import bottom_up, postorder, rebuilt
 
 Agents = frozenset[int]
 NOBODY: Agents = frozenset()
@@ -100,10 +100,7 @@ def own_formulas(formula: Node, agent: int) -> list[Node]:
 
 def named_agents(roots: Iterable[Node]) -> dict[Node, Agents]:
     """The agents that each formula asks something of by name, for these formulas and what is below them."""
-    named: dict[Node, Agents] = {}
-    for node in postorder(roots):
-        named[node] = agents_named_by(node).union(*(named[child] for child in children(node)))
-    return named
+    return bottom_up(roots, lambda node, below: agents_named_by(node).union(*below))
 
 
 def agents_named_by(node: Node) -> Agents:
@@ -126,15 +123,16 @@ def restricted_to(formula: Node, named: dict[Node, Agents], present: Agents) -> 
         return formula
     if isinstance(formula, At) and formula.agent not in present:
         return None
-    made: dict[Node, Node | None] = {}
-    for node in postorder((formula,)):
-        made[node] = node if named[node] <= present else _restricted_to(node, made, present)
-    return made[formula]
+
+    def restricted(node: Node, parts: tuple[Node | None, ...]) -> Node | None:
+        return node if named[node] <= present else _restricted_to(node, parts, present)
+
+    return bottom_up((formula,), restricted)[formula]
 
 
-def _restricted_to(node: Node, made: dict[Node, Node | None], present: Agents) -> Node | None:
-    left = tuple(part for part in (made[child] for child in children(node)) if part is not None)
-    whole = len(left) == len(children(node))
+def _restricted_to(node: Node, parts: tuple[Node | None, ...], present: Agents) -> Node | None:
+    left = tuple(part for part in parts if part is not None)
+    whole = len(left) == len(parts)
     match node:
         case Any() if left:
             return left[0] if len(left) == 1 else rebuilt(node, left)

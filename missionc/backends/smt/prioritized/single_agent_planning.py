@@ -27,7 +27,6 @@ from missionc.backends.smt.prioritized.joint_search import JointSearch
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
 from missionc.backends.smt.prioritized.precedence import with_steps_chosen
 from missionc.backends.smt.prioritized.progression import TooComplex
-from missionc.backends.smt.prioritized.refused_alone import names_about, smallest_conflict
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
@@ -35,6 +34,7 @@ from missionc.backends.smt.prioritized.requirement_parts import (
     RequirementParts,
     applicable_parts,
     named_agents,
+    own_formulas,
     split_requirements,
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
@@ -293,3 +293,24 @@ class SingleAgentPlanning:
         released = frozenset(agents)
         self.reservations.release(sorted(released))
         self.guaranteed = {part for part in self.guaranteed if not part.named or not part.named <= released}
+
+
+def smallest_conflict(kernel: Kernel, search: SingleAgentSearch, agent: int) -> tuple[str, ...]:
+    """The names of requirements of which the agent finds no way, less those that are not needed for that.
+
+    Raises:
+        TooComplex: they ask for more than the search can look for.
+    """
+    own = {goal.name: own_formulas(goal.formula, agent) for goal in kernel.requirements}
+    for name in list(own):
+        less = [formula for other, asked in own.items() if other != name for formula in asked]
+        if own[name] and search.alone(agent, less) is not None:
+            continue
+        del own[name]
+    return tuple(own)
+
+
+def names_about(kernel: Kernel, agents: Iterable[int]) -> tuple[str, ...]:
+    """The requirements that ask something of these agents by themselves."""
+    goals = kernel.requirements
+    return tuple(goal.name for goal in goals if any(own_formulas(goal.formula, agent) for agent in agents))

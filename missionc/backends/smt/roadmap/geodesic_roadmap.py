@@ -137,7 +137,7 @@ def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> li
     """What is asked that an agent's place decides, and holds in a part of the world."""
     world, goals = ground.mission.world, []
     here = {agent.index for agent in ground.agents}
-    linked = bool(linked_by(goal.formula for goal in (*kernel.requirements, *kernel.preferences)))
+    linked = bool(linked_by(kernel.formulas))
     for predicate, agents in _asked(kernel, holds=True).items():
         region = predicate.region
         if region is None:
@@ -157,8 +157,8 @@ def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> li
 def _asked(kernel: Kernel, *, holds: bool) -> dict[Predicate, set[int]]:
     """The predicates that one agent's place decides, as far as they, or their negations, are asked; and of whom."""
     asked: dict[Predicate, set[int]] = {}
-    for goal in (*kernel.requirements, *kernel.preferences):
-        for node, agents in agents_asked(goal.formula).items():
+    for formula in kernel.formulas:
+        for node, agents in agents_asked(formula).items():
             match node:
                 case Atom(predicate) | Not(Atom(predicate)) if predicate.reads_past:
                     for region in predicate.regions if holds else ():

@@ -245,11 +245,7 @@ def _may_be(ground: Ground, place: Place | None, step: int, states: States) -> F
 
 def _headings_asked(kernel: Kernel) -> tuple[float | Beacon, ...]:
     """The directions and the beacons that agents are asked to face, each once."""
-    atoms = (
-        node.predicate
-        for node in postorder(goal.formula for goal in kernel.requirements + kernel.preferences)
-        if isinstance(node, Atom)
-    )
+    atoms = (node.predicate for node in postorder(kernel.formulas) if isinstance(node, Atom))
     return tuple(dict.fromkeys(predicate.towards for predicate in atoms if isinstance(predicate, Facing)))
 
 

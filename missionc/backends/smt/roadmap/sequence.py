@@ -89,8 +89,7 @@ def _has_geodesics(mission: Mission) -> bool:
 
 def _is_linked(kernel: Kernel) -> bool:
     """Whether it asks for links between agents, or for formations, which want places all over."""
-    formulas = [goal.formula for goal in (*kernel.requirements, *kernel.preferences)]
-    nodes = postorder(formulas)
+    nodes = postorder(kernel.formulas)
     atoms = (node.predicate for node in nodes if isinstance(node, Atom))
     return any(isinstance(node, NeighbourNode | ReachNode | RouteNode | PathLength) for node in nodes) or any(
         each.graph or each.formation for each in atoms
