@@ -70,16 +70,17 @@ def parse_json(content: str | bytes, most: int = VALUES, *, finite: bool = True)
     return value
 
 
-def parse_record(content: str | bytes, schema: str = "") -> dict[str, Any]:
+def parse_record(content: str | bytes, schema: str = "", *, finite: bool = True) -> dict[str, Any]:
     """The record that a text holds.
 
     Args:
         schema: what its ``schema`` says; any record is read if this is empty.
+        finite: as for ``parse_json``.
 
     Raises:
         NotJsonError: as ``parse_json``; or the text holds something else.
     """
-    value = parse_json(content)
+    value = parse_json(content, finite=finite)
     if not isinstance(value, dict):
         raise NotJsonError("it is no record")
     if schema and value.get("schema") != schema:

@@ -41,7 +41,7 @@ AGAIN = "`missionc simulate` flies the folder again, and takes its place"
 def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
     """The first entry that is not what its flights come to, if there is one; or why they cannot be flown here."""
     try:
-        document = parse_record(opened.text(SIMULATION))
+        document = parse_record(opened.text(SIMULATION), finite=False)
     except NotJsonError as error:
         return verdict(SIMULATION, error.reason)
     if document.get("schema") in SIMULATIONS_BEFORE:
