@@ -25,6 +25,7 @@ from missionc.syntax.read_file import read_text
 
 if TYPE_CHECKING:
     from missionc.monitoring.live.session import Session
+    from missionc.monitoring.read_trace import State
     from missionc.verify.certificate import Between
 
 
@@ -63,7 +64,7 @@ def live_session(
     constraints = LiveConstraints(checked.mission, tolerance)
     session = Session(checked.mission, checked.kernel, limits, wait, ahead, leap, constraints)
     if plan is not None:
-        motion, findings = _read_motion(plan, checked.mission, limits)
+        motion, _, findings = _read_motion(plan, checked.mission, limits)
         if motion is None:
             return replace(checked, findings=(*checked.findings, *findings)), None
         session.follow(motion)
@@ -83,7 +84,7 @@ def monitor(
 
     Args:
         continuous: whether requirements and constraints must be satisfied between the steps too, along the motion from
-            state to state.
+            sample to sample.
         tolerance: how far a recorded position may be from the true one, metres; of constraints.
     """
     limits = limits or Limits()
@@ -92,29 +93,36 @@ def monitor(
         return Monitored(checked, (), (), checked.findings)
     from missionc.monitoring.monitor import monitor as judge
 
-    motion, findings = _read_motion(trace, checked.mission, limits)
+    motion, states, findings = _read_motion(trace, checked.mission, limits)
     if motion is None:
         return Monitored(checked, (), (), (*checked.findings, *findings))
     judgements = judge(checked.mission, checked.kernel, motion)
     between: tuple[Between, ...] = ()
+    curves = None
     if continuous:
-        from missionc.curves.piecewise_polynomials import motion as motion_of
         from missionc.verify.between.between_steps import between_steps
+        from missionc.verify.recorded.recorded_motion import recorded_motion
 
-        between = between_steps(checked.mission, checked.kernel, motion, motion_of(checked.mission, motion))
+        curves = recorded_motion(checked.mission, motion, states)
+        between = between_steps(checked.mission, checked.kernel, motion, curves)
     from missionc.verify.recorded.constraint_judge import judge_constraints
 
-    constraints = judge_constraints(checked.mission, motion, continuous=continuous, tolerance=tolerance)
+    constraints = judge_constraints(checked.mission, motion, between=curves, tolerance=tolerance)
     goals = (judgements.requirements, judgements.preferences)
     return Monitored(checked, *goals, checked.findings, between, *constraints)
 
 
-def _read_motion(path: str | Path, mission: Mission, limits: Limits) -> tuple[Trace | None, list[Diagnostic]]:
-    """The motion in a file, ``plan.json`` or CSV, or in a folder's ``plan.json``; or what keeps it from being one."""
-    from missionc.monitoring.read_trace import read_trace  # numpy, which no other use of this module loads
+def _read_motion(
+    path: str | Path, mission: Mission, limits: Limits
+) -> tuple[Trace | None, list[State], list[Diagnostic]]:
+    """The motion in a file or in a folder's ``plan.json``, and its samples; or what keeps it from being one."""
+    from missionc.monitoring.read_trace import assemble, read_states  # with numpy
 
     file = Path(path) / "plan.json" if Path(path).is_dir() else Path(path)
     text = read_text(file, str(file), limits.trace_bytes, TRACE_UNREADABLE)
     if isinstance(text, Diagnostic):
-        return None, [text]
-    return read_trace(Source(str(file), text), mission, limits)
+        return None, [], [text]
+    source = Source(str(file), text)
+    states, findings = read_states(source, mission, limits)
+    trace, findings = (None, findings) if findings else assemble(source, mission, states)
+    return trace, states, findings

@@ -57,7 +57,7 @@ def live(mission: ir.Mission, trace: Trace) -> tuple[tuple[Constraint, ...], lis
 @settings(max_examples=25)
 def test_a_legal_motion_satisfies_all_constraints(planned: Planned, recorded: bool, continuous: bool) -> None:
     trace = planned.trace if recorded else replace(planned.trace, derived=BARE)
-    found, _ = judge_constraints(planned.mission, trace, continuous=continuous)
+    found, _ = judge_constraints(planned.mission, trace, between=motion(planned.mission, trace) if continuous else None)
     assert all_satisfied(found), [each for each in found if not each.satisfied]
     assert all(each.margin >= -each.tolerance and each.since is None for each in found)
     if not continuous:
@@ -238,7 +238,7 @@ def test_one_planted_violation_is_found_alone(plant: Plant, seed: int, agent: in
     assert [(each.step, each.constraint.name, each.constraint.agents) for each in breaches] == [
         (round((violated[0].since or 0.0) / mission.step), violated[0].name, violated[0].agents)
     ]
-    between, _ = judge_constraints(mission, trace, continuous=True)
+    between, _ = judge_constraints(mission, trace, between=motion(mission, trace))
     assert {(each.name, each.agents, each.obstacle) for each in between if each.satisfied is False} >= {expected}
 
 

@@ -14,11 +14,14 @@ from click.testing import CliRunner
 import missionc
 from missionc import ir
 from missionc.base.constraint import Constraint, NotJudged
+from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.app import commands
 from missionc.cli.exit_status import Status
+from missionc.curves.piecewise_polynomials import motion
 from missionc.ir import Lane, LaneNode, Lanes
+from missionc.verify.certificate import Verdict
 from missionc.verify.recorded.constraint_judge import ConstraintJudge, judge_constraints
 from missionc.verify.recorded.state_margins import States
 from tests.support.legal_plans import SPAN, mission_of, pushed, still, straight
@@ -49,7 +52,7 @@ def test_who_passes_through_another_between_steps_is_found_in_continuous_time_al
     trace = replace(straight([[[1, 1], [3, 1]], [[3, 1], [1, 1]]]), derived=BARE)
     mission = mission_of([[1, 1], [3, 1]], 1, radius=0.25, separation=0.1)
     assert violated(judge_constraints(mission, trace)[0]) == []
-    between, _ = judge_constraints(mission, trace, continuous=True)
+    between, _ = judge_constraints(mission, trace, between=motion(mission, trace))
     assert violated(between) == [("separation", ("drone[0]", "drone[1]"), 0.5, 0.6)]
     assert of(between, "separation").position == ((2.0, 1.0), (2.0, 1.0))
 
@@ -73,7 +76,7 @@ def test_under_constant_acceleration_bodies_meet_obstacles_between_steps() -> No
     wall = still(ir.Box((0.0, 5.55), (9.0, 6.0)))
     mission = mission_of([[1, 5]], 1, dynamics=ir.DoubleIntegrator(9.0, 9.0), obstacles=[wall])
     assert violated(judge_constraints(mission, trace)[0]) == []
-    (one,) = violated(judge_constraints(mission, trace, continuous=True)[0])
+    (one,) = violated(judge_constraints(mission, trace, between=motion(mission, trace))[0])
     assert one[:2] == ("clearance", ("drone[0]",))
     assert one[2:] == (pytest.approx(0.5, abs=0.01), pytest.approx(0.05, abs=1e-4))
 
@@ -189,7 +192,9 @@ def test_a_mission_of_one_state_is_judged() -> None:
     mission = mission_of([[1, 1]], 0)
     trace = Trace(mission.step, np.array([[[1.0, 11.0]]]), np.zeros((1, 1, 2)), np.zeros((1, 1)))
     for continuous in (False, True):
-        assert violated(judge_constraints(mission, trace, continuous=continuous)[0]) == [
+        assert violated(
+            judge_constraints(mission, trace, between=motion(mission, trace) if continuous else None)[0]
+        ) == [
             ("world", ("drone[0]",), 0.0, 1.0),
         ]
 
@@ -241,3 +246,36 @@ def test_a_stream_is_satisfied_only_after_its_last_step_and_violated_for_good(sw
     assert status(apart, 5) == Status.DONE
     assert status(apart, 4) == Status.UNDECIDED
     assert status(SWAPPED, 5) == status(SWAPPED, 3) == Status.VIOLATED
+
+
+FINER = """mission finer
+time step 2 s, horizon 4 s
+world (0, 0) to (10, 4)
+obstacle wall = box (2.6, 2) to (3.4, 4)
+region home = box (0, 0) to (10, 2)
+agent bot {{ radius 0.3 m  dynamics {}(speed <= 4 m/s{})  start at (1, 1) }}
+require stay: bot: always[0, 4 s] home
+"""
+
+
+@pytest.mark.parametrize("dynamics", [("single_integrator", ""), ("double_integrator", ", acceleration <= 9 m/s^2")])
+def test_samples_between_the_steps_are_judged_in_continuous_time(dynamics: tuple[str, str], tmp_path: Path) -> None:
+    flown = tmp_path / "flown.csv"
+    flown.write_text("agent,t,x,y\nbot,0,1,1\nbot,1,3,3\nbot,2,5,1\nbot,3,5,1\nbot,4,5,1\n")
+    text = Source("finer.mission", FINER.format(*dynamics))
+    assert missionc.monitor(text, flown).satisfied
+    judged = missionc.monitor(text, flown, continuous=True)
+    assert judged.satisfied is False
+    (hit,) = [each for each in judged.constraints if each.satisfied is False]
+    assert (hit.name, hit.obstacle) == ("clearance", "wall")
+    assert hit.time == pytest.approx(1.0, abs=1e-4)
+    assert hit.position[0] == pytest.approx((3.0, 3.0), abs=1e-3)
+    assert [each.verdict for each in judged.between] == [Verdict.FAILS]
+
+
+def test_no_curve_is_invented_between_samples_without_velocities(tmp_path: Path) -> None:
+    flown = tmp_path / "flown.csv"
+    flown.write_text("agent,t,x,y\nbot,0,1,1\nbot,1,0.6,1\nbot,2,0.1,1\nbot,3,0.1,1\nbot,4,1,1\n")
+    text = Source("finer.mission", FINER.format("double_integrator", ", acceleration <= 9 m/s^2"))
+    judged = missionc.monitor(text, flown, continuous=True)
+    assert judged.satisfied

@@ -19,7 +19,7 @@ import numpy as np
 from missionc.base.constraint import Constraint, NotJudged
 from missionc.base.figures import counted, decimals
 from missionc.base.trace import Array, Flags, Trace
-from missionc.curves.piecewise_polynomials import motion
+from missionc.curves.piecewise_polynomials import Curves
 from missionc.ir import PLAIN, Agent, Mission
 from missionc.monitoring.live.samples import Sample, StepState
 from missionc.verify.recorded.between_margins import between_margins
@@ -44,20 +44,20 @@ Places: TypeAlias = Callable[[list[int], float], Array]
 
 
 def judge_constraints(
-    mission: Mission, trace: Trace, *, continuous: bool = False, tolerance: float = 0.0
+    mission: Mission, trace: Trace, *, between: Curves | None = None, tolerance: float = 0.0
 ) -> tuple[tuple[Constraint, ...], tuple[NotJudged, ...]]:
     """Judge a trace of the mission's length.
 
     Args:
-        continuous: between the steps too, along the motion from state to state.
+        between: the motion in continuous time, to be judged between the steps too.
         tolerance: how far a recorded position may be from the true one, metres.
     """
     judge = ConstraintJudge(mission, tolerance)
     agents, count, _ = trace.position.shape
     recorded = (np.full(agents, name not in trace.derived) for name in ("velocity", "heading"))
     judge.take(States(0, trace.position, trace.velocity, trace.heading, np.zeros((agents, count)), *recorded))
-    if continuous and count > 1:
-        judge.take_between(trace)
+    if between is not None and count > 1:
+        judge.take_between(between)
     return judge.constraints(), judge.not_judged()
 
 
@@ -92,9 +92,8 @@ class ConstraintJudge:
 
         return self._fold(self.margins.take(states), places)
 
-    def take_between(self, trace: Trace) -> list[Constraint]:
-        """Take in the motion between the states of a trace."""
-        curves = motion(self.mission, trace)
+    def take_between(self, curves: Curves) -> list[Constraint]:
+        """Take in the motion between the states."""
         found = between_margins(self.flown, self.margins.rooms, curves, self.tolerance)
         return self._fold(found, lambda agents, time: curves.at(np.array([time]))[agents, 0])
 
