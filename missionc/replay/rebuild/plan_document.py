@@ -39,7 +39,7 @@ def _proven(opened: OutputFolder) -> Proven | None:
     if tours is None:
         return None
     known = beside(opened.mission, opened.trace, tours, TOURS)
-    match parse_json(opened.text(PLAN)):
+    match parse_json(opened.text(PLAN), finite=False):
         case {"proven": {"by": str(by), "least": int() | float() as least}} if by == COVER:
             return replace(known, least=float(least), by=COVER) if known.least < least <= known.value else known
         case _:
@@ -48,7 +48,7 @@ def _proven(opened: OutputFolder) -> Proven | None:
 
 def check_plan(opened: OutputFolder, plan: Plan) -> Check:
     """Every entry: states, times, graphs, radii, verdicts; none between the steps, and no other agent."""
-    said = parse_json(opened.text(PLAN))
+    said = parse_json(opened.text(PLAN), finite=False)
     return verdict(PLAN, _too_high(said, plan) or difference(said, parse_json(plan_json(opened.mission, plan))))
 
 
