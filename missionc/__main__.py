@@ -29,7 +29,7 @@ def main() -> int:
 
     hold_numbers()
     # A server has no deadline of its own, and its editor or terminal ends it.
-    serves = {"lsp", "studio", "--watch", "--live"} & set(sys.argv[1:])
+    serves = {"lsp", "studio"} & set(sys.argv[1:2]) or {"--watch", "--live"} & set(sys.argv[1:])
     ended = None if serves else supervise()
     for stream in (sys.stdout, sys.stderr):
         # A letter that the terminal lacks, or a file name in no encoding, must not stop a message.

@@ -98,7 +98,7 @@ def _finding(
 ) -> Diagnostic:
     amount = abs(_bound(known, culprit))
     if amount == np.inf:
-        return _whatever_the_motion(goal, culprit)
+        return _whatever_the_motion(mission, goal, culprit)
     verb, step = ("start", 0) if culprit.column == FIRST else ("finish", mission.steps)
     agents, notes = _because(mission, culprit, intervals, amount)
     names = [f"`{mission.agents[agent].name}`" for agent in agents]
@@ -129,13 +129,14 @@ def _verdict(culprit: Culprit) -> str:
     return "false" if culprit.upper is not says_opposite(culprit.node) else "true, which it must not be,"
 
 
-def _whatever_the_motion(goal: Goal, culprit: Culprit) -> Diagnostic:
+def _whatever_the_motion(mission: Mission, goal: Goal, culprit: Culprit) -> Diagnostic:
     """A requirement that does not depend on the motion, such as one about the number of agents."""
+    step = 0 if culprit.column == FIRST else mission.steps
     return Diagnostic(
         CONTRADICTION,
         f"requirement `{goal.name}` cannot be satisfied, whatever the motion",
-        Label(culprit.words or goal.span, f"always {_verdict(culprit).rstrip(',')}"),
-        help="drop this part, or require something that depends on the motion",
+        Label(culprit.words or goal.span, f"{_verdict(culprit)} at {seconds(mission, step)}, whatever the agents do"),
+        help=f"let the requirement's window leave out {seconds(mission, step)}, or drop this part",
     )
 
 

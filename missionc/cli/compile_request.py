@@ -23,7 +23,7 @@ from missionc.base.units import Seconds
 from missionc.cli import emit_stages, stage_names, summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.progress import shown
-from missionc.diagnostics.defect import improvement_failed
+from missionc.diagnostics.defect import improvement_failed, later_not_written
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 from missionc.pipeline import driver
@@ -263,8 +263,9 @@ def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: 
     """The folder, whole or not at all; then the map of a plan."""
     wrong = folder.write(compiled)
     if wrong and folder.kept:
-        kept = replace(folder.kept, findings=(*folder.kept.findings, wrong))
-        return CompileResult(kept, Status.MISSION_ERRORS, str(folder.path))
+        finding = later_not_written(wrong)
+        kept = replace(folder.kept, findings=(*folder.kept.findings, finding))
+        return CompileResult(kept, Status.DONE, str(folder.path))
     if wrong:
         return _refused(compiled, wrong)
     if request.plot and isinstance(compiled.outcome, Verified):

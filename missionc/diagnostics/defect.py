@@ -59,6 +59,17 @@ def cut_off(ended: Ended) -> Diagnostic:
     return Diagnostic(code, why if code is INTERNAL else f"undecided: {why}", None, help=help_)
 
 
+def later_not_written(wrong: Diagnostic) -> Diagnostic:
+    """Report that a better plan could not replace the verified one in the folder."""
+    return Diagnostic(
+        IMPROVEMENT_FAILED,
+        f"a better plan was found, and could not be written: {wrong.message}",
+        None,
+        notes=(*wrong.notes, "the folder holds the verified plan from before"),
+        help="make room, or name another folder with `-o`",
+    )
+
+
 def _named(error: Exception) -> str:
     """The kind of an error and the line that raised it: ``ZeroDivisionError at check_world.py:42``."""
     place = error.__traceback__

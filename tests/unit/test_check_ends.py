@@ -136,4 +136,4 @@ def test_what_no_motion_changes_is_not_blamed_on_a_start_or_a_finish(formula: st
     (finding,) = found("start in near", formula)
     assert finding.message == "requirement `r` cannot be satisfied, whatever the motion"
     assert finding.primary is not None
-    assert (finding.primary.span.text, finding.primary.message) == (words, "always false")
+    assert (finding.primary.span.text, finding.primary.message) == (words, "false at 0 s, whatever the agents do")

@@ -26,6 +26,8 @@ from missionc.diagnostics.code import IMPROVEMENT_FAILED
 from missionc.diagnostics.defect import improvement_failed
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
+from missionc.output.folder import write_folder
+from missionc.output.folder.unwritable import cannot_write
 from missionc.pipeline import driver, incumbent
 from missionc.pipeline.alternatives import compare_options, ranked_plans
 from missionc.pipeline.checked import Checked
@@ -296,6 +298,26 @@ def test_a_folder_that_cannot_be_written_again_keeps_the_plan_that_it_has(
     wrong = folder.write(unfinished)
     assert wrong is not None
     assert folder.kept is result
+
+
+def test_a_better_plan_that_cannot_be_written_leaves_the_plan_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    real, calls = write_folder.write_folder, []
+
+    def full_disk(target: Path, files: object, force: bool) -> object:
+        calls.append(target)
+        return real(target, files, force) if len(calls) == 1 else cannot_write(target, "no space left")  # type: ignore[arg-type]
+
+    mission, folder = tmp_path / "a.mission", tmp_path / "plan"
+    mission.write_text(SHORTEST)
+    monkeypatch.setattr(driver, "weighs_options", lambda *_: True)
+    monkeypatch.setattr(write_folder, "write_folder", full_disk)
+    assert main(["compile", str(mission), "-o", str(folder)]) == 0
+    said = capsys.readouterr()
+    assert "warning[MC613]: a better plan was found, and could not be written" in said.err
+    assert "error" not in said.err
+    assert main(["verify", str(folder)]) == 0
 
 
 def test_a_picture_that_cannot_be_drawn_leaves_the_folder(
