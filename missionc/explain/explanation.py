@@ -18,16 +18,15 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Turn
 from missionc.checks.check_horizons import steps_ahead
 from missionc.explain.convention_examples import Trap
+from missionc.explain.flights import flights_said
 from missionc.explain.indexed import for_each_index, with_indices
 from missionc.explain.phrases import names
 from missionc.explain.sentences import Sentences, sentences
 from missionc.explain.traps import table, traps_of
 from missionc.explain.window_diagram import WIDTH, Span, draw, windows
 from missionc.ir import (
-    Agent,
     Apply,
     Compare,
-    Exactly,
     Flag,
     Flagged,
     Formation,
@@ -45,7 +44,7 @@ from missionc.ir import (
     Weight,
 )
 from missionc.ir.pair_ranges import directed
-from missionc.ir.wording import all_listed, listed, metres, seconds
+from missionc.ir.wording import all_listed, listed, seconds
 from missionc.language.walk_formulas import as_written, bottom_up, goals
 from missionc.lower.choose_backend import Choice, needs_of
 from missionc.resolve.show_ir_formula import number
@@ -376,33 +375,3 @@ def _trap(trap: Trap) -> dict[str, object]:
         "asked": {"formula": example.asked, "holds": example.holds},
         "otherwise": {"formula": example.otherwise, "holds": not example.holds},
     }
-
-
-def flights_said(mission: Mission) -> list[str]:
-    """One for each team that says ``flight``."""
-    teams: dict[str, list[Agent]] = {}
-    for agent in mission.agents:
-        if agent.pad is not None:
-            teams.setdefault(agent.team, []).append(agent)
-    return [_flight_said(mission, name, agents) for name, agents in teams.items()]
-
-
-def _flight_said(mission: Mission, name: str, agents: list[Agent]) -> str:
-    pad = agents[0].pad
-    assert pad is not None
-    where = "from below where it starts" if pad.point is None else "from pads of its own"
-    heights = {_hover_height(mission, agent) for agent in agents}
-    high = heights.pop() if len(heights) == 1 else None
-    up = "to the height of its starts" if high is None else f"to {metres(high)}"
-    fast = "" if math.isinf(pad.rise) else f" at {number(pad.rise)} m/s at most"
-    slow = "" if math.isinf(pad.land) else f" at {number(pad.land)} m/s at most"
-    return f"`{name}` rises {where} {up}{fast}, and comes back to land there{slow}"
-
-
-def _hover_height(mission: Mission, agent: Agent) -> float | None:
-    """None where only a plan can tell."""
-    if mission.dimension < 3:
-        return float(agent.altitude)
-    if agent.pad is not None and agent.pad.hover is not None:
-        return agent.pad.hover
-    return agent.start.point[2] if isinstance(agent.start, Exactly) else None

@@ -18,7 +18,7 @@ from typing import assert_never
 
 from missionc import ir
 from missionc.base.late_dataclass import dataclass
-from missionc.base.source import Turn
+from missionc.explain.chains import boolean, turns_of
 from missionc.explain.indexed import indices, with_indices
 from missionc.explain.phrases import (
     COMPARED,
@@ -36,7 +36,7 @@ from missionc.explain.phrases import (
     window_of,
 )
 from missionc.kernel import walk
-from missionc.kernel.nodes import All, Any, Is, Node, Not
+from missionc.kernel.nodes import All, Any, Is, Not
 from missionc.language.walk_formulas import as_written, bottom_up, meaning, operands
 
 LONG = 12
@@ -179,15 +179,15 @@ class _Speaker:
                 return Verb("may be anybody", "may be nobody")
             case ir.Truth():
                 return Verb("may be nobody", "may be anybody")
-            case ir.Apply() if _boolean(formula) is Not:
+            case ir.Apply() if boolean(formula) is Not:
                 (body,) = formula.operands
-                inner = None if _boolean(body) is Not else self._literal(body)
+                inner = None if boolean(body) is Not else self._literal(body)
                 return inner and inner.negated()
             case _:
                 return None
 
     def _chain(self, formula: ir.Formula) -> str | None:
-        return {All: "and", Any: "or"}.get(_boolean(formula) or Is)
+        return {All: "and", Any: "or"}.get(boolean(formula) or Is)
 
     def _condition(self, formula: ir.Formula) -> Verb:
         """The verb, or a name for what is explained later."""
@@ -294,7 +294,7 @@ class _Speaker:
             return Clause(f"{around.who} {verb}", self._literal(formula) is not None)
         if formula.operator.spatial:
             return Clause(self._spatial(formula, around))
-        kind = _boolean(formula)
+        kind = boolean(formula)
         if kind is Not:
             return self._denied(formula.operands[0], around)
         if kind in (All, Any):
@@ -333,7 +333,7 @@ class _Speaker:
 
     def _with_index(self, formula: ir.Apply, around: Around) -> str | None:
         """``for each `i` from 0 to 9: …``, where the operands are one text with each value of an index."""
-        turns, known = _turns(formula), len(self.order)
+        turns, known = turns_of(formula), len(self.order)
         each = indices(turns) if turns else None
         texts = [self.clause(part, around.inner()).text for part in formula.operands] if each else []
         said = with_indices(texts, turns) if each and len(self.order) == known else None
@@ -344,7 +344,7 @@ class _Speaker:
         found: list[ir.Formula] = []
         for part in formula.operands:
             inside = isinstance(part, ir.Apply) and self._chain(part) == word and not self._called(part)
-            if inside and isinstance(part, ir.Apply) and not _turns(part):
+            if inside and isinstance(part, ir.Apply) and not turns_of(part):
                 found.extend(part.operands)
             else:
                 found.append(part)
@@ -396,26 +396,3 @@ class _Speaker:
             included=f" ({around.who} itself included)" if itself else "",
             number=COMPARED.get(formula.comparison, "").format(formula.number),
         )
-
-
-def _boolean(formula: ir.Formula) -> type[Node] | None:
-    """Whether a formula is plainly `not`, `and` or `or`, as its kernel form shows."""
-    if not isinstance(formula, ir.Apply) or formula.bounds is not None or formula.operator.spatial:
-        return None
-    node, places = meaning(formula)
-    match node:
-        case Not(body) if body is places[0]:
-            return Not
-        case All(parts) | Any(parts) if parts == places:
-            return type(node)
-        case _:
-            return None
-
-
-def _turns(formula: ir.Apply) -> list[tuple[Turn, ...]]:
-    """With which indices each operand of a chain is read that `for` made; none of any other."""
-    own = formula.span.turns
-    turns = [operand.span.turns for operand in formula.operands]
-    if any(each[: len(own)] != own or len(each) == len(own) for each in turns):
-        return []
-    return [each[len(own) :] for each in turns]
