@@ -22,7 +22,6 @@ from missionc.base.units import Seconds
 from missionc.diagnostics.defect import improvement_failed
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MANIFEST
-from missionc.output.folder.manifest import relisted
 from missionc.pipeline.results import Compiled, Unverified, Verified
 
 PATIENCE = Seconds(1.0)
@@ -136,6 +135,8 @@ def improved(step: str, before: Compiled | None, work: Callable[[], Compiled]) -
 
 def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
     """A verified plan whose search did not come to its end, as its report and its manifest state."""
+    from missionc.output.folder.manifest import relisted  # with the versions of packages, for those who have a plan
+
     assert isinstance(compiled.outcome, Verified)
     files, report = dict(compiled.outcome.files), compiled.outcome.report
     files[MANIFEST] = relisted({**json.loads(files[MANIFEST]), "cut_short": why.value}, {})
