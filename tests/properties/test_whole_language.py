@@ -20,12 +20,14 @@ pytest.importorskip("torch")
 USUAL = 20
 FIRST = 20_000
 SECONDS = "0.5"
+PLANNED = (20_007, 20_020)
+"""Missions that have a plan: these get as long as they need, however busy the machine is."""
 PRESETS = ("search", "paper", "fsot", "mpot")
 
 
 def flags(seed: int, text: str) -> tuple[str, ...]:
-    """For ``compile``; a search that finds nothing in a second is an answer too."""
-    found = ["--time-limit", SECONDS, "--explain-limit", "1" if seed % 8 == 1 else "0"]
+    """For ``compile``; a search that finds nothing in its time is an answer too."""
+    found = ["--time-limit", "300" if seed in PLANNED else SECONDS, "--explain-limit", "1" if seed % 8 == 1 else "0"]
     found += ["--continuous"] if seed % 4 == 0 else []
     found += ["--alternatives", "3"] if seed % 3 == 0 else []
     if "solve with clot" in text and seed % 2:
@@ -46,7 +48,7 @@ def test_every_command_has_an_answer_to_every_mission(tmp_path: Path, monkeypatc
             error.add_note(f"mission {seed}:\n" + "\n".join(files.values()))
             raise
         outcomes[ended.outcome] += 1
-    assert outcomes["planned"] > 0
+        assert ended.outcome == "planned" or seed not in PLANNED
     assert set(outcomes) <= {"planned", "refused", "impossible", "undecided"}
     print(dict(outcomes))
 
