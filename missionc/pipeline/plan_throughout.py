@@ -165,6 +165,9 @@ def plan_throughout(
         if isinstance(retry.outcome, Verified) and falls_short(retry, throughout) is None:
             note = f"the first plan does not {short.no}; {'repaired it' if attempt.repaired else 'this one'} does"
             report = retry.outcome.report
+            if attempt.repaired and isinstance(first.outcome, Verified):  # the first plan's search is this one's
+                found = first.outcome.report
+                report = replace(report, sizes=found.sizes, texts=found.texts, roadmaps=found.roadmaps)
             outcome = replace(retry.outcome, report=replace(report, engine=report.engine or engine))
             return noted(replace(retry, checked=replace(retry.checked, choice=choice), outcome=outcome), note)
         failing |= _failing(retry)
