@@ -16,10 +16,9 @@ The rivals, bounded by ``--limit`` (CPU seconds of a run; each in a process of i
     nlp           stlpy's smooth robustness, SNOPT
 
 A method none of whose plans held, not even at the steps, gets one seed for each larger team.
-What each formulation approximates stands at the head of its file in ``bench/table1/``. Those whose packages are
-missing are left out and named; they are no dependencies of missionc:
-
-    pip install -r bench/requirements.txt
+What each formulation approximates stands at the head of its file in ``bench/table1/``. The packages of the rivals
+are in an extra: ``pip install 'missionc[rivals]'``. A method whose package is missing is left out and named; if
+``--only`` asks for it, nothing is run, and the exit status is 1.
 
 Columns: *solved* by the verifier's word, between the steps too; *at steps*, how many plans hold at the steps alone
 (what a formulation at samples can promise); mean CPU seconds of all runs, stopped ones with the limit (a ``>`` says
@@ -61,6 +60,7 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, object], ...], bool, tuple[str, .
     "nlp": ("nlp", (), False, ("stlpy", "pydrake")),
 }
 """Name of the row: module, options, whether a first call does not count, packages."""
+INSTALL = "pip install 'missionc[rivals]'"
 
 PUBLISHED = {
     ("clot", 3): (1.0, 4.19, 14.5, 0.51),
@@ -95,8 +95,11 @@ def main() -> None:
     parser.add_argument("--rival-seeds", type=int, help="of the other methods, which take longer; as many as ours")
     parser.add_argument("--limit", type=float, default=60.0, help="CPU seconds of a run")
     parser.add_argument("--memory", type=float, default=8.0, help="GiB of data of a process")
-    parser.add_argument("--only", nargs="+", choices=list(METHODS), default=list(METHODS))
+    parser.add_argument("--only", nargs="+", choices=list(METHODS), default=[])
     arguments = parser.parse_args()
+    missing = {name: absent for name in METHODS if (absent := missing_packages(name))}
+    if words := [f"{name} needs {' and '.join(missing[name])}" for name in arguments.only if name in missing]:
+        sys.exit(f"not installed: {'; '.join(words)}\nhelp: {INSTALL}")
     print(
         "| N | method | solved | at steps | CPU s | iterations | joint motions "
         "| path m | smoothness m/s | clearance m | peak MB | published |"
@@ -105,12 +108,8 @@ def main() -> None:
     remarks: list[str] = []
     beaten: set[str] = set()
     for agents in arguments.agents:
-        for name in arguments.only:
-            module, options, warm, packages = METHODS[name]
-            absent = [package for package in packages if importlib.util.find_spec(package) is None]
-            if absent:
-                remarks.append(f"{name}, N = {agents}: left out, {' and '.join(absent)} not installed")
-                continue
+        for name in arguments.only or [name for name in METHODS if name not in missing]:
+            module, options, warm, _ = METHODS[name]
             count = arguments.seeds if name == "ours" else arguments.rival_seeds or arguments.seeds
             seeds = list(range(1 if name in beaten else count))
             task = Task(
@@ -122,8 +121,17 @@ def main() -> None:
                 beaten.add(name)
             why = Counter(words for run in made if (words := reason(run)))
             remarks.extend(f"{name}, N = {agents}, {times} times: {words}" for words, times in why.most_common(3))
+    if not arguments.only:
+        remarks += [
+            f"{name}: left out, {' and '.join(absent)} not installed; {INSTALL}" for name, absent in missing.items()
+        ]
     print()
     print("\n".join(remarks))
+
+
+def missing_packages(name: str) -> list[str]:
+    """Packages of a method that are not installed."""
+    return [package for package in METHODS[name][3] if importlib.util.find_spec(package) is None]
 
 
 def row(name: str, agents: int, made: list[Run]) -> str:
