@@ -89,7 +89,7 @@ def navigation() -> tuple[Page | Section, ...]:
                             Page("Missions judged in flight", "docs/live.md"),
                             Page("Planning anew in flight", "docs/replan.md"),
                             Page("Flights in a closed loop", "docs/fly.md"),
-                            Page("Why impossible", "docs/impossible.md"),
+                            Page("Infeasible missions", "docs/impossible.md"),
                         ),
                     ),
                     Section("Errors", (Page("All codes", "made/errors/index.md"), *_families())),
