@@ -86,7 +86,7 @@ def navigation() -> tuple[Page | Section, ...]:
                             Page("Exports", "docs/exports.md"),
                             Page("Flights in simulation", "docs/simulate.md"),
                             Page("Sweeps", "docs/sweep.md"),
-                            Page("Missions judged in flight", "docs/live.md"),
+                            Page("Live monitoring", "docs/live.md"),
                             Page("Replan in flight", "docs/replan.md"),
                             Page("Flights in a closed loop", "docs/fly.md"),
                             Page("Infeasible missions", "docs/impossible.md"),
