@@ -80,7 +80,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     Section(
                         "Outputs",
                         (
-                            Page("The folder", "docs/outputs.md"),
+                            Page("The plan folder", "docs/outputs.md"),
                             Page("The report", "docs/report.md"),
                             Page("Verification and the certificate", "docs/verify.md"),
                             Page("Exports", "docs/exports.md"),
