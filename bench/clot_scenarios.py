@@ -22,7 +22,7 @@ import numpy as np
 import missionc
 from missionc.backends.api import Budget, Planned
 from missionc.backends.load import load
-from missionc.backends.options import PRESETS, Options
+from missionc.backends.options import TRANSPORT_PRESETS, Options
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.crazyflie import crazyflie
 from missionc.verify.verify_plan import verify
@@ -51,7 +51,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--only", nargs="*", choices=list(SCENARIOS))
     parser.add_argument("--limit", type=float, default=300.0, help="seconds for each seed")
-    parser.add_argument("--preset", choices=PRESETS, default=PRESETS[0], help="how to plan")
+    parser.add_argument("--preset", choices=TRANSPORT_PRESETS, default=TRANSPORT_PRESETS[0], help="how to plan")
     parser.add_argument("--samples", type=int, help="trajectories that the preset optimises at once")
     arguments = parser.parse_args()
     options = Options(preset=arguments.preset, samples=arguments.samples)

@@ -6,14 +6,16 @@ import time
 
 from missionc.backends.api import Budget, Planned
 from missionc.backends.load import load
-from missionc.backends.options import PRESETS, Options
+from missionc.backends.options import TRANSPORT_PRESETS, Options
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from table1.score import Searched
 
 
-def plan(mission: Mission, kernel: Kernel, seed: int, limit: float, preset: str = PRESETS[0]) -> Searched | str:
+def plan(
+    mission: Mission, kernel: Kernel, seed: int, limit: float, preset: str = TRANSPORT_PRESETS[0]
+) -> Searched | str:
     backend = load("clot")
     if isinstance(backend, Diagnostic):
         return backend.message

@@ -36,6 +36,7 @@ class Reason(Enum):
     NO_ROADMAP = "no roadmap could be built"
     SOLVER = "the solver gave up"
     DELAY = "the plans that were found tolerate no such delay"
+    METHOD = "the published method has no plan"
 
 
 class CutShort(Enum):

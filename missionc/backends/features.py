@@ -56,6 +56,8 @@ class Offer:
         repeats: the backend whose attempts it makes as well; where that takes turns in a portfolio, it comes last and
             has one turn.
         weighs: whether what it makes least of is so over all options at once, and not of one that it chose before.
+        presets: values of the option ``preset`` that it plans by. A backend without that option plans by them if no
+            other backend is asked.
         leads: features with which it takes the first turn in a portfolio, whatever the order of the table.
     """
 
@@ -69,3 +71,4 @@ class Offer:
     repeats: str = ""
     weighs: bool = False
     leads: frozenset[Feature] = frozenset()
+    presets: frozenset[str] = frozenset()

@@ -17,6 +17,7 @@ from missionc.backends.smt.offer import SMT
 from missionc.base.trace import Trace
 from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
+from missionc.ir.wording import all_listed
 
 
 def load(name: str, options: Options | None = None, checkpoint: bool = False) -> Backend | Diagnostic:
@@ -40,7 +41,7 @@ def load_engines(
     """
     options = options or Options()
     offers = [OFFERS[name] for name in names]
-    wrong = {offer.name: _not_its_flag(offer, options, checkpoint) for offer in offers}
+    wrong = {offer.name: _not_its_flag(offer, options, checkpoint, len(offers) == 1) for offer in offers}
     hear = [offer for offer in offers if wrong[offer.name] is None]
     lacking = {offer.name: _package_missing(offer) for offer in hear}
     there = [offer for offer in hear if lacking[offer.name] is None][: 1 if checkpoint else None]
@@ -103,27 +104,34 @@ def load_repair(motion: Trace) -> Backend | None:
     return repair
 
 
-def _not_its_flag(offer: Offer, options: Options, checkpoint: bool) -> Diagnostic | None:
-    """The first flag that is for other backends and may not be passed over."""
+def _not_its_flag(offer: Offer, options: Options, checkpoint: bool, alone: bool) -> Diagnostic | None:
+    """The first flag that is for other backends and may not be passed over.
+
+    Args:
+        alone: no other backend is asked.
+    """
+    every = OFFERS.values()
     if checkpoint and not offer.checkpoints:
-        return _for_others(
-            "--checkpoint` or `--resume", [each.name for each in OFFERS.values() if each.checkpoints], offer
-        )
+        return _for_others("--checkpoint` or `--resume", [each.name for each in every if each.checkpoints], offer)
     for each in DESCRIBED.values():
         value = getattr(options, each.name)
-        if each.refused and value != each.default and each.name not in offer.options:
-            hear = [other.name for other in OFFERS.values() if each.name in other.options]
+        if each.refused and value != each.default and not _hears(offer, each.name, value, alone):
+            hear = [other.name for other in every if _hears(other, each.name, value, alone=True)]
             return _for_others(f"--{each.name} {value}", hear, offer)
     return None
 
 
+def _hears(offer: Offer, name: str, value: object, alone: bool) -> bool:
+    """Whether an option of this value changes how a backend plans."""
+    return (name in offer.options or alone) and value in offer.presets if name == "preset" else name in offer.options
+
+
 def _for_others(flag: str, names: list[str], offer: Offer) -> Diagnostic:
-    others = " and ".join(f"`{name}`" for name in names)
+    others = all_listed([f"`{name}`" for name in names])
     return Diagnostic(
         NOT_ITS_FLAG,
-        f"`{flag}` is for the backends {others}, and this mission goes to `{offer.name}`",
+        f"`{flag}` is for {others}, and this mission goes to `{offer.name}`",
         None,
-        notes=("it is about planning by transport; a SAT solver over roadmaps does nothing with it",),
         help=f"leave it out, or plan with `--backend {names[0]}`, where the mission allows it",
     )
 

@@ -19,8 +19,13 @@ SLOWEST = 1000
 """How many times as long as planned a flight may take at most."""
 
 
-PRESETS = ("sketch", "search", "paper", "fsot", "mpot")
+TRANSPORT_PRESETS = ("sketch", "search", "paper", "fsot", "mpot")
 """Ways to plan that the transport backend knows by name; the first is the default."""
+
+ROADMAP_PRESETS = ("paper", "paper-apart")
+"""Those that the roadmap backend knows by name; it has no name for its own."""
+
+PRESETS = tuple(dict.fromkeys((*TRANSPORT_PRESETS, *ROADMAP_PRESETS)))
 
 
 DEVICES = ("cpu", "cuda")
@@ -145,7 +150,13 @@ DESCRIBED: Final = {
     each.name: each
     for each in (
         Described("solver", OneOf(SOLVERS), recorded=Recorded.ALWAYS),
-        Described("preset", OneOf(PRESETS), help="How clot plans.", recorded=Recorded.BY_ITS_BACKENDS, refused=True),
+        Described(
+            "preset",
+            OneOf(PRESETS),
+            help="How clot plans; `paper` and `paper-apart` also with `--backend smt`.",
+            recorded=Recorded.BY_ITS_BACKENDS,
+            refused=True,
+        ),
         Described(
             "device",
             OneOf(DEVICES),

@@ -139,6 +139,8 @@ RESTLESS = Code("MC553", "a stay that the lowest speed forbids", about_planning=
 CROWDED = Code("MC554", "more agents than a region has room for", about_planning=True)
 NO_FIT = Code("MC555", "a formation that fits nowhere", about_planning=True)
 STUCK = Code("MC556", "a formation that fits through no passage", about_planning=True)
+NOT_PUBLISHED = Code("MC563", "not part of the preset's method")
+METHOD_ENDED = Code("MC564", "the method of the preset found no plan")
 PLACE_OUTSIDE_WORLD = Code("MC558", "a place outside the world", warning=True)
 DEAD_BRANCH = Code("MC557", "an alternative that can never hold", warning=True)
 

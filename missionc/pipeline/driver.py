@@ -32,7 +32,7 @@ from missionc.backends.api import (
     ignore,
 )
 from missionc.backends.load import load_engines as load_backend
-from missionc.backends.offers import OFFERS
+from missionc.backends.offers import OFFERS, is_published
 from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.limits import Limits
@@ -50,6 +50,7 @@ from missionc.pipeline import no_plan
 from missionc.pipeline.ask_backend import ask_backend, not_found
 from missionc.pipeline.ask_bound import BoundSide
 from missionc.pipeline.certify_plan import certify_plan, reserved_time
+from missionc.pipeline.check_preset import check_preset
 from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
@@ -189,6 +190,11 @@ def plan(
     if alternatives > 1 and options.stretch != 1:
         raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
     began = time.monotonic()
+    if checked.mission and checked.choice and is_published(checked.choice.engines, options):
+        lacking = check_preset(checked.mission, options, alternatives) if checked.ok else []
+        if lacking:
+            return Compiled(checked, Refused(), (*checked.findings, *lacking), checked.seconds)
+        explain_limit = NO_EXPLANATION
 
     def keep(compiled: Compiled) -> None:
         if isinstance(compiled.outcome, Verified) and acceptable(compiled.outcome, throughout):
@@ -299,7 +305,7 @@ def _plan_by_all(
 
     incumbent = Incumbent(lambda planned: certified(planned, Stopwatch(), None), secure)
     try:
-        covers = asked_for is None and calm == 1
+        covers = asked_for is None and calm == 1 and not is_published(choice.engines, options)
         asked_of = partial(ask_backend, backend, mission, asked_for or kernel, options, whole, explain_limit, moment)
         outcome = asked_of(incumbent, covers=covers, calm=calm)
     except UnusableSnapshot as wrong:

@@ -1,6 +1,6 @@
 """Diagnostics for a mission without a plan: one message for each way to end without.
 
-says MC601 to MC609 MC710
+says MC564 MC601 to MC609 MC710
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from missionc.backends.offers import AUTO
 from missionc.base.units import Seconds
 from missionc.diagnostics.code import (
     IMPOSSIBLE,
+    METHOD_ENDED,
     NO_MOTION,
     NO_ROADMAP,
     NOT_BETWEEN,
@@ -118,6 +119,7 @@ def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) 
         "TIME": (OUT_OF_TIME, "allow more with `--time-limit`"),
         "MEMORY": (OUT_OF_MEMORY, "allow more with `--memory-limit`"),
         "SIZE": (PROBLEM_TOO_LARGE, "allow more with `--limit clauses=…`, or use fewer nodes, steps or agents"),
+        "METHOD": (METHOD_ENDED, "leave `--preset` out, or try another roadmap with `--seed`, `nodes` or `neighbors`"),
         "NO_ROADMAP": (NO_ROADMAP, "look at the starts, the dynamics and the room between obstacles"),
         "SOLVER": (SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
     }[outcome.reason.name]

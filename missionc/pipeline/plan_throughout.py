@@ -15,6 +15,7 @@ from typing import Protocol
 
 from missionc.backends.api import Backend, Budget, forget
 from missionc.backends.load import load_repair, plans_on_roadmaps
+from missionc.backends.offers import is_published
 from missionc.backends.options import Options
 from missionc.base.signals import asked
 from missionc.base.throughout import Throughout
@@ -153,7 +154,8 @@ def plan_throughout(
     repair = load_repair(first.outcome.plan.trace) if isinstance(first.outcome, Verified) else None
     limited = _limited(first, budget, throughout, began)
     failing, tried = _failing(first), 1
-    for attempt in _attempts(short, engine, repair):
+    published = is_published(choice.engines, options)
+    for attempt in () if published else _attempts(short, engine, repair):
         if asked() or time.monotonic() >= limited.deadline:
             break
         asked_for = _strengthened(mission, kernel, failing, attempt) if short is BETWEEN else None
@@ -171,7 +173,9 @@ def plan_throughout(
             outcome = replace(retry.outcome, report=replace(report, engine=report.engine or engine))
             return noted(replace(retry, checked=replace(retry.checked, choice=choice), outcome=outcome), note)
         failing |= _failing(retry)
-    return _fallen_short(first, short, throughout, f"{tried} plans were asked for: none {short.none}")
+    asked_once = "the method of the preset gives one plan, and nothing is planned anew"
+    note = asked_once if published else f"{tried} plans were asked for: none {short.none}"
+    return _fallen_short(first, short, throughout, note)
 
 
 def _failing(compiled: Compiled) -> frozenset[str]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, assert_never
 
-from missionc.backends.offers import AUTO, OFFERS
+from missionc.backends.offers import AUTO, OFFERS, is_published
 from missionc.backends.options import DESCRIBED, Described, Options, Recorded
 from missionc.base.source import Source
 from missionc.output.folder.file_names import MANIFEST, MISSION, NEAR_MISS, PROOF, input_name
@@ -61,7 +61,9 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     """What of the command line changes the plan; of a mission in flight that it lasts longer than it is written."""
     options = replace(options, stretch=max(options.stretch, checked.stretch))
     engines = checked.choice.engines if checked.choice is not None else ()
-    hears = frozenset().union(*(OFFERS[name].options for name in engines))
+    hears = frozenset({"preset"} if is_published(engines, options) else ()).union(
+        *(OFFERS[name].options for name in engines)
+    )
     named = [(each.name, each.text(options)) for each in DESCRIBED.values() if _is_recorded(each, options, hears)]
     named.extend([("backend", AUTO)] if len(engines) > 1 else [])
     named.extend([("vehicle", checked.vehicle)] if checked.vehicle else [])

@@ -26,7 +26,7 @@ from missionc.backends.clot.paper.prefix import about
 from missionc.backends.clot.paper.prefix_check import prefix_margin
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.run.presets import PRESETS, fewer_samples, preset
-from missionc.backends.options import PRESETS as NAMES
+from missionc.backends.options import TRANSPORT_PRESETS as NAMES
 from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.diagnostics.code import NOT_ITS_FLAG

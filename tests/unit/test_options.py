@@ -14,7 +14,7 @@ from missionc.diagnostics.code import NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 
 WITHOUT_A_FLAG = {"captures", "brief"}
-OTHER = {"solver": "race", "preset": "paper", "device": "cuda", "samples": 3, "margin": 0.5, "processes": 2}
+OTHER = {"solver": "race", "preset": "search", "device": "cuda", "samples": 3, "margin": 0.5, "processes": 2}
 
 
 def test_every_option_is_described_and_has_a_flag_with_its_default() -> None:

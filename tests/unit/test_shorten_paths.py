@@ -115,7 +115,7 @@ def test_a_calmed_plan_keeps_every_requirement_and_every_distance_and_is_no_long
     before = states_of(outcome, motion)
     formulas = [goal.formula for goal in kernel.requirements]  # without the one that made them leave
     after = shorten_paths(before, range(3), formulas, motion, mission)
-    assert all(truth(formula, mission, lift(after, motion, mission))[0, 0] for formula in formulas)
+    assert all(truth(formula, mission, lift(after, motion.own_roadmaps, mission))[0, 0] for formula in formulas)
     assert not len(too_near(after, np.arange(3), motion, mission))
     old, new = JointPaths(before, motion, mission), JointPaths(after, motion, mission)
     costs = [(old.cost(agent), new.cost(agent)) for agent in range(3)]
@@ -178,7 +178,7 @@ def ways_of(agent: int, mission: Mission, kernel: Kernel, motion: Motion) -> lis
     for length, way in ways:
         states = np.array([way, way])
         states[1 - agent] = way[0]
-        if truth(kernel.requirements[agent].formula, mission, lift(states, motion, mission))[0, 0]:
+        if truth(kernel.requirements[agent].formula, mission, lift(states, motion.own_roadmaps, mission))[0, 0]:
             found.append((length, way))
     return found
 

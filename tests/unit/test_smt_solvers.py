@@ -308,8 +308,8 @@ def test_a_solver_whose_limit_is_lifted_answers() -> None:
 
 
 def test_without_cadical_z3_is_asked_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    folder = solve._folder
-    monkeypatch.setattr(solve, "_folder", lambda package: "" if package == "pysat" else folder(package))
+    folder = solve.package_folder
+    monkeypatch.setattr(solve, "package_folder", lambda package: "" if package == "pysat" else folder(package))
     with Solvers("auto", ROOM, 0, time.monotonic() + 60) as solvers:
         assert not solvers.takes_turns
         solvers.add(clauses_of([2]))

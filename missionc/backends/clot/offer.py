@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from missionc.backends.features import EVERYTHING, Feature, Offer
+from missionc.backends.options import TRANSPORT_PRESETS
 
 CLOT = Offer(
     "clot",
@@ -12,6 +13,7 @@ CLOT = Offer(
     home="missionc.backends.clot.backend",
     package="torch",
     extra="clot",
+    presets=frozenset(TRANSPORT_PRESETS),
     leads=frozenset(
         {
             Feature.FORMATION,

@@ -15,4 +15,5 @@ HYBRID = Offer(
     package=CLOT.package,
     extra=CLOT.extra,
     repeats=CLOT.name,
+    presets=CLOT.presets,
 )

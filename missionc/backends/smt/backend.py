@@ -17,11 +17,12 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns, unheard
-from missionc.backends.options import Options
+from missionc.backends.options import ROADMAP_PRESETS, Options
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.encode.metric_bounds import bounded_above, measured_goals, without_metres
 from missionc.backends.smt.lift import lift
+from missionc.backends.smt.offer import SMT
 from missionc.backends.smt.paced_run import PacedRun, Pausing
 from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
@@ -86,6 +87,11 @@ class SmtBackend:
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
         """The same in turns: a roadmap, with as many clauses and conflicts as there is work for."""
+        if options.preset in SMT.presets:
+            from missionc.backends.smt.paper.paper_run import plan_as_published  # for those who ask for it
+
+            yield 0.0
+            return plan_as_published(mission, kernel, budget, apart=options.preset != ROADMAP_PRESETS[0])
         return (yield from Run(mission, kernel, options, budget).turns())
 
 
@@ -360,7 +366,9 @@ class Run(PacedRun):
         if isinstance(result, JointMotion):
             if kernel.preferences or self.mission.objective is not Objective.NONE:
                 hold()
-                self.budget.found(Planned(lift(result.states, problem.motion, self.mission), account.report()))
+                self.budget.found(
+                    Planned(lift(result.states, problem.motion.own_roadmaps, self.mission), account.report())
+                )
             result = improve(result, kernel, lowered.goals, search, self.budget.enough)
             if solvers.cut:
                 account.cut()
@@ -369,7 +377,7 @@ class Run(PacedRun):
         self.record(problem, search.rounds, solvers)
         match result:
             case JointMotion(states):
-                return Planned(lift(states, problem.motion, self.mission), account.report())
+                return Planned(lift(states, problem.motion.own_roadmaps, self.mission), account.report())
             case Unsatisfiable() if lowered.shortened:
                 return TooFewLinks()
             case Unsatisfiable():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from missionc.backends.features import EVERYTHING, Feature, Offer
+from missionc.backends.options import ROADMAP_PRESETS
 
 SMT = Offer(
     "smt",
@@ -11,4 +12,5 @@ SMT = Offer(
     checkpoints=False,
     home="missionc.backends.smt.backend",
     weighs=True,
+    presets=frozenset(ROADMAP_PRESETS),
 )

@@ -34,6 +34,6 @@ def nearest(
     """The candidate in which least is wrong: each satisfies what another breaks, and none is a plan."""
     traces = [] if planner is None or planner.nearest is None else [planner.nearest]
     if problem is not None and problem.search.nearest is not None:
-        traces.append(lift(problem.search.nearest, problem.motion, mission))
+        traces.append(lift(problem.search.nearest, problem.motion.own_roadmaps, mission))
     attempts = [come_to(mission, kernel, trace) for trace in traces]
     return min(attempts, key=lambda each: each.wrong, default=None)

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from missionc.backends.offers import AUTO, OFFERS
-from missionc.backends.options import PRESETS, Options
+from missionc.backends.options import TRANSPORT_PRESETS, Options
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import options, stage_names
@@ -162,10 +162,10 @@ def command(
     wanted = stage_names.in_order(stage for group in emitted for stage in group)
     captures = frozenset(wanted) & frozenset(stage_names.BY_A_BACKEND)
     chosen = Options(captures=captures, **of_a_plan)
-    if chosen.samples is not None and chosen.preset == PRESETS[0]:
+    if chosen.samples is not None and chosen.preset == TRANSPORT_PRESETS[0]:
         raise click.UsageError(
             f"`--samples` is for presets that transport trajectories, and `{chosen.preset}` does not; "
-            f"add `--preset` with one of {', '.join(PRESETS[1:])}"
+            f"add `--preset` with one of {', '.join(TRANSPORT_PRESETS[1:])}"
         )
     if continuous and at_steps:
         raise click.UsageError(

@@ -86,6 +86,11 @@ class Motion:
     def roadmap(self, agent: int) -> Roadmap:
         return self.roadmaps[int(self.roadmap_of[agent])]
 
+    @property
+    def own_roadmaps(self) -> tuple[Roadmap, ...]:
+        """The roadmap of each agent."""
+        return tuple(map(self.roadmap, range(self.agents)))
+
     def linked(self, graph: Graph) -> Links:
         """The links between all places."""
         if graph.rule not in self.links:

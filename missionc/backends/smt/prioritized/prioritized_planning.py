@@ -130,7 +130,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
 
     def trace(self, states: Indices) -> Trace:
         """A joint motion, (agents, steps + 1), as it is flown."""
-        return lift(states, self.reservations.motion, self.setting.mission)
+        return lift(states, self.reservations.motion.own_roadmaps, self.setting.mission)
 
     def failing_alone(self) -> list[Part]:
         """The parts that do not hold where each takes the shortest way that there is for it alone."""

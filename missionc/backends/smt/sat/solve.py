@@ -39,7 +39,7 @@ def for_refusals(solver: str) -> str:
     It refuses covers with fewer conflicts than Z3: ten agents in a chain after 7,500, Z3 not after 20,000.
     """
     other = RELIEF.get(solver, "")
-    return other if other and _folder(PACKAGES[other]) else solver
+    return other if other and package_folder(PACKAGES[other]) else solver
 
 
 UNLIMITED = 2**31 - 1
@@ -147,12 +147,12 @@ class Solvers:
         self.cut = False
         """Whether a question was left without an answer because it was time to end."""
         self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
-        self._z3 = program(_folder(PACKAGES["z3"])) if presolves and "z3" in SOLVERS[solver] else None
+        self._z3 = program(package_folder(PACKAGES["z3"])) if presolves and "z3" in SOLVERS[solver] else None
         self._presolver = self._new_presolver()  # it starts up while the roadmaps are built
         self._children: list[Child] = []
         self._relief: Child | None = None
         """The one that takes turns with the only child, while it is not its turn; it is started for its first."""
-        self._relieved = RELIEF[solver] if solver in RELIEF and _folder(PACKAGES[RELIEF[solver]]) else ""
+        self._relieved = RELIEF[solver] if solver in RELIEF and package_folder(PACKAGES[RELIEF[solver]]) else ""
         self._started = False
 
     def __enter__(self) -> Solvers:
@@ -330,11 +330,11 @@ def _answer(child: Child, kind: bytes) -> bytes | str | None:
 def worker(what: str, memory_bytes: int, seed: int) -> list[str]:
     """The command that starts a child: without ``site`` and what the environment says, it is ready a fifth sooner."""
     limits = str(memory_bytes), str(seed)
-    return [sys.executable, "-I", "-S", str(WORKER), what, *limits, _folder(PACKAGES[what])]
+    return [sys.executable, "-I", "-S", str(WORKER), what, *limits, package_folder(PACKAGES[what])]
 
 
 @cache
-def _folder(package: str) -> str:
+def package_folder(package: str) -> str:
     """Where a package lies; nowhere, where there is none."""
     spec = find_spec(package)
     return "" if spec is None or spec.origin is None else str(Path(spec.origin).parent.parent)

@@ -37,7 +37,7 @@ class EvaluatedMotion:
 
     @classmethod
     def of(cls, goals: Goals, states: Indices) -> EvaluatedMotion:
-        trace = lift(states, goals.motion, goals.mission)
+        trace = lift(states, goals.motion.own_roadmaps, goals.mission)
         goals.work += len(states) ** 2 * states.shape[1]
         found = truths(goals.order, goals.mission, trace)
         return cls(states.copy(), trace, found, all(bool(found[formula][0, 0]) for formula in goals.formulas))

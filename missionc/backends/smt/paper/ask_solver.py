@@ -1,0 +1,117 @@
+"""The process that encodes and solves, as its parent sees it: one problem in JSON, one answer, no orphan left."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from missionc.backends.api import Reason
+from missionc.backends.run_account import Account
+from missionc.backends.smt.paper.specify import Specification
+from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.backends.smt.sat.solve import OUT_OF_MEMORY, Stopped, package_folder
+from missionc.backends.smt.sat.solver_process import Process
+from missionc.backends.smt.sat.wait_for_process import wait
+from missionc.ir import Graph
+from missionc.language.margins.links import places_linked
+
+WORKER = Path(__file__).with_name("worker.py")
+
+Pairs: TypeAlias = list[tuple[int, int, list[list[int]]]]
+"""Two agents, the first with the lower number, and pairs of their states or moves; of every two agents."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unsatisfiable:
+    """The encoding has no model."""
+
+
+def links_between(graph: Graph, prms: tuple[Roadmap, ...]) -> Pairs:
+    """The timeless graph of a graphing function: which states of each two of its agents share an edge.
+
+    Source:
+        [strel] "Multi-agent PRM", the redefined ε-proximity graph.
+    """
+    return [
+        (
+            one,
+            other,
+            np.argwhere(places_linked(graph, prms[one].position[:, None], prms[other].position[None])).tolist(),
+        )
+        for one, other in combinations(sorted(graph.agents), 2)
+    ]
+
+
+def problem(
+    specification: Specification, prms: tuple[Roadmap, ...], links: list[Pairs], collisions: Pairs
+) -> dict[str, Any]:
+    """The problem as ``Encoding`` reads it.
+
+    Args:
+        collisions: pairs of moves that two agents cannot make at once; none where collisions are left out.
+    """
+    return {
+        "steps": len(prms[0].standing) - 1,
+        "prms": [
+            {"states": len(prm.position), "moves": prm.moves.tolist(), "starts": prm.starts[0].tolist()} for prm in prms
+        ],
+        "collisions": collisions,
+        "links": links,
+        "members": [list(graph.agents) for graph in specification.graphs],
+        "terms": specification.terms,
+    }
+
+
+def ask_solver(
+    question: dict[str, Any],
+    memory_bytes: int,
+    seed: int,
+    deadline: float,
+    account: Account,
+    encoded: Callable[[], None],
+) -> Indices | Unsatisfiable | Stopped:
+    """States of each agent at the steps that satisfy the encoding, (agents, steps + 1), if there are any.
+
+    Args:
+        memory_bytes: what the process may take.
+        deadline: on the clock of ``time.monotonic``.
+        account: receives the seconds of the processor as its stages ``encode`` and ``solve``.
+        encoded: is called once all terms are made.
+    """
+    folders = dict.fromkeys((package_folder("missionc"), package_folder("z3")))
+    process = Process([sys.executable, "-I", "-S", str(WORKER), str(memory_bytes), str(seed), *folders])
+    stage, said = "encode", b""
+    try:
+        process.outbox.put(json.dumps(question).encode())
+        process.outbox.end()
+        while wait([process], deadline):
+            process.weigh()
+            more = process.read()
+            *lines, said = (said + more).split(b"\n")
+            for answer in map(json.loads, lines):
+                if "seconds" in answer:
+                    account.seconds[stage] = answer["seconds"]
+                if "states" in answer:
+                    return np.array(answer["states"])
+                if "refused" in answer:
+                    return Unsatisfiable()
+                if "gave_up" in answer:
+                    memory = answer["gave_up"] == "memory"
+                    return Stopped(Reason.MEMORY if memory else Reason.SOLVER, f"{answer['gave_up']}, in `{stage}`")
+                stage = "solve"
+                encoded()
+            if not more:
+                process.close()
+                short = process.process.returncode in OUT_OF_MEMORY
+                return Stopped(Reason.MEMORY if short else Reason.SOLVER, f"the process ended in the stage `{stage}`")
+        return Stopped(Reason.TIME, f"time ended in the stage `{stage}`")
+    finally:
+        process.close()
+        account.sizes["solver bytes"] = process.peak_bytes

@@ -1,0 +1,124 @@
+"""Algorithm 1 of [strel] as printed: independent samples, nearest neighbours, clear segments, one transition a step.
+
+    in   Mission, one agent
+    out  its Roadmap, or NoRoadmap
+
+Source:
+    [strel] Algorithm 1 and "Multi-agent PRM".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from missionc.backends.smt.roadmap.edges import Edges, are_clear
+from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground
+from missionc.backends.smt.roadmap.unroll import unroll
+from missionc.base.trace import Array
+from missionc.ir import Agent, Anywhere, Exactly, Mission
+from missionc.world.dynamics import States, steer
+from missionc.world.sampling import bounds
+from missionc.world.signed_distance import signed_distance
+
+STATES, NEIGHBOURS = 110, 10
+"""P, as many as Table 2 has nodes; and k, which the paper does not print. ``nodes`` and ``neighbors`` of a mission
+replace them."""
+
+STARTS = 5
+"""Samples of a start region, beside the random states that lie in it."""
+
+TRIES = 200
+"""Draws of P points each before free space, or a start region, counts as empty."""
+
+
+def build_prms(mission: Mission, generator: np.random.Generator) -> tuple[Roadmap, ...] | NoRoadmap:
+    """One roadmap for each agent, in their order, of as many states and neighbours as the mission says."""
+    states = round(mission.solve.option("nodes", STATES))
+    neighbours = round(mission.solve.option("neighbors", NEIGHBOURS))
+    prms: list[Roadmap] = []
+    for agent in mission.agents:
+        prm = build_prm(mission, agent, states, neighbours, generator)
+        if isinstance(prm, NoRoadmap):
+            return prm
+        prms.append(prm)
+    return tuple(prms)
+
+
+def build_prm(
+    mission: Mission, agent: Agent, count: int, neighbours: int, generator: np.random.Generator
+) -> Roadmap | NoRoadmap:
+    """The roadmap of one agent.
+
+    Obstacles are grown by the agent's radius and the clearance: in its configuration space it is the paper's point.
+    STEER moves straight, in the fewest steps that the speeds allow, and arrives exactly, so that ε is 0. The states
+    that it passes, and that Algorithm 1 leaves out of S, are states here. An agent that may stand still may do so in
+    each state, for STEER leads from a state to itself.
+
+    Args:
+        count: P, the random states; samples of the start come on top.
+        neighbours: k, nearest in metres, whether or not STEER can reach them.
+    """
+    ground = free_ground(mission, (agent,))
+    low, high = np.array(mission.world.low), np.array(mission.world.high)
+    free = _draw(ground, low, high, count, generator)
+    start = _start_set(ground, agent, generator)
+    if len(free) < count or len(start) == 0:
+        where = f"the start of `{agent.name}`" if len(start) == 0 else "free space"
+        return NoRoadmap(f"no samples were found in {where}")
+    position = np.concatenate([start, free])
+    nodes = States(position, np.zeros_like(position))
+    edges = _edges(ground, nodes, neighbours)
+    whole = unroll(agent.dynamics, nodes, edges, mission.step, one_way=True)
+    states, moves = len(whole.states), len(whole.moves)
+    begins = np.arange(len(start))
+    if isinstance(agent.start, Anywhere):
+        begins = np.flatnonzero(np.asarray(signed_distance(np, agent.start.region.shape, position)) <= 0)
+    return Roadmap(
+        agents=(agent.index,),
+        position=whole.states.position,
+        velocity=whole.states.velocity,
+        heading=whole.heading,
+        moves=whole.moves,
+        standing=np.ones((mission.steps + 1, states), dtype=np.bool_),
+        allowed=np.ones((mission.steps, moves), dtype=np.bool_),
+        starts=(begins,),
+        finishes=(np.arange(states),),
+        nodes=nodes,
+        edges=edges,
+    )
+
+
+def _start_set(ground: Ground, agent: Agent, generator: np.random.Generator) -> Array:
+    """Samples of the set that the agent may start from: (samples, dim), metres."""
+    if isinstance(agent.start, Exactly):
+        point = np.array([agent.start.point])
+        return point[ground.is_free(point)]
+    shape = agent.start.region.shape
+    low, high = bounds(shape, ground.mission.world)
+    points = _draw(ground, np.array(low), np.array(high), STARTS * TRIES, generator)
+    return points[np.asarray(signed_distance(np, shape, points)) <= 0][:STARTS]
+
+
+def _draw(ground: Ground, low: Array, high: Array, count: int, generator: np.random.Generator) -> Array:
+    """Independent uniform points of a box that are free: (count, dim), metres, or fewer if most of it is not."""
+    points = np.zeros((0, len(low)))
+    for _ in range(TRIES):
+        if len(points) >= count:
+            break
+        drawn = generator.uniform(low, high, (count, len(low)))
+        points = np.concatenate([points, drawn[ground.is_free(drawn)]])
+    return points[:count]
+
+
+def _edges(ground: Ground, nodes: States, neighbours: int) -> Edges:
+    """Edges from each node to those of its nearest neighbours that STEER reaches along a clear segment."""
+    mission, count = ground.mission, len(nodes)
+    nearest = cKDTree(nodes.position).query(nodes.position, min(neighbours + 1, count))[1].reshape(count, -1)
+    source, target = np.repeat(np.arange(count), nearest.shape[1]), nearest.ravel()
+    other = source != target
+    source, target = source[other], target[other]
+    steps, bend = steer(ground.agents[0].dynamics, nodes.take(source), nodes.take(target), mission.step, mission.steps)
+    edges = Edges(source, target, steps, bend).take(steps > 0)
+    return edges.take(are_clear(ground, nodes, edges))

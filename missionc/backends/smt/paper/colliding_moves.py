@@ -1,0 +1,46 @@
+"""Colliding moves: the moves of two agents during which their centres are nearer than the mission allows."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.ir import Mission
+from missionc.world.clearance import Motions
+from missionc.world.dynamics import States, motion_of
+from missionc.world.relative_motion import closest_approach
+from missionc.world.required_separation import SpacingTable
+
+
+def colliding_moves(mission: Mission, one: Roadmap, other: Roadmap) -> Indices:
+    """Pairs of moves, (pairs, 2), one of each roadmap, that two agents cannot make in one step.
+
+    The roadmaps are of one agent each, with dynamics of first order.
+    """
+    agents, spacing = [one.agents[0], other.agents[0]], SpacingTable.of(mission)
+    first, second = (_motions(mission, roadmap) for roadmap in (one, other))
+    fastest = sum(mission.agents[agent].dynamics.top_speed for agent in agents)
+    near = cKDTree(first.position).sparse_distance_matrix(
+        cKDTree(second.position), spacing.widest + fastest * mission.step, output_type="coo_matrix"
+    )
+    row, column = near.row, near.col
+    still = np.zeros((len(row), mission.dimension))
+    nearest = closest_approach(
+        first.position[row],
+        first.velocity[row],
+        still,
+        second.position[column],
+        second.velocity[column],
+        still,
+        mission.step,
+        spacing.metric(np.array(agents[0]), np.array(agents[1])),
+    )
+    closer = nearest < spacing.between(np.array(agents[0]), np.array(agents[1]))
+    return np.stack([row[closer], column[closer]], axis=1)
+
+
+def _motions(mission: Mission, roadmap: Roadmap) -> Motions:
+    states, dynamics = States(roadmap.position, roadmap.velocity), mission.agents[roadmap.agents[0]].dynamics
+    source, target = roadmap.moves.T
+    return Motions(*motion_of(dynamics, states.take(source), states.take(target), mission.step))

@@ -1,0 +1,83 @@
+"""Algorithm 2 of [strel] as printed: one roadmap for each agent, one question to Z3, its model judged before it counts.
+
+    in   Mission, its kernel
+    out  Planned or NotFound
+
+The encoding differs from the mission in what the paper reads otherwise (``until`` asks for its left side at the last
+step too, routes have at least one link), and it leaves out bodies. So a model is a plan only if the mission accepts
+it, and that there is no model says nothing about the mission.
+
+Source:
+    [strel] Algorithm 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from missionc.backends.acceptance import attempt
+from missionc.backends.api import Attempt, Budget, NotFound, Outcome, Planned, Progress, Reason
+from missionc.backends.run_account import Account
+from missionc.backends.smt.lift import lift
+from missionc.backends.smt.paper.ask_solver import Unsatisfiable, ask_solver, links_between, problem
+from missionc.backends.smt.paper.build_prm import build_prms
+from missionc.backends.smt.paper.colliding_moves import colliding_moves
+from missionc.backends.smt.paper.specify import specify
+from missionc.backends.smt.roadmap.roadmap import NoRoadmap
+from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
+from missionc.backends.smt.sat.solve import Stopped
+from missionc.base.memory import left
+from missionc.ir import Mission
+from missionc.kernel.nodes import Kernel
+
+
+def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart: bool = False) -> Outcome:
+    """The motion that Z3 finds on the roadmaps, if the mission accepts it.
+
+    Args:
+        apart: whether motions in which agents collide are excluded, as they are not in the paper.
+    """
+    account = Account()
+
+    def not_found(reason: Reason, statement: str, best: Attempt | None = None) -> NotFound:
+        return NotFound(reason, statement, account.report(), best)
+
+    budget.listen(Progress("roadmap"))
+    with account.stage("roadmap"):
+        prms = build_prms(mission, np.random.default_rng(budget.seed))
+    if isinstance(prms, NoRoadmap):
+        return not_found(Reason.NO_ROADMAP, prms.statement)
+    nodes = round(sum(len(prm.nodes) for prm in prms) / len(prms))
+    account.sizes["nodes"], account.sizes["states"] = nodes, sum(len(prm.position) for prm in prms)
+    specification = specify(mission, prms)
+    with account.stage("links"):
+        links = [links_between(graph, prms) for graph in specification.graphs]
+    collisions = []
+    if apart:
+        with account.stage("collisions"):
+            collisions = [
+                (one, other, colliding_moves(mission, prms[one], prms[other]).tolist())
+                for one, other in combinations(range(len(prms)), 2)
+            ]
+    budget.listen(Progress("encode"))
+    answer = ask_solver(
+        problem(specification, prms, links, collisions),
+        left(budget.memory_bytes),
+        budget.seed,
+        budget.deadline,
+        account,
+        lambda: budget.listen(Progress("solve")),
+    )
+    if isinstance(answer, Stopped):
+        return not_found(answer.reason, answer.detail)
+    if isinstance(answer, Unsatisfiable):
+        return not_found(Reason.METHOD, f"on roadmaps of {nodes} nodes the encoding of [strel] has no model")
+    trace = lift(answer, prms, mission)
+    judged = attempt(mission, kernel, trace)
+    if not judged.is_plan:
+        leaves = "" if apart else ", which leaves out collisions,"
+        return not_found(Reason.METHOD, f"the model of the encoding{leaves} is no plan", judged)
+    return Planned(trace, replace(account.report(), roadmaps=graphs_of(mission, prms)))

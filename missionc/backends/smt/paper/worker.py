@@ -1,0 +1,60 @@
+"""The encoding and Z3 in a process of their own: ``python -I -S worker.py MEMORY_BYTES SEED FOLDER...``.
+
+Both may take more time and memory than there is, and Z3 keeps an interpreter from seeing signals. ``FOLDER`` are
+those that ``missionc`` and ``z3`` lie in. The process reads one problem in JSON to its end, and answers by lines of
+JSON: ``seconds`` of the processor for the terms; then ``states``, ``refused`` or ``gave_up``, with those of the solver.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from typing import Any
+
+
+def main() -> None:
+    memory, seed = int(sys.argv[1]), int(sys.argv[2])
+    sys.path += sys.argv[3:]
+    from missionc.backends.smt.sat.worker import OUT_OF_MEMORY, die_with_parent
+
+    die_with_parent()
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    try:
+        solve(json.load(sys.stdin), seed)
+    except MemoryError:
+        say(gave_up="memory")
+    except Exception as error:  # of Z3's, which has one kind for all
+        message = str(error)
+        say(gave_up="memory" if any(words in message for words in OUT_OF_MEMORY) else message)
+
+
+def solve(problem: dict[str, Any], seed: int) -> None:
+    """Algorithm 2, lines 1 to 10."""
+    import z3
+
+    from missionc.backends.smt.paper.encode import Encoding
+
+    begin = time.process_time()
+    encoding, solver = Encoding(problem), z3.Solver()
+    solver.set("random_seed", seed % 2**31)
+    solver.add(*encoding.plan())
+    built = time.process_time()
+    say(seconds=built - begin)
+    answer = solver.check()
+    solved = time.process_time() - built
+    if answer == z3.sat:
+        say(states=encoding.states(solver.model()), seconds=solved)
+    elif answer == z3.unsat:
+        say(refused=True, seconds=solved)
+    else:
+        say(gave_up=solver.reason_unknown(), seconds=solved)
+
+
+def say(**words: object) -> None:
+    print(json.dumps(words), flush=True)
+
+
+if __name__ == "__main__":
+    main()
