@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from functools import cache
 from itertools import product
 from pathlib import Path
 
@@ -47,6 +48,11 @@ def text(one_way: bool = False) -> str:
     head = HEAD.rstrip() + f" {ONE_WAY}\n" if one_way else HEAD
     pair = "require pair: connected(radio, drone, 2)\n" if one_way else ""
     return head + "".join(lines) + "require whole: connected(radio, drone)\n" + pair
+
+
+@cache
+def checked_mission(one_way: bool) -> missionc.Checked:
+    return missionc.check(missionc.Source("oracle.mission", text(one_way)))
 
 
 def links(places: np.ndarray, one_way: bool = False) -> object:
@@ -157,7 +163,7 @@ def test_the_graph_given_out_has_the_links_of_the_step(subtests: pytest.Subtests
         with subtests.test(one_way=one_way, seed=seed):
             position = np.random.default_rng(seed).uniform(0.2, SIDE - 0.2, (AGENTS, 2, 2))
             trace = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros((AGENTS, 2)))
-            checked = missionc.check(missionc.Source("oracle.mission", text(one_way)))
+            checked = checked_mission(one_way)
             ends = tuple if one_way else frozenset
             for step in (0, 1):
                 given = missionc.link_graph(checked, trace, "radio", step)
