@@ -14,6 +14,7 @@ import pytest
 import missionc
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
+from missionc.pipeline.front_end import ANY_BACKEND, check
 
 nx = pytest.importorskip("networkx")
 
@@ -51,8 +52,8 @@ def text(one_way: bool = False) -> str:
 
 
 @cache
-def checked_mission(one_way: bool) -> missionc.Checked:
-    return missionc.check(missionc.Source("oracle.mission", text(one_way)))
+def checked_mission(one_way: bool, **options: bool) -> missionc.Checked:
+    return check(missionc.Source("oracle.mission", text(one_way)), backend=ANY_BACKEND, **options)
 
 
 def links(places: np.ndarray, one_way: bool = False) -> object:
@@ -121,7 +122,11 @@ def by_networkx(places: np.ndarray, one_way: bool = False) -> dict[str, bool]:
 
 @pytest.mark.parametrize("one_way", [False, True])
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_monitor_finds_the_routes_that_networkx_finds(seed: int, one_way: bool, tmp_path: Path) -> None:
+def test_the_monitor_finds_the_routes_that_networkx_finds(
+    seed: int, one_way: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checked = checked_mission(one_way, judging=True)
+    monkeypatch.setattr("missionc.pipeline.judge_motion.check", lambda *_, **__: checked)
     places = random_places(seed)
     trace = tmp_path / "trace.csv"
     rows = [f"drone[{i}],{t},{x!r},{y!r}" for i, (x, y) in enumerate(places.tolist()) for t in (0, 1)]
