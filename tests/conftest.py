@@ -6,7 +6,9 @@ import copy
 import gc
 import os
 import pickle
+import re
 import shutil
+import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,6 +28,10 @@ GARBAGE = 50_000, 50, 50
 """After how many objects garbage is looked for: seldom, since few tests leave much behind."""
 
 gc.disable()  # until all tests are loaded
+
+# Compiling all tests takes longer than one of them: it is done once, as in `make check`, whatever the environment says.
+sys.dont_write_bytecode = False
+os.environ["PYTHONDONTWRITEBYTECODE"] = ""
 
 # The tests run in parallel processes; a thread pool in each of them (torch's) would only make them wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -71,6 +77,15 @@ def pytest_collection_finish() -> None:
     gc.freeze()
     gc.set_threshold(*GARBAGE)
     gc.enable()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files without the tests of `-k "test_a or test_b"`: importing all files takes longer than one test."""
+    names = config.getoption("keyword").lower()
+    if collection_path.suffix != ".py" or not re.fullmatch(r"test_\w+( or test_\w+)*", names):
+        return None
+    text = f"{collection_path.name}\n{collection_path.read_text(encoding='utf-8')}".lower()
+    return None if any(name in text for name in names.split(" or ")) else True
 
 
 @pytest.fixture(scope="module")

@@ -34,46 +34,54 @@ READERS = {"json": json.loads, "toml": tomllib.loads}
 LOOKED_AT = frozenset({"sh", "python", *READERS})
 NO_CODE = frozenset({"", "text"})
 
-FENCES = [
-    pytest.param(block, id=f"{page.relative_to(ROOT)}:{page.read_text(encoding='utf-8')[: block.start].count(chr(10))}")
+FENCES = {
+    f"{page.relative_to(ROOT)}:{text.count(chr(10), 0, block.start)}": block
     for page in PAGES
-    for block in blocks(page.read_text(encoding="utf-8"))
-]
+    for text in [page.read_text(encoding="utf-8")]
+    for block in blocks(text)
+}
+"""Every block of the documentation, by its page and line."""
 
 
 def kind(block: Block) -> str:
     return block.info.split()[0] if block.info else ""
 
 
-def these(language: str, word: str = "") -> pytest.MarkDecorator:
-    """A case for each block of a language, that has a certain word after it."""
-    chosen = [each for each in FENCES if kind(each.values[0]) == language and word in each.values[0].info]
-    return pytest.mark.parametrize("block", chosen)
+def fences(*languages: str, word: str = "") -> dict[str, Block]:
+    """The blocks of some languages whose first line has a certain word, by page and line."""
+    found = {place: block for place, block in FENCES.items() if kind(block) in languages and word in block.info}
+    assert found
+    return found
 
 
-@pytest.mark.parametrize("block", FENCES)
-def test_a_block_is_of_a_kind_that_is_looked_at(block: Block) -> None:
-    assert kind(block) in RUN_ELSEWHERE | LOOKED_AT | EDITORS_OWN | NO_CODE
+def test_a_block_is_of_a_kind_that_is_looked_at() -> None:
+    known = RUN_ELSEWHERE | LOOKED_AT | EDITORS_OWN | NO_CODE
+    assert FENCES
+    strange = [f"{place}: {kind(block)}" for place, block in FENCES.items() if kind(block) not in known]
+    assert not strange, "\n".join(strange)
 
 
-@pytest.mark.parametrize("block", [each for each in FENCES if kind(each.values[0]) in NO_CODE])
-def test_what_is_called_text_is_no_command(block: Block) -> None:
-    assert not block.body.startswith(("$ ", "missionc "))
+def test_what_is_called_text_is_no_command() -> None:
+    commands = [place for place, block in fences(*NO_CODE).items() if block.body.startswith(("$ ", "missionc "))]
+    assert not commands, "\n".join(commands)
 
 
-@these("sh")
-def test_a_shell_block_has_commands_that_there_are(block: Block) -> None:
-    shell(block.body)
+def test_a_shell_block_has_commands_that_there_are(subtests: pytest.Subtests) -> None:
+    for place, block in fences("sh").items():
+        with subtests.test(place):
+            shell(block.body)
 
 
-@these("console", "norun")
-def test_a_command_that_is_not_run_could_be(block: Block) -> None:
-    console(block.body)
+def test_a_command_that_is_not_run_could_be(subtests: pytest.Subtests) -> None:
+    for place, block in fences("console", word="norun").items():
+        with subtests.test(place):
+            console(block.body)
 
 
-@pytest.mark.parametrize("block", [each for each in FENCES if kind(each.values[0]) in READERS])
-def test_a_block_of_data_can_be_read(block: Block) -> None:
-    assert READERS[kind(block)](block.body)
+def test_a_block_of_data_can_be_read(subtests: pytest.Subtests) -> None:
+    for place, block in fences(*READERS).items():
+        with subtests.test(place):
+            assert READERS[kind(block)](block.body)
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +94,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@these("python")
+@pytest.mark.parametrize("block", [pytest.param(block, id=place) for place, block in fences("python").items()])
 def test_a_program_runs(block: Block, built: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     ran = subprocess.run(
@@ -121,16 +129,17 @@ def documents() -> dict[str, Any]:
     }
 
 
-@these("json")
-def test_a_json_block_has_the_form_of_what_is_written(block: Block, documents: dict[str, Any]) -> None:
-    shown = json.loads(block.body)
-    match shown:
-        case {"schema": form}:
-            agree(shown, documents[form])
-        case {"check": _}:
-            agree(shown, documents["boxes"])
-        case {"severity": _}:
-            agree(shown, documents["finding"])
+def test_a_json_block_has_the_form_of_what_is_written(documents: dict[str, Any], subtests: pytest.Subtests) -> None:
+    for place, block in fences("json").items():
+        with subtests.test(place):
+            shown = json.loads(block.body)
+            match shown:
+                case {"schema": form}:
+                    agree(shown, documents[form])
+                case {"check": _}:
+                    agree(shown, documents["boxes"])
+                case {"severity": _}:
+                    agree(shown, documents["finding"])
 
 
 def agree(shown: Any, written: Any) -> None:

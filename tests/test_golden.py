@@ -39,52 +39,62 @@ def test_commands_print_what_the_page_says(page: Path, tmp_path: Path, update_go
         assert actual == expected
 
 
-@pytest.mark.parametrize("page", DOCS, ids=title)
-def test_missions_of_the_documentation_check_without_errors_unless_said_to_be_wrong(page: Path, tmp_path: Path) -> None:
-    whole: dict[str, str] = {}
-    found_in_page = blocks(page.read_text(encoding="utf-8"))
-    put_files(found_in_page, tmp_path)
-    for block in missions_of(found_in_page):
-        wrong = block.info.endswith(" wrong")
-        text = block.body
-        if is_fragment(block):
-            text = whole[block.info.split()[2]] + text
-        elif not wrong:
-            whole[file_name(block)] = text
-        found = errors(text, str(tmp_path / "page.mission"))
-        assert bool(found) == wrong, found
+def test_missions_of_the_documentation_check_without_errors_unless_said_to_be_wrong(
+    tmp_path: Path, subtests: pytest.Subtests
+) -> None:
+    for number, page in enumerate(DOCS):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        whole: dict[str, str] = {}
+        found_in_page = blocks(page.read_text(encoding="utf-8"))
+        put_files(found_in_page, folder)
+        for block in missions_of(found_in_page):
+            wrong = block.info.endswith(" wrong")
+            text = block.body
+            if is_fragment(block):
+                text = whole[block.info.split()[2]] + text
+            elif not wrong:
+                whole[file_name(block)] = text
+            with subtests.test(f"{title(page)}: {block.heading}"):
+                found = errors(text, str(folder / "page.mission"))
+                assert bool(found) == wrong, found
 
 
-@pytest.mark.parametrize("page", DOCS, ids=title)
-def test_an_excerpt_stands_in_the_mission_it_is_from(page: Path) -> None:
-    for block in blocks(page.read_text(encoding="utf-8")):
-        if is_excerpt(block):
-            mission = (ROOT / block.info.split()[2]).read_text(encoding="utf-8").splitlines()
-            assert [line for line in block.body.splitlines() if line not in mission] == []
+def test_an_excerpt_stands_in_the_mission_it_is_from() -> None:
+    excerpts = [
+        (page, block) for page in DOCS for block in blocks(page.read_text(encoding="utf-8")) if is_excerpt(block)
+    ]
+    assert excerpts
+    for page, block in excerpts:
+        mission = (ROOT / block.info.split()[2]).read_text(encoding="utf-8").splitlines()
+        assert [line for line in block.body.splitlines() if line not in mission] == [], page
 
 
-@pytest.mark.parametrize("page", ERRORS, ids=title)
-def test_the_first_mission_of_an_error_page_earns_its_code(page: Path, tmp_path: Path) -> None:
-    earning = under(page, "earns")
-    assert earning, "the page has no block under `A mission that earns it`"
-    shown = any("$ missionc" in block.body and page.stem in block.body for block in earning)
-    assert shown or page.stem in codes(earning, tmp_path)
+def test_the_first_mission_of_an_error_page_earns_its_code(tmp_path: Path, subtests: pytest.Subtests) -> None:
+    for page in ERRORS:
+        with subtests.test(page.stem):
+            earning = under(page, "earns")
+            assert earning, "the page has no block under `A mission that earns it`"
+            shown = any("$ missionc" in block.body and page.stem in block.body for block in earning)
+            assert shown or page.stem in codes(earning, tmp_path / page.stem)
 
 
-@pytest.mark.parametrize("page", ERRORS, ids=title)
-def test_the_repaired_mission_of_an_error_page_has_no_errors(page: Path, tmp_path: Path) -> None:
-    repaired = under(page, "repaired")
-    if missions_of(repaired):
-        found = codes(repaired, tmp_path)
-        assert page.stem not in found
-        assert [name for name in found if not CODES[name].warning] == []
+def test_the_repaired_mission_of_an_error_page_has_no_errors(tmp_path: Path, subtests: pytest.Subtests) -> None:
+    for page in ERRORS:
+        repaired = under(page, "repaired")
+        if missions_of(repaired):
+            with subtests.test(page.stem):
+                found = codes(repaired, tmp_path / page.stem)
+                assert page.stem not in found
+                assert [name for name in found if not CODES[name].warning] == []
 
 
-@pytest.mark.parametrize("page", ERRORS, ids=title)
-def test_an_error_page_has_the_form_all_share(page: Path) -> None:
-    text = page.read_text(encoding="utf-8")
-    assert text.startswith(f"# {page.stem}: {CODES[page.stem].title}\n")
-    assert "## A mission that earns it\n" in text
+def test_an_error_page_has_the_form_all_share() -> None:
+    assert ERRORS
+    for page in ERRORS:
+        text = page.read_text(encoding="utf-8")
+        assert text.startswith(f"# {page.stem}: {CODES[page.stem].title}\n"), page
+        assert "## A mission that earns it\n" in text, page
 
 
 def under(page: Path, heading: str) -> list[Block]:
@@ -111,6 +121,7 @@ def errors(text: str, name: str) -> list[str]:
 def codes(blocks: list[Block], folder: Path) -> list[str]:
     """What checking the last mission of some blocks finds, the other files beside it."""
     missions = missions_of(blocks)
+    folder.mkdir()
     put_files(blocks, folder)
     for block in missions:
         (folder / file_name(block)).write_text(block.body, encoding="utf-8")

@@ -72,16 +72,17 @@ def title(path: Path) -> str:
     return path.stem
 
 
-@pytest.mark.parametrize("path", FILES, ids=title)
-def test_a_mission_of_both_sides_says_in_its_first_line_what_its_name_says(path: Path) -> None:
-    first, *_ = path.read_text(encoding="utf-8").splitlines()
-    label, _, subject = path.stem.partition("_")
-    assert label in LABELS
-    assert subject
-    assert first.startswith(f"# {label.capitalize()}: ")
-    checked = driver.check(path)
-    assert checked.mission is not None
-    assert checked.mission.name == path.stem
+def test_a_mission_of_both_sides_says_in_its_first_line_what_its_name_says(subtests: pytest.Subtests) -> None:
+    for path in FILES:
+        with subtests.test(title(path)):
+            first, *_ = path.read_text(encoding="utf-8").splitlines()
+            label, _, subject = path.stem.partition("_")
+            assert label in LABELS
+            assert subject
+            assert first.startswith(f"# {label.capitalize()}: ")
+            checked = driver.check(path)
+            assert checked.mission is not None
+            assert checked.mission.name == path.stem
 
 
 def test_there_are_thirty_missions_of_either_label_for_one_to_ten_agents_in_planes_and_volumes() -> None:

@@ -10,6 +10,7 @@ import csv
 import io
 import json
 import time
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from missionc.data.templates import Template, templates
 from missionc.ir import Mission
 from missionc.monitoring.read_trace import read_trace
 from missionc.pipeline import driver
+from missionc.pipeline.checked import Checked
 from missionc.pipeline.results import Verified
 from missionc.syntax.parse import parse
 from missionc.syntax.read_file import unread
@@ -38,17 +40,26 @@ VEHICLES = sorted((ROOT / "missions" / "vehicles").glob("*.mission"))
 LONG = (
     "base_station",
     "battery_rotation",
+    "clean_barns",
+    "clean_carts",
     "crop_survey",
+    "delivery_round",
     "evacuation",
     "greenhouse_rounds",
     "harbour_tugs",
     "lake_sampling",
     "laser_links",
     "mapped_hall",
+    "mountain_rescue",
+    "museum_guard",
     "network_bringup",
+    "perimeter_watch",
+    "plant_crossing",
     "pylon_inspection",
     "rack_hall",
     "relay_delay",
+    "sample_return",
+    "solar_inspection",
     "storm_front",
     "supply_convoy",
     "warehouse_picking",
@@ -76,33 +87,42 @@ def title(path: Path) -> str:
     return path.stem
 
 
-@pytest.mark.parametrize("path", FILES + FIELD + VEHICLES, ids=title)
-def test_a_mission_checks_without_errors(path: Path) -> None:
-    checked = driver.check(path)
-    assert [f"{each.code.name}: {each.message}" for each in checked.findings if not each.code.warning] == []
+@cache
+def checked_once(path: Path) -> Checked:
+    return driver.check(path)
 
 
-@pytest.mark.parametrize("path", FILES + GALLERY, ids=title)
-def test_every_stage_of_a_mission_can_be_printed(path: Path) -> None:
-    checked = driver.check(path)
-    texts = emit_stages.of_checked(checked, stage_names.BEFORE_PLANNING)
-    assert [stage for stage, text in texts if text.strip()] == list(stage_names.BEFORE_PLANNING)
+def test_a_mission_checks_without_errors(subtests: pytest.Subtests) -> None:
+    assert all((FILES, GALLERY, FIELD, VEHICLES))
+    for path in FILES + FIELD + VEHICLES:
+        with subtests.test(title(path)):
+            checked = checked_once(path)
+            assert [f"{each.code.name}: {each.message}" for each in checked.findings if not each.code.warning] == []
 
 
-@pytest.mark.parametrize("path", FILES + GALLERY + FIELD, ids=title)
-def test_a_mission_printed_and_read_again_is_the_same_mission(path: Path) -> None:
-    checked = driver.check(path)
-    assert checked.program is not None
-    text = show(checked.program)
-    again, findings = parse(Source("again.mission", text), Limits(), unread)
-    assert findings == []
-    assert again is not None
-    assert show(again) == text
+def test_every_stage_of_a_mission_can_be_printed(subtests: pytest.Subtests) -> None:
+    for path in FILES + GALLERY:
+        with subtests.test(title(path)):
+            checked = checked_once(path)
+            texts = emit_stages.of_checked(checked, stage_names.BEFORE_PLANNING)
+            assert [stage for stage, text in texts if text.strip()] == list(stage_names.BEFORE_PLANNING)
+
+
+def test_a_mission_printed_and_read_again_is_the_same_mission(subtests: pytest.Subtests) -> None:
+    for path in FILES + GALLERY + FIELD:
+        with subtests.test(title(path)):
+            checked = checked_once(path)
+            assert checked.program is not None
+            text = show(checked.program)
+            again, findings = parse(Source("again.mission", text), Limits(), unread)
+            assert findings == []
+            assert again is not None
+            assert show(again) == text
 
 
 @pytest.mark.parametrize("path", [path for path in FILES if path.stem not in PLANNED_BY_SMT], ids=title)
 def test_a_mission_for_transport_chooses_clot(path: Path) -> None:
-    checked = driver.check(path)
+    checked = checked_once(path)
     assert checked.choice is not None
     assert checked.choice.backend in ("clot", "hybrid")
 

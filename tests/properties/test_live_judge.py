@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -323,21 +324,21 @@ INCREASING = [
 """Formulas that are the truer the further east everybody is."""
 
 
-@pytest.mark.parametrize("formula", INCREASING, ids=lambda formula: type(formula).__name__)
-@pytest.mark.parametrize(("steps", "seed"), [(8, 1), (20, 2)])
-def test_the_bounds_are_the_worst_and_the_best_that_may_come(formula: Node, steps: int, seed: int) -> None:
-    mission = slowed(mission_of(2, steps), ANYWHERE)
-    kernel = Kernel((Goal("east", At(0, formula), SPAN),), ())
-    position = np.random.default_rng(seed).uniform(-3.0, 3.0, (2, steps + 1, 2))
-    flown = trace_of(position.tolist())
-    for step, (standing,) in enumerate(standings(mission, kernel, flown)):
-        ends = []
-        for far in (-ANYWHERE, ANYWHERE):
-            position_then = position.copy()
-            position_then[:, step + 1 :, 0] = far
-            (judgement,) = monitor(mission, kernel, trace_of(position_then.tolist())).requirements
-            ends.append(float(np.clip(judgement.robustness, -100.0, 100.0)))
-        assert np.clip([standing.least, standing.most], -100.0, 100.0) == pytest.approx(ends, abs=1e-9), step
+def test_the_bounds_are_the_worst_and_the_best_that_may_come(subtests: pytest.Subtests) -> None:
+    for formula, (steps, seed) in product(INCREASING, [(8, 1), (20, 2)]):
+        with subtests.test(type(formula).__name__, steps=steps, seed=seed):
+            mission = slowed(mission_of(2, steps), ANYWHERE)
+            kernel = Kernel((Goal("east", At(0, formula), SPAN),), ())
+            position = np.random.default_rng(seed).uniform(-3.0, 3.0, (2, steps + 1, 2))
+            flown = trace_of(position.tolist())
+            for step, (standing,) in enumerate(standings(mission, kernel, flown)):
+                ends = []
+                for far in (-ANYWHERE, ANYWHERE):
+                    position_then = position.copy()
+                    position_then[:, step + 1 :, 0] = far
+                    (judgement,) = monitor(mission, kernel, trace_of(position_then.tolist())).requirements
+                    ends.append(float(np.clip(judgement.robustness, -100.0, 100.0)))
+                assert np.clip([standing.least, standing.most], -100.0, 100.0) == pytest.approx(ends, abs=1e-9), step
 
 
 def at(agent: int, *formulas: Node) -> Node:

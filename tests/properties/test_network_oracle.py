@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 import missionc
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
+from missionc.pipeline.front_end import ANY_BACKEND, check
 
 nx = pytest.importorskip("networkx")
 
@@ -46,6 +49,11 @@ def text(one_way: bool = False) -> str:
     head = HEAD.rstrip() + f" {ONE_WAY}\n" if one_way else HEAD
     pair = "require pair: connected(radio, drone, 2)\n" if one_way else ""
     return head + "".join(lines) + "require whole: connected(radio, drone)\n" + pair
+
+
+@cache
+def checked_mission(one_way: bool, **options: bool) -> missionc.Checked:
+    return check(missionc.Source("oracle.mission", text(one_way)), backend=ANY_BACKEND, **options)
 
 
 def links(places: np.ndarray, one_way: bool = False) -> object:
@@ -114,7 +122,11 @@ def by_networkx(places: np.ndarray, one_way: bool = False) -> dict[str, bool]:
 
 @pytest.mark.parametrize("one_way", [False, True])
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_monitor_finds_the_routes_that_networkx_finds(seed: int, one_way: bool, tmp_path: Path) -> None:
+def test_the_monitor_finds_the_routes_that_networkx_finds(
+    seed: int, one_way: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checked = checked_mission(one_way, judging=True)
+    monkeypatch.setattr("missionc.pipeline.judge_motion.check", lambda *_, **__: checked)
     places = random_places(seed)
     trace = tmp_path / "trace.csv"
     rows = [f"drone[{i}],{t},{x!r},{y!r}" for i, (x, y) in enumerate(places.tolist()) for t in (0, 1)]
@@ -151,20 +163,22 @@ def test_links_that_lead_one_way_change_what_is_asked() -> None:
     assert differs == {"whole", "near"}
 
 
-@pytest.mark.parametrize("one_way", [False, True])
-@pytest.mark.parametrize("seed", SEEDS)
-def test_the_graph_given_out_has_the_links_of_the_step(seed: int, one_way: bool) -> None:
-    position = np.random.default_rng(seed).uniform(0.2, SIDE - 0.2, (AGENTS, 2, 2))
-    trace = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros((AGENTS, 2)))
-    checked = missionc.check(missionc.Source("oracle.mission", text(one_way)))
-    ends = tuple if one_way else frozenset
-    for step in (0, 1):
-        given = missionc.link_graph(checked, trace, "radio", step)
-        expected = nx.relabel_nodes(links(position[:, step], one_way), {i: f"drone[{i}]" for i in range(AGENTS)})
-        assert set(given) == set(expected)
-        assert nx.is_directed(given) is one_way
-        assert {ends(edge) for edge in given.edges} == {ends(edge) for edge in expected.edges}
-        for one, other, length in given.edges(data="length"):
-            assert length == pytest.approx(expected.edges[one, other]["length"])
-            reach = FAR if one_way and int(one[6:-1]) in LOUD and int(other[6:-1]) in QUIET else RADIUS
-            assert given.edges[one, other]["margin"] == pytest.approx(reach - length)
+def test_the_graph_given_out_has_the_links_of_the_step(subtests: pytest.Subtests) -> None:
+    for one_way, seed in product([False, True], SEEDS):
+        with subtests.test(one_way=one_way, seed=seed):
+            position = np.random.default_rng(seed).uniform(0.2, SIDE - 0.2, (AGENTS, 2, 2))
+            trace = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros((AGENTS, 2)))
+            checked = checked_mission(one_way)
+            ends = tuple if one_way else frozenset
+            for step in (0, 1):
+                given = missionc.link_graph(checked, trace, "radio", step)
+                expected = nx.relabel_nodes(
+                    links(position[:, step], one_way), {i: f"drone[{i}]" for i in range(AGENTS)}
+                )
+                assert set(given) == set(expected)
+                assert nx.is_directed(given) is one_way
+                assert {ends(edge) for edge in given.edges} == {ends(edge) for edge in expected.edges}
+                for one, other, length in given.edges(data="length"):
+                    assert length == pytest.approx(expected.edges[one, other]["length"])
+                    reach = FAR if one_way and int(one[6:-1]) in LOUD and int(other[6:-1]) in QUIET else RADIUS
+                    assert given.edges[one, other]["margin"] == pytest.approx(reach - length)

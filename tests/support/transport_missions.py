@@ -35,5 +35,5 @@ def planned(text: str, seed: int = 0) -> None:
     """A plan is found, and verified; none more is asked for where that does not hold between the steps."""
     once = Throughout.AT_STEPS
     source = Source("a.mission", text)
-    outcome = driver.compile(source, backend="clot", seed=seed, time_limit=Seconds(60), throughout=once).outcome
+    outcome = driver.compile(source, backend="clot", seed=seed, time_limit=Seconds(3600), throughout=once).outcome
     assert isinstance(outcome, Verified), outcome

@@ -6,8 +6,6 @@ import re
 import tomllib
 from dataclasses import fields
 
-import pytest
-
 from missionc.kernel import nodes
 from tests.support.names_in_pages import ROOT
 
@@ -36,14 +34,17 @@ def entries() -> dict[str, str]:
 ENTRIES = entries()
 
 
-@pytest.mark.parametrize("path", ENTRIES)
-def test_what_the_tree_names_is_there(path: str) -> None:
-    home = ROOT / path
-    assert home.exists()
-    for folder in re.findall(r"\b(\w+)/", ENTRIES[path]):
-        assert (home / folder).is_dir() or (ROOT / folder).is_dir(), folder
-    for module in re.findall(r"(?<![\w*])(?=\w*_)[a-z][a-z_]*(?:\*|\b(?!/))", ENTRIES[path]):
-        assert any(home.rglob(f"{module}.py")), module
+def test_what_the_tree_names_is_there() -> None:
+    assert ENTRIES
+    missing = []
+    for path, text in ENTRIES.items():
+        home = ROOT / path
+        folders = re.findall(r"\b(\w+)/", text)
+        modules = re.findall(r"(?<![\w*])(?=\w*_)[a-z][a-z_]*(?:\*|\b(?!/))", text)
+        missing += [path] if not home.exists() else []
+        missing += [f"{path}: {name}/" for name in folders if not ((home / name).is_dir() or (ROOT / name).is_dir())]
+        missing += [f"{path}: {name}.py" for name in modules if not any(home.rglob(f"{name}.py"))]
+    assert not missing, "\n".join(missing)
 
 
 def test_every_stage_and_every_room_of_a_backend_is_in_the_tree() -> None:

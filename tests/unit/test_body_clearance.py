@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 import pytest
@@ -46,17 +47,16 @@ def past(point: Sequence[float] | Array, along: Array, by: float = 4.0) -> tuple
     return np.array(point) - by * along, np.array(point) + by * along
 
 
-@pytest.mark.parametrize(("size", "shape"), [(1.0, TILTED), (1.0, AT_ONCE), (0.125, TILTED)])
-@pytest.mark.parametrize(("middle", "out"), SIDES)
-@pytest.mark.parametrize("moved", [-0.9, 0.0, 0.9])
-def test_along_a_wall_the_bound_is_the_distance(
-    size: float, shape: Polygon, middle: tuple[float, float], out: Array, moved: float
-) -> None:
-    wall = np.array([-out[1], out[0]])
-    sized = Polygon(tuple((size * x, size * y) for x, y in shape.corners))
-    place = size * (np.array(middle) + moved * wall) + 0.5 * out
-    lower, seen, share = bounds(sized, *past(place, wall), need=0.2)
-    assert (lower, seen, share) == pytest.approx((0.3, 0.3, 0.5), abs=1e-9)
+def test_along_a_wall_the_bound_is_the_distance(subtests: pytest.Subtests) -> None:
+    for (size, shape), (middle, out), moved in product(
+        [(1.0, TILTED), (1.0, AT_ONCE), (0.125, TILTED)], SIDES, [-0.9, 0.0, 0.9]
+    ):
+        with subtests.test(size=size, shape=shape, middle=middle, out=out, moved=moved):
+            wall = np.array([-out[1], out[0]])
+            sized = Polygon(tuple((size * x, size * y) for x, y in shape.corners))
+            place = size * (np.array(middle) + moved * wall) + 0.5 * out
+            lower, seen, share = bounds(sized, *past(place, wall), need=0.2)
+            assert (lower, seen, share) == pytest.approx((0.3, 0.3, 0.5), abs=1e-9)
 
 
 def test_parts_are_looked_at_each_by_itself() -> None:

@@ -111,9 +111,8 @@ BETWEEN = "what it states between the steps is not what the files come to"
 DELAYS = "what it states of delays is not what the files come to"
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "part", "reason"),
-    [
+def test_what_differs_is_refused_with_its_reason(subtests: pytest.Subtests) -> None:
+    for path, value, part, reason in [
         (("mission",), "large", "head", "its `mission` is not that of the folder"),
         (("plan_sha256",), "abd", "head", "its `plan_sha256` is not that of the folder"),
         (("passed",), False, "head", "its `passed` is not that of the folder"),
@@ -185,14 +184,11 @@ DELAYS = "what it states of delays is not what the files come to"
         (("boxes", 0, "bounds", 0, 0), FAR + 1e-9, "boxes", "separation of all pairs: the bound of its box at 0.00 s"),
         (("boxes", 0, "bounds", 0, 1), 3 * FAR, "boxes", "separation of all pairs: the bound of its box at 2.00 s"),
         (("boxes", 0, "bounds", 0, 1), FAR - 1.1e-12, "boxes", UNPROVED),
-    ],
-)
-def test_what_differs_is_refused_with_its_reason(
-    path: tuple[str | int, ...], value: Any, part: str, reason: str
-) -> None:
-    found = refused((path, value))
-    assert found[part].startswith(reason)
-    assert part == "checks" or list(found) == [part]
+    ]:
+        with subtests.test(path=path, value=value, part=part, reason=reason):
+            found = refused((path, value))
+            assert found[part].startswith(reason)
+            assert part == "checks" or list(found) == [part]
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "missionc.certificate/1"}', '{"schema": 1, "schema": 2}'])

@@ -38,9 +38,8 @@ def test_a_place_avoided_throughout_and_visited_sometime_is_a_contradiction() ->
     assert finding.notes == ("both are asked of one agent and exclude each other, at some step between 3 s and 5 s",)
 
 
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [
+def test_facts_that_exclude_each_other_are_found(subtests: pytest.Subtests) -> None:
+    for one, other in [
         ("every drone: always[3 s, 9 s] goal", "drone[1]: always[9 s, 12 s] base"),
         ("every drone: always[3 s, 9 s] goal", "not (drone[1]: eventually[5 s, 6 s] goal)"),
         ("every drone: always[3 s, 14 s] eventually[0, 5 s] goal", "drone[0]: always[8 s, 15 s] not goal"),
@@ -58,12 +57,11 @@ def test_a_place_avoided_throughout_and_visited_sometime_is_a_contradiction() ->
         ),
         ("every drone: (not goal) until[9 s, 12 s] base", "drone[0]: always[8 s, 9 s] goal"),
         ("every drone: fire release[0, 9 s] not goal", "some drone: always[0, 3 s] x <= 9"),
-    ],
-)
-def test_facts_that_exclude_each_other_are_found(one: str, other: str) -> None:
-    clash = found(text(f"require a: {one}", f"require b: {other}"), CONTRADICTION)
-    expected = 0 if "release" in one else 1
-    assert len(clash) == expected
+    ]:
+        with subtests.test(one=one, other=other):
+            clash = found(text(f"require a: {one}", f"require b: {other}"), CONTRADICTION)
+            expected = 0 if "release" in one else 1
+            assert len(clash) == expected
 
 
 @pytest.mark.parametrize(
@@ -149,9 +147,8 @@ def test_what_is_out_of_reach_at_the_start_is_said_once() -> None:
 # -------------------------------------------------------------------- vacuous
 
 
-@pytest.mark.parametrize(
-    ("requirement", "part", "why"),
-    [
+def test_a_requirement_that_cannot_be_violated_is_warned_of(subtests: pytest.Subtests) -> None:
+    for requirement, part, why in [
         ("every drone: always[0, 20 s] speed <= 3 m/s", "speed <= 3 m/s", "the speed stays between 0 and 2 m/s"),
         ("every drone: always[0, 20 s] (fire or not fire)", "fire or not fire", "true whatever its parts are"),
         ("every drone: eventually[0, 9 s] (fire implies fire)", "fire implies fire", "true whatever its parts are"),
@@ -164,14 +161,13 @@ def test_what_is_out_of_reach_at_the_start_is_said_once() -> None:
         ("some drone: drone", "drone", "always true"),
         ("every drone: always[0, 20 s] (everywhere[hops 0..2] (x <= 3 or x > 3))", "", "true whatever its parts are"),
         ("every drone: always[0, 20 s] count[hops 0..2] fire >= 0", "", "true of every agent there is"),
-    ],
-)
-def test_a_requirement_that_cannot_be_violated_is_warned_of(requirement: str, part: str, why: str) -> None:
-    finding = only(text(f"require r: {requirement}"), VACUOUS)
-    assert finding.message == "requirement `r` cannot be violated: every plan satisfies it"
-    ((where, said),) = words(finding)
-    assert why in said
-    assert part in ("", where)
+    ]:
+        with subtests.test(requirement=requirement, part=part, why=why):
+            finding = only(text(f"require r: {requirement}"), VACUOUS)
+            assert finding.message == "requirement `r` cannot be violated: every plan satisfies it"
+            ((where, said),) = words(finding)
+            assert why in said
+            assert part in ("", where)
 
 
 def test_a_region_that_covers_the_world_cannot_be_left() -> None:

@@ -125,7 +125,7 @@ def scenario(*events: Event) -> Scenario:
 
 
 def flight(*events: Event, listen: Listen = nobody) -> LoopFlight:
-    return fly_loop(flying(), scenario(*events), 0, Seconds(3.0), LIMITS, clock=Seconds(60.0), listen=listen)
+    return fly_loop(flying(), scenario(*events), 0, Seconds(3.0), LIMITS, clock=Seconds(3600.0), listen=listen)
 
 
 def test_the_others_finish_what_a_lost_drone_has_begun() -> None:

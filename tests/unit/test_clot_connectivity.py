@@ -84,7 +84,7 @@ def test_its_slope_by_positions_is_that_of_differences() -> None:
 
 
 def least(text: str) -> float:
-    outcome = missionc.compile(Source("a.mission", text), backend="clot", time_limit=Seconds(60)).outcome
+    outcome = missionc.compile(Source("a.mission", text), backend="clot", time_limit=Seconds(3600)).outcome
     assert isinstance(outcome, missionc.Verified), outcome
     (figure,) = [each for each in outcome.certificate.figures if each.name == "connectivity"]
     return figure.value

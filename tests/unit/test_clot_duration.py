@@ -41,7 +41,7 @@ BACK = ERRAND.replace("(2, 1) }", "(2, 1)  finish at (1, 2), (2, 2) }")
 
 
 def verified(text: str, *, seed: int = 0, backend: str = "clot") -> Verified:
-    found = driver.compile(Source("a.mission", text), backend=backend, seed=seed, time_limit=Seconds(60))
+    found = driver.compile(Source("a.mission", text), backend=backend, seed=seed, time_limit=Seconds(3600))
     assert isinstance(found.outcome, Verified), found.outcome
     return found.outcome
 

@@ -53,7 +53,7 @@ KEPT = {
 
 
 def verified(text: str, *, seed: int = 0, backend: str = "clot") -> Verified:
-    found = driver.compile(Source("a.mission", text), backend=backend, seed=seed, time_limit=Seconds(60))
+    found = driver.compile(Source("a.mission", text), backend=backend, seed=seed, time_limit=Seconds(3600))
     assert isinstance(found.outcome, Verified), found.outcome
     return found.outcome
 

@@ -102,7 +102,7 @@ def trace_of(run: Run, start: Begun) -> Trace:
 @pytest.mark.parametrize(("dynamics", "backend", "use"), CASES)
 def test_own_states_are_planned_and_verified(dynamics: str, backend: str, use: str) -> None:
     source = Source("errands.mission", text(USES[use], DYNAMICS[dynamics]))
-    found = driver.compile(source, backend=backend, time_limit=Seconds(60))
+    found = driver.compile(source, backend=backend, time_limit=Seconds(3600))
     assert isinstance(found.outcome, Verified), found.outcome
 
 

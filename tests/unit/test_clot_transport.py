@@ -7,7 +7,6 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="torch is not installed")
 
-import ot
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 from torch import Tensor
@@ -75,6 +74,8 @@ def test_rotations_are_uniform(dim: int) -> None:
 
 @pytest.mark.parametrize(("steps", "ways", "regulariser"), [(5, 4, 0.05), (48, 8, 0.08), (48, 3, 0.3), (3, 14, 1.0)])
 def test_sinkhorn_finds_the_plan_that_python_optimal_transport_finds(steps: int, ways: int, regulariser: float) -> None:
+    import ot
+
     costs = torch.rand(3, steps, ways, generator=seeded(steps), dtype=torch.float64)
     ours = sinkhorn(costs, regulariser, tolerance=1e-12, limit=100_000)
     for cost, found in zip(costs, ours, strict=True):

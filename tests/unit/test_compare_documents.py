@@ -32,9 +32,8 @@ def test_what_is_the_same_but_for_rounding_does_not_differ(read: object, compute
 COME_TO = "is what the files come to"
 
 
-@pytest.mark.parametrize(
-    ("read", "computed", "said"),
-    [
+def test_what_differs_is_named_with_its_place(subtests: pytest.Subtests) -> None:
+    for read, computed, said in [
         (1.0 + 1.1e-8, 1.0, f"it is 1.00000001, where 1 {COME_TO}"),
         (100.0 - 1.1e-6, 100.0, f"it is 99.9999989, where 100 {COME_TO}"),
         (1.1e-8, 0.0, f"it is 1.1e-08, where 0 {COME_TO}"),
@@ -65,10 +64,9 @@ COME_TO = "is what the files come to"
         ({"a": [1]}, {"a": []}, "its `a` has 1 entries, where the files come to 0"),
         ([0, 1, 2], [0, 2, 1], f"its `[1]` is `1`, where `2` {COME_TO}"),
         ({"a": 1, "b": 3}, {"a": 0, "b": 2}, f"its `a` is `1`, where `0` {COME_TO}"),
-    ],
-)
-def test_what_differs_is_named_with_its_place(read: object, computed: object, said: str) -> None:
-    assert difference(read, computed) == said
+    ]:
+        with subtests.test(read=read, computed=computed, said=said):
+            assert difference(read, computed) == said
 
 
 def test_the_place_and_the_rounding_are_those_that_are_given() -> None:

@@ -114,10 +114,11 @@ def test_the_table_has_a_row_for_everything_that_is_added() -> None:
     } <= ROWS.keys()
 
 
-@pytest.mark.parametrize("row", ROWS)
-def test_a_file_that_a_row_would_have_edited_is_there(row: str) -> None:
-    named = [path for path in paths(row) if "NAME" not in path and "nnn" not in path]
-    assert [path for path in named if not (ROOT / path).exists()] == []
+def test_a_file_that_a_row_would_have_edited_is_there(subtests: pytest.Subtests) -> None:
+    for row in ROWS:
+        with subtests.test(row=row):
+            named = [path for path in paths(row) if "NAME" not in path and "nnn" not in path]
+            assert [path for path in named if not (ROOT / path).exists()] == []
 
 
 @pytest.mark.parametrize(

@@ -144,9 +144,8 @@ NONE = "it is no cover of this mission: "
 NOWHERE = "a box without an inside, or out of every world"
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
+def test_what_does_not_fit_is_refused_with_its_reason(subtests: pytest.Subtests) -> None:
+    for text, said in [
         (changed("schema", to="missionc.cover/2"), "its schema is not missionc.cover/1, or it is of another mission"),
         (changed("mission", to="other"), "its schema is not missionc.cover/1, or it is of another mission"),
         (changed("kinds", 1, "agents", to=["drone[0]"]), "not every agent is of one kind"),
@@ -182,13 +181,12 @@ NOWHERE = "a box without an inside, or out of every world"
         (changed("labels", 0, "of", to="words"), "'words'"),
         (changed("labels", to=KeyError), "'labels'"),
         ("[]", ""),
-    ],
-)
-def test_what_does_not_fit_is_refused_with_its_reason(text: str, said: str) -> None:
-    with pytest.raises(Unreadable) as found:
-        read_cover(text, MISSION)
-    assert str(found.value).startswith(NONE + said)
-    assert not said or str(found.value) == NONE + said
+    ]:
+        with subtests.test(text=text, said=said):
+            with pytest.raises(Unreadable) as found:
+                read_cover(text, MISSION)
+            assert str(found.value).startswith(NONE + said)
+            assert not said or str(found.value) == NONE + said
 
 
 def test_what_is_no_document_is_refused() -> None:

@@ -13,6 +13,8 @@ import pytest
 from missionc.base.resources import folder
 from missionc.cli.app import main
 from missionc.cli.browser import SCREENS, opened
+from missionc.cli.commands.demo import MISSION
+from tests.support.small_missions import SMALL
 
 ROOT = Path(__file__).resolve().parents[2]
 Captured = pytest.CaptureFixture[str]
@@ -24,6 +26,14 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in ("BROWSER", *SCREENS):
         monkeypatch.delenv(name, raising=False)
     return tmp_path
+
+
+@pytest.fixture
+def small_demo(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The demo of a mission that is planned at once, for what it does with the folder and the browser."""
+    (here / "missions").mkdir()
+    (here / "missions" / f"{MISSION}.mission").write_text(SMALL)
+    monkeypatch.setattr("missionc.cli.commands.demo.folder", lambda name: here / name)
 
 
 def test_the_demo_plans_without_a_mission_and_says_where_its_report_is(here: Path, capsys: Captured) -> None:
@@ -39,6 +49,7 @@ def test_the_demo_plans_without_a_mission_and_says_where_its_report_is(here: Pat
     assert mission.read_bytes() == (ROOT / "missions" / "wildfire.mission").read_bytes()
 
 
+@pytest.mark.usefixtures("small_demo")
 def test_the_demo_leaves_what_is_there_alone(here: Path, capsys: Captured) -> None:
     (here / "missionc-demo").mkdir()
     (here / "missionc-demo-2").write_text("mine")
@@ -56,6 +67,7 @@ def test_a_folder_that_is_named_and_exists_is_refused(here: Path, capsys: Captur
     assert out == ""
 
 
+@pytest.mark.usefixtures("small_demo")
 def test_without_a_screen_no_browser_is_asked_and_the_user_is_told(here: Path, capsys: Captured) -> None:
     assert main(["demo", "-o", "shown"]) == 0
     out = capsys.readouterr().out

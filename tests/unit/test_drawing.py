@@ -161,17 +161,15 @@ def _smoothed(space: Any) -> None:
     line.vertices[-1].dxf.flags = 16
 
 
-@pytest.mark.parametrize(
-    "draw",
-    [
+def test_each_kind_of_flat_area_is_read(subtests: pytest.Subtests) -> None:
+    for draw in [
         *(_solid, _trace, _face, _mesh, _polyface, _polygon_mesh, _multiline, _lines, _open_polyline, _wide),
         *(_wide_outline, _default_width, _smoothed),
-    ],
-)
-def test_each_kind_of_flat_area_is_read(draw: Callable[[Any], None]) -> None:
-    document, space = new()
-    draw(space)
-    assert same(area(document), shapely.box(0, 0, 4, 4))
+    ]:
+        with subtests.test(draw=draw):
+            document, space = new()
+            draw(space)
+            assert same(area(document), shapely.box(0, 0, 4, 4))
 
 
 def test_a_width_may_grow_along_a_line() -> None:

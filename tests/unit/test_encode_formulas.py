@@ -122,9 +122,8 @@ RADIO = ir.Proximity("radio", Metres(1.0), (0, 1), SPAN)
 NOBODY, SECOND = Is(frozenset()), Is(frozenset((1,)))
 
 
-@pytest.mark.parametrize(
-    ("node", "keep"),
-    [
+def test_the_motions_that_are_left_are_those_that_satisfy_it(subtests: pytest.Subtests) -> None:
+    for node, keep in [
         (HERE, lambda m: m[0][0]),
         (Not(HERE), lambda m: not m[0][0]),
         (At(1, HERE), lambda m: m[1][0]),
@@ -184,11 +183,9 @@ NOBODY, SECOND = Is(frozenset()), Is(frozenset((1,)))
         (EveryRoute(RADIO, Any(()), Any(()), 0.0, 9.0), lambda m: True),
         (PathLength(RADIO, 1, 0.0, 1.0), lambda m: True),
         (Not(PathLength(RADIO, 1, 0.0, 1.0)), lambda m: True),
-    ],
-    ids=lambda each: type(each).__name__ if hasattr(each, "every") else "",
-)
-def test_the_motions_that_are_left_are_those_that_satisfy_it(node: Node, keep: Callable[[Joint], bool]) -> None:
-    assert left(node) == those(keep)
+    ]:
+        with subtests.test(type(node).__name__ if hasattr(node, "every") else ""):
+            assert left(node) == those(keep)
 
 
 PAIR = ir.Proximity("pair", Metres(1.0), (1, 2), SPAN)

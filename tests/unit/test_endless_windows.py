@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -149,22 +150,21 @@ def test_a_formula_that_several_are_asked_is_one() -> None:
     assert first.body is second.body
 
 
-@pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize(
-    "formula",
-    [
-        Always(Any((A, SOME)), 0, None),
-        Eventually(All((A, EVERY)), 0, None),
-        Always(Any((A, Until(C, B, 0, None))), 0, None),
-        Eventually(All((A, Release(C, B, 0, None))), 0, None),
-        Always(All((At(0, SOME), At(1, Any((A, SOME))), Not(C))), 0, None),
-        Eventually(Any((At(0, EVERY), Is(frozenset((1,))))), 0, None),
-    ],
-    ids=lambda node: type(node).__name__ if hasattr(node, "every") else "",
-)
-def test_it_is_of_the_same_robustness_at_the_first_step(formula: Node, seed: int) -> None:
-    position = np.random.default_rng(seed).uniform(-3, 3, (2, LAST + 1, 2))
-    trace = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros((2, LAST + 1)))
-    mission = mission_of(2, LAST)
-    values = [robustness(each, mission, trace)[0, 0] for each in (formula, looking_back(formula, LAST))]
-    assert values[0] == values[1]
+def test_it_is_of_the_same_robustness_at_the_first_step(subtests: pytest.Subtests) -> None:
+    for seed, formula in product(
+        range(6),
+        [
+            Always(Any((A, SOME)), 0, None),
+            Eventually(All((A, EVERY)), 0, None),
+            Always(Any((A, Until(C, B, 0, None))), 0, None),
+            Eventually(All((A, Release(C, B, 0, None))), 0, None),
+            Always(All((At(0, SOME), At(1, Any((A, SOME))), Not(C))), 0, None),
+            Eventually(Any((At(0, EVERY), Is(frozenset((1,))))), 0, None),
+        ],
+    ):
+        with subtests.test(type(formula).__name__ if hasattr(formula, "every") else "", seed=seed):
+            position = np.random.default_rng(seed).uniform(-3, 3, (2, LAST + 1, 2))
+            trace = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros((2, LAST + 1)))
+            mission = mission_of(2, LAST)
+            values = [robustness(each, mission, trace)[0, 0] for each in (formula, looking_back(formula, LAST))]
+            assert values[0] == values[1]

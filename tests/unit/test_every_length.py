@@ -59,5 +59,5 @@ def test_no_operator_of_space_is_left_out() -> None:
 
 @pytest.mark.parametrize(("dynamics", "use"), CASES)
 def test_an_operator_is_planned(dynamics: str, use: str) -> None:
-    found = driver.compile(Source("lengths.mission", text(use, dynamics)), time_limit=Seconds(60))
+    found = driver.compile(Source("lengths.mission", text(use, dynamics)), time_limit=Seconds(3600))
     assert isinstance(found.outcome, Verified), found.outcome

@@ -38,9 +38,8 @@ def said(require: str, more: str = "graph radio = proximity 1 m") -> str:
     return " ".join([found.whole, *(part.sentence for part in found.parts)])
 
 
-@pytest.mark.parametrize(
-    ("require", "sentence"),
-    [
+def test_a_requirement_reads_as_it_is_meant(subtests: pytest.Subtests) -> None:
+    for require, sentence in [
         (
             "every drone: eventually[0, 10 s] goal",
             "Every drone, at some step of its own from 0 s to 10 s, is in `goal`.",
@@ -78,10 +77,9 @@ def said(require: str, more: str = "graph radio = proximity 1 m") -> str:
             "at least 2 drone: always[0, 2 s] speed <= 1",
             "Each of at least 2 drones, at every step from 0 s to 2 s, has a speed of at most 1 m/s.",
         ),
-    ],
-)
-def test_a_requirement_reads_as_it_is_meant(require: str, sentence: str) -> None:
-    assert said(require) == sentence
+    ]:
+        with subtests.test(require=require, sentence=sentence):
+            assert said(require) == sentence
 
 
 def test_a_long_let_is_called_by_its_name_and_explained_once() -> None:
@@ -91,16 +89,19 @@ def test_a_long_let_is_called_by_its_name_and_explained_once() -> None:
     assert "meets `far`" in text
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "missions").rglob("*.mission")), ids=lambda path: path.stem)
-def test_every_mission_has_a_page_that_fits(path: Path) -> None:
-    checked = check(path)
-    assert checked.mission is not None
-    parts = explained(checked.mission)
-    page = lines(parts, checked.mission, None, True)
-    assert max(map(len, page)) <= WIDTH
-    alone = [part for part in parts if not part.turns]  # those of a family may stand there as one
-    assert all(f"{part.name} (line {part.line}" in "\n".join(page) for part in alone)
-    assert not any(re.search(r"(?<!\w)\[1\]", part.said.whole) for part in parts)
+def test_every_mission_has_a_page_that_fits(subtests: pytest.Subtests) -> None:
+    missions = sorted((ROOT / "missions").rglob("*.mission"))
+    assert missions
+    for path in missions:
+        with subtests.test(path.stem):
+            checked = check(path)
+            assert checked.mission is not None
+            parts = explained(checked.mission)
+            page = lines(parts, checked.mission, None, True)
+            assert max(map(len, page)) <= WIDTH
+            alone = [part for part in parts if not part.turns]  # those of a family may stand there as one
+            assert all(f"{part.name} (line {part.line}" in "\n".join(page) for part in alone)
+            assert not any(re.search(r"(?<!\w)\[1\]", part.said.whole) for part in parts)
 
 
 def test_every_operator_says_how_it_reads() -> None:

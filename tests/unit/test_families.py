@@ -157,9 +157,8 @@ team t[i in 0..3][2] {{ {MOVES}  start in w[i] }}
 """
 
 
-@pytest.mark.parametrize(
-    ("text", "code", "place", "message", "way_out"),
-    [
+def test_what_is_wrong_is_said_once_at_the_words_of_the_family(subtests: pytest.Subtests) -> None:
+    for text, code, place, message, way_out in [
         (
             "require a: for i in 0..3: every t[i]: w[i + 1]",
             "MC109",
@@ -298,17 +297,14 @@ team t[i in 0..3][2] {{ {MOVES}  start in w[i] }}
             "it is so with every `i` and `j`",
             "write it in m",
         ),
-    ],
-)
-def test_what_is_wrong_is_said_once_at_the_words_of_the_family(
-    text: str, code: str, place: str, message: str, way_out: str
-) -> None:
-    found = errors(REGIONS + text + "\n")
-    mine = [each for each in found if each[0] == code]
-    assert len(mine) == 1, found
-    assert message in mine[0][2], mine
-    assert way_out in mine[0][3], mine
-    assert place in ("", mine[0][1]), mine
+    ]:
+        with subtests.test(text=text, code=code, place=place, message=message, way_out=way_out):
+            found = errors(REGIONS + text + "\n")
+            mine = [each for each in found if each[0] == code]
+            assert len(mine) == 1, found
+            assert message in mine[0][2], mine
+            assert way_out in mine[0][3], mine
+            assert place in ("", mine[0][1]), mine
 
 
 def test_a_family_too_large_is_refused_before_it_is_made() -> None:

@@ -51,37 +51,41 @@ def formulas() -> list[ir.Formula]:
     return [formula for path in FILES for formula in bottom_up(goal.formula for goal in goals(mission_of(path)))]
 
 
-@pytest.mark.parametrize("path", FILES, ids=title)
-def test_a_mission_has_no_finding_and_the_name_of_its_file(path: Path) -> None:
-    assert mission_of(path).name == path.stem
+def test_a_mission_has_no_finding_and_the_name_of_its_file(subtests: pytest.Subtests) -> None:
+    for path in FILES:
+        with subtests.test(title(path)):
+            assert mission_of(path).name == path.stem
 
 
-@pytest.mark.parametrize("path", FILES, ids=title)
-def test_a_mission_is_in_the_one_layout(path: Path) -> None:
-    source = Source(path.name, path.read_text(encoding="utf-8"))
-    program, _ = parse(source, Limits(), unread)
-    assert program is not None
-    assert format_mission(source, program, Limits()) == source.text
+def test_a_mission_is_in_the_one_layout(subtests: pytest.Subtests) -> None:
+    for path in FILES:
+        with subtests.test(title(path)):
+            source = Source(path.name, path.read_text(encoding="utf-8"))
+            program, _ = parse(source, Limits(), unread)
+            assert program is not None
+            assert format_mission(source, program, Limits()) == source.text
 
 
-@pytest.mark.parametrize("path", FILES, ids=title)
-def test_a_mission_opens_with_a_few_lines_on_its_situation(path: Path) -> None:
-    text = path.read_text(encoding="utf-8")
-    lines = text[: text.index("\nmission ")].splitlines()
-    assert 2 <= len(lines) <= 5
-    assert all(line.startswith("# ") and len(line) <= 120 for line in lines)
-    assert opening(text).endswith(".")
+def test_a_mission_opens_with_a_few_lines_on_its_situation(subtests: pytest.Subtests) -> None:
+    for path in FILES:
+        with subtests.test(title(path)):
+            text = path.read_text(encoding="utf-8")
+            lines = text[: text.index("\nmission ")].splitlines()
+            assert 2 <= len(lines) <= 5
+            assert all(line.startswith("# ") and len(line) <= 120 for line in lines)
+            assert opening(text).endswith(".")
 
 
-@pytest.mark.parametrize("path", FILES, ids=title)
-def test_no_requirement_says_less_than_it_seems_to(path: Path) -> None:
-    for goal in goals(mission_of(path)):
-        traps = traps_of(goal.formula)
-        assert [trap.name for trap in traps if trap in EMPTY_WORDS] == []
-        if convention_examples.ALONE in traps:
-            # Surrounded by nobody is surrounded, too: somebody is asked for as well.
-            words = {each.operator.name for each in bottom_up([goal.formula]) if isinstance(each, ir.Apply)}
-            assert words & {"count", "somewhere"}
+def test_no_requirement_says_less_than_it_seems_to(subtests: pytest.Subtests) -> None:
+    for path in FILES:
+        with subtests.test(title(path)):
+            for goal in goals(mission_of(path)):
+                traps = traps_of(goal.formula)
+                assert [trap.name for trap in traps if trap in EMPTY_WORDS] == []
+                if convention_examples.ALONE in traps:
+                    # Surrounded by nobody is surrounded, too: somebody is asked for as well.
+                    words = {each.operator.name for each in bottom_up([goal.formula]) if isinstance(each, ir.Apply)}
+                    assert words & {"count", "somewhere"}
 
 
 def test_every_operator_is_used() -> None:

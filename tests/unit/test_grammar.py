@@ -27,17 +27,21 @@ def begins(tree: object) -> int:
     return min(token.start_pos for token in tokens)
 
 
-@pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.stem)
-def test_every_mission_is_read_declaration_by_declaration(path: Path, parser: lark.Lark) -> None:
-    tree = parser.parse(path.read_text(encoding="utf-8"))
-    program = missionc.check(path, backend="any").program
-    assert program is not None
-    assert tree.data == "program"
-    assert len(tree.children) == len(program.declarations) > 3
-    for child, declaration in zip(tree.children, program.declarations, strict=True):
-        assert declaration.span.start <= begins(child) < declaration.span.end
-        kind = {"missionname": "mission", "fromfile": "from_file"}.get(name := type(declaration).__name__.lower(), name)
-        assert child.data in ("team", "agent", kind)
+def test_every_mission_is_read_declaration_by_declaration(parser: lark.Lark, subtests: pytest.Subtests) -> None:
+    assert MISSIONS
+    for path in MISSIONS:
+        with subtests.test(path.stem):
+            tree = parser.parse(path.read_text(encoding="utf-8"))
+            program = missionc.check(path, backend="any").program
+            assert program is not None
+            assert tree.data == "program"
+            assert len(tree.children) == len(program.declarations) > 3
+            for child, declaration in zip(tree.children, program.declarations, strict=True):
+                assert declaration.span.start <= begins(child) < declaration.span.end
+                kind = {"missionname": "mission", "fromfile": "from_file"}.get(
+                    name := type(declaration).__name__.lower(), name
+                )
+                assert child.data in ("team", "agent", kind)
 
 
 def test_leaves_say_where_they_are(parser: lark.Lark) -> None:

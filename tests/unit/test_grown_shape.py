@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -25,15 +27,15 @@ VOLUME: list[Shape] = [
 ]
 
 
-@pytest.mark.parametrize("by", [0.0, 0.1, 0.45])
-@pytest.mark.parametrize("shape", [*PLANE, *VOLUME])
-def test_a_grown_shape_holds_all_that_is_that_near(shape: Shape, by: float) -> None:
-    size = 3 if shape in VOLUME else 2
-    points = np.random.default_rng(4).uniform(-1.2, 2.6, (4000, size))
-    near = signed_distance(np, shape, points) <= by - 1e-12
-    inside = signed_distance(np, grown_shape(shape, by), points) <= 1e-12
-    assert inside[near].all()
-    assert near.any()
+def test_a_grown_shape_holds_all_that_is_that_near(subtests: pytest.Subtests) -> None:
+    for by, shape in product([0.0, 0.1, 0.45], [*PLANE, *VOLUME]):
+        with subtests.test(by=by, shape=shape):
+            size = 3 if shape in VOLUME else 2
+            points = np.random.default_rng(4).uniform(-1.2, 2.6, (4000, size))
+            near = signed_distance(np, shape, points) <= by - 1e-12
+            inside = signed_distance(np, grown_shape(shape, by), points) <= 1e-12
+            assert inside[near].all()
+            assert near.any()
 
 
 @pytest.mark.parametrize("shape", [Disc((0.5, 0.5), 0.4), Polygon(STAR), Polygon(tuple(reversed(STAR)))])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -39,23 +40,23 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.mark.parametrize("value", NOT_NUMBERS)
-@pytest.mark.parametrize("words", OF_FLOATS)
 def test_what_is_no_finite_number_is_refused(
-    words: str, value: str, folder: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, capsys: pytest.CaptureFixture[str], subtests: pytest.Subtests
 ) -> None:
-    assert main([*words.split(), value]) == 2
-    assert capsys.readouterr().err.count("Error: ") == 1
+    for value, words in product(NOT_NUMBERS, OF_FLOATS):
+        with subtests.test(value=value, words=words):
+            assert main([*words.split(), value]) == 2
+            assert capsys.readouterr().err.count("Error: ") == 1
 
 
-@pytest.mark.parametrize("value", [*NOT_NUMBERS, "1e300", "1e16", "0", "-0", "0.5"])
-@pytest.mark.parametrize("name", Limits.__dataclass_fields__)
 def test_a_limit_is_a_number_that_can_be_held(
-    name: str, value: str, folder: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, capsys: pytest.CaptureFixture[str], subtests: pytest.Subtests
 ) -> None:
-    whole = name == "magnitude" and value == "0.5"
-    assert main(["check", "small.mission", "--limit", f"{name}={value}"]) == (1 if whole else 2)
-    assert "MC901" not in capsys.readouterr().err
+    for value, name in product([*NOT_NUMBERS, "1e300", "1e16", "0", "-0", "0.5"], Limits.__dataclass_fields__):
+        with subtests.test(value=value, name=name):
+            whole = name == "magnitude" and value == "0.5"
+            assert main(["check", "small.mission", "--limit", f"{name}={value}"]) == (1 if whole else 2)
+            assert "MC901" not in capsys.readouterr().err
 
 
 def test_nesting_is_not_raised_beyond_what_every_pass_holds(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -73,13 +74,13 @@ def test_nesting_is_not_raised_beyond_what_every_pass_holds(folder: Path, capsys
         assert main(command.split()) in (0, 1)
 
 
-@pytest.mark.parametrize("name", ["n" * 300, "p/" * 2_500 + "q", "", "a\0b", "\ud800"])
-@pytest.mark.parametrize("words", OF_PATHS)
 def test_a_path_that_no_system_has_is_refused(
-    words: str, name: str, folder: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, capsys: pytest.CaptureFixture[str], subtests: pytest.Subtests
 ) -> None:
-    assert main([*words.split(), name]) == 2
-    assert sorted(os.listdir(folder)) == ["done", "small.mission"]
+    for name, words in product(["n" * 300, "p/" * 2_500 + "q", "", "a\0b", "\ud800"], OF_PATHS):
+        with subtests.test(name=name, words=words):
+            assert main([*words.split(), name]) == 2
+            assert sorted(os.listdir(folder)) == ["done", "small.mission"]
 
 
 @pytest.mark.parametrize(

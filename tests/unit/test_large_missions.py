@@ -12,6 +12,7 @@ from missionc.base.source import Source
 from missionc.explain.explanation import document, explained, lines
 from missionc.explain.sentences import LONGEST, MOST_PARTS
 from missionc.pipeline.front_end import check
+from tests.support.resolved_missions import mission
 from tests.support.small_missions import SMALL
 
 MORE_THAN_LINEAR = 3.0
@@ -81,31 +82,27 @@ def test_a_check_of_twice_as_much_is_twice_the_work(text: Callable[[int], str], 
 
 @pytest.mark.parametrize("requirements", [150, 300])
 def test_a_page_about_many_long_formulas_has_an_end_and_says_what_it_leaves_out(requirements: int) -> None:
-    checked = check(Source("a.mission", chains(requirements)))
-    assert checked.mission is not None
-    parts = explained(checked.mission)
-    page = "\n".join(lines(parts, checked.mission, checked.choice, True))
+    made = mission(chains(requirements))
+    parts = explained(made)
+    page = "\n".join(lines(parts, made, None, True))
     assert len(page) < 200_000
     left = requirements + 1 - len(parts)
     assert left > 0
     assert f"{left} more are not explained here; name one: `missionc explain FILE NAME`" in page
-    assert document(parts, checked.mission, checked.choice)["goals_left_out"] == left
+    assert document(parts, made, None)["goals_left_out"] == left
 
 
 def test_one_requirement_out_of_many_is_explained_by_its_name() -> None:
-    checked = check(Source("a.mission", chains(150)))
-    assert checked.mission is not None
-    parts = explained(checked.mission, "a149")
+    made = mission(chains(150))
+    parts = explained(made, "a149")
     (part,) = parts
     assert len(part.said.parts) == MOST_PARTS
     assert part.said.left_out > 0
-    assert "more are not explained" not in "\n".join(lines(parts, checked.mission, checked.choice, True))
+    assert "more are not explained" not in "\n".join(lines(parts, made, None, True))
 
 
 def test_a_sentence_that_would_fill_pages_is_cut_and_says_by_how_much() -> None:
     text = f"{SMALL}let c = (not base or goal)\nrequire a: some drone: ({' or '.join(['(c and not base)'] * 2_000)})\n"
-    checked = check(Source("a.mission", text))
-    assert checked.mission is not None
-    (part,) = explained(checked.mission, "a")
+    (part,) = explained(mission(text), "a")
     assert len(part.said.whole) < LONGEST + 100
     assert "letters more, which are left out." in part.said.whole

@@ -81,9 +81,8 @@ def outline(shape: Shape) -> shapely.Geometry:
     raise AssertionError(shape)
 
 
-@pytest.mark.parametrize(
-    ("shape", "first", "second", "expected"),
-    [
+def test_the_clearance_of_a_line_is_the_least_signed_distance_of_its_points(subtests: pytest.Subtests) -> None:
+    for shape, first, second, expected in [
         (BOX, (-1.0, 1.0), (5.0, 1.0), -1.0),
         (BOX, (-1.0, 3.0), (5.0, 3.0), 1.0),
         (BOX, (-1.0, 2.0), (5.0, 2.0), 0.0),
@@ -98,38 +97,39 @@ def outline(shape: Shape) -> shapely.Geometry:
         (SOLID[1], (0.0, 0.0, 3.0), (0.0, 0.0, 5.0), 1.0),
         (SOLID[1], (2.0, 0.0, 0.0), (2.0, 0.0, 5.0), 1.0),
         (SOLID[6], (1.0, 1.0, 1.0), (1.5, 1.0, 1.0), 0.5),
-    ],
-)
-def test_the_clearance_of_a_line_is_the_least_signed_distance_of_its_points(
-    shape: Shape, first: tuple[float, ...], second: tuple[float, ...], expected: float
+    ]:
+        with subtests.test(shape=shape, first=first, second=second, expected=expected):
+            assert clearance(shape, np.array([first]), np.array([second])).item() == pytest.approx(expected, abs=1e-9)
+
+
+def test_the_sign_is_that_of_the_nearest_point_and_the_size_is_never_overstated(subtests: pytest.Subtests) -> None:
+    for shape in PLANE + SOLID:
+        with subtests.test(shape=shape):
+            first, second = lines(2 if shape in PLANE else 3, 150, 7)
+            found, least = clearance(shape, first, second), sampled(shape, first, second)
+            fine = np.linalg.norm(second - first, axis=1) / 4000
+            assert (found <= np.maximum(least, 0.0) + 1e-9).all()
+            assert (found >= np.minimum(least, 0.0) - fine).all()
+            assert ((found > 0) == (least > 0))[np.abs(least) > fine].all()
+            assert (found > 0).any()
+            assert (found < 0).any()
+            if shape in CONVEX:
+                assert np.abs(found - least).max() <= fine.max()
+
+
+def test_a_line_is_clear_where_a_geometry_library_finds_that_it_does_not_meet_the_shape(
+    subtests: pytest.Subtests,
 ) -> None:
-    assert clearance(shape, np.array([first]), np.array([second])).item() == pytest.approx(expected, abs=1e-9)
-
-
-@pytest.mark.parametrize("shape", PLANE + SOLID)
-def test_the_sign_is_that_of_the_nearest_point_and_the_size_is_never_overstated(shape: Shape) -> None:
-    first, second = lines(2 if shape in PLANE else 3, 150, 7)
-    found, least = clearance(shape, first, second), sampled(shape, first, second)
-    fine = np.linalg.norm(second - first, axis=1) / 4000
-    assert (found <= np.maximum(least, 0.0) + 1e-9).all()
-    assert (found >= np.minimum(least, 0.0) - fine).all()
-    assert ((found > 0) == (least > 0))[np.abs(least) > fine].all()
-    assert (found > 0).any()
-    assert (found < 0).any()
-    if shape in CONVEX:
-        assert np.abs(found - least).max() <= fine.max()
-
-
-@pytest.mark.parametrize("shape", PLANE)
-def test_a_line_is_clear_where_a_geometry_library_finds_that_it_does_not_meet_the_shape(shape: Shape) -> None:
-    first, second = lines(2, 200, 11)
-    found, geometry = clearance(shape, first, second), outline(shape)
-    for one, other, value in zip(first, second, found, strict=True):
-        line = shapely.LineString([one, other])
-        apart = float(shapely.distance(geometry, line))
-        if abs(value) > 1e-5:  # discs are polygons there
-            assert (apart > 0) == (value > 0)
-        assert value <= apart + 1e-5
+    for shape in PLANE:
+        with subtests.test(shape=shape):
+            first, second = lines(2, 200, 11)
+            found, geometry = clearance(shape, first, second), outline(shape)
+            for one, other, value in zip(first, second, found, strict=True):
+                line = shapely.LineString([one, other])
+                apart = float(shapely.distance(geometry, line))
+                if abs(value) > 1e-5:  # discs are polygons there
+                    assert (apart > 0) == (value > 0)
+                assert value <= apart + 1e-5
 
 
 @given(st.integers(0, 10_000), st.sampled_from(PLANE))
@@ -142,15 +142,18 @@ def test_moving_both_ends_by_a_metre_changes_it_by_at_most_a_metre(seed: int, sh
     assert (change <= most + 1e-9).all()
 
 
-@pytest.mark.parametrize("shape", PLANE)
 def test_a_line_is_as_clear_from_one_end_as_from_the_other_and_from_place_to_place_as_from_array_to_array(
-    shape: Shape,
+    subtests: pytest.Subtests,
 ) -> None:
-    first, second = lines(2, 20, 3)
-    found = clearance(shape, first, second)
-    assert found.tolist() == clearance(shape, second, first).tolist()
-    for one, other, value in zip(first.tolist(), second.tolist(), found.tolist(), strict=True):
-        assert clear_line(plain_floats, (shape,), Place(one), Place(other), math.inf) == pytest.approx(value, abs=1e-12)
+    for shape in PLANE:
+        with subtests.test(shape=shape):
+            first, second = lines(2, 20, 3)
+            found = clearance(shape, first, second)
+            assert found.tolist() == clearance(shape, second, first).tolist()
+            for one, other, value in zip(first.tolist(), second.tolist(), found.tolist(), strict=True):
+                assert clear_line(plain_floats, (shape,), Place(one), Place(other), math.inf) == pytest.approx(
+                    value, abs=1e-12
+                )
 
 
 def test_what_is_enough_is_not_passed_and_all_shapes_count() -> None:

@@ -176,11 +176,10 @@ def test_routes_weigh_what_networkx_says() -> None:
             for requirement in found.mission.requirements
         }
         values = truths(bodies.values(), found.mission, trace)
-        for name, node in bodies.items():
-            held = np.broadcast_to(values[node], (AGENTS, 3))
-            for agent, step in itertools.product(range(AGENTS), range(3)):
-                expected = by_networkx(found.mission, trace, step, agent)[name]
-                assert bool(held[agent, step]) is expected, (name, seed, agent, step)
+        held = {name: np.broadcast_to(values[node], (AGENTS, 3)) for name, node in bodies.items()}
+        for agent, step in itertools.product(range(AGENTS), range(3)):
+            for name, expected in by_networkx(found.mission, trace, step, agent).items():
+                assert bool(held[name][agent, step]) is expected, (name, seed, agent, step)
                 answers[name].add(expected)
     assert answers == {name: {True, False} for name in ASKED}
 

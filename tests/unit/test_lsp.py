@@ -169,9 +169,8 @@ def test_a_requirement_is_said_back_at_its_label_and_at_its_word() -> None:
     assert "It looks 18 s ahead." in said(HOME.replace("home", "ho|me"))
 
 
-@pytest.mark.parametrize(
-    ("part", "words"),
-    [
+def test_a_word_says_what_it_is(subtests: pytest.Subtests) -> None:
+    for part, words in [
         ("param T = 2 * 3 s\nrequire a: every drone: always[0, |T] base", "a parameter, 6 s"),
         ("let soon = eventually[0, 4 s] base\nrequire a: every drone: so|on", "looks 4 s ahead."),
         ("require a: every dro|ne: base", "3 agents."),
@@ -188,12 +187,11 @@ def test_a_requirement_is_said_back_at_its_label_and_at_its_word() -> None:
         ("agent a { fli|ght { hover 1 m } }", "pads at (1, 1, 0)"),
         ("require a: every drone: nowhe|re", "nothing is called `nowhere`"),
         ("require a: every drone: |# nothing", ""),
-    ],
-)
-def test_a_word_says_what_it_is(part: str, words: str) -> None:
-    found = said(part)
-    assert words.lower() in found.lower()
-    assert bool(words) == bool(found)
+    ]:
+        with subtests.test(part=part, words=words):
+            found = said(part)
+            assert words.lower() in found.lower()
+            assert bool(words) == bool(found)
 
 
 def test_every_keyword_that_a_reader_might_not_know_says_something() -> None:
@@ -287,9 +285,8 @@ def test_each_requirement_says_how_far_it_looks_ahead() -> None:
 # ---------------------------------------------------------------- completion
 
 
-@pytest.mark.parametrize(
-    ("part", "offered", "not_offered"),
-    [
+def test_what_is_offered_fits(subtests: pytest.Subtests) -> None:
+    for part, offered, not_offered in [
         ("|", {"region", "require", "let"}, {"base", "box", "at"}),
         ("require a: every |", {"drone"}, {"base", "radio", "not"}),
         ("param P = 5 s\nrequire a: every |", {"drone", "P"}, {"base", "radio", "not"}),
@@ -338,12 +335,11 @@ def test_each_requirement_says_how_far_it_looks_ahead() -> None:
         ("# require a: every |", set(), {"drone"}),
         ('include "|', set(), {"base"}),
         ("region |", set(), {"base", "box"}),
-    ],
-)
-def test_what_is_offered_fits(part: str, offered: set[str], not_offered: set[str]) -> None:
-    found = set(fits(part))
-    assert offered <= found
-    assert not found & not_offered
+    ]:
+        with subtests.test(part=part, offered=offered, not_offered=not_offered):
+            found = set(fits(part))
+            assert offered <= found
+            assert not found & not_offered
 
 
 def test_what_is_offered_replaces_the_word_that_was_begun() -> None:

@@ -16,6 +16,8 @@ import pytest_lsp
 from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities, make_test_lsp_client
 
+pytest_plugins = ["pytest_lsp"]
+
 ROOT = Path(__file__).resolve().parents[2]
 WILDFIRE = (ROOT / "missions" / "wildfire.mission").read_text(encoding="utf-8")
 URI = "file:///somewhere/typed.mission"

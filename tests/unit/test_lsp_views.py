@@ -34,9 +34,8 @@ def folded(written: str) -> list[tuple[int, int, str | None]]:
 # --------------------------------------------------------------------- folds
 
 
-@pytest.mark.parametrize(
-    ("written", "folds"),
-    [
+def test_what_belongs_together_is_folded(subtests: pytest.Subtests) -> None:
+    for written, expected in [
         ("team a {\n  radius 1 m\n  start in b\n}\n", [(0, 2, None)]),
         ("team a {\n  radius 1 m\n  start in b }\n", [(0, 2, None)]),
         ("require a: (\n  b\n  or c\n)\n", [(0, 2, None)]),
@@ -50,10 +49,9 @@ def folded(written: str) -> list[tuple[int, int, str | None]]:
         ("team a { (\nregion b = c\n}\n", [(1, 2, None)]),
         ("}\n)\n{\n", []),
         ("", []),
-    ],
-)
-def test_what_belongs_together_is_folded(written: str, folds: list[tuple[int, int, str | None]]) -> None:
-    assert folded(written) == folds
+    ]:
+        with subtests.test(written=written, expected=expected):
+            assert folded(written) == expected
 
 
 def test_a_text_beyond_the_limit_has_folds_of_its_comments_alone() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 from typing import get_args
 
 import numpy as np
@@ -212,10 +213,8 @@ def test_every_predicate_of_the_language_has_a_module_of_its_name() -> None:
     assert {predicate.name for predicate in PREDICATES} == modules - {"__init__"}
 
 
-@pytest.mark.parametrize("kind", get_args(ir.Predicate))
-@pytest.mark.parametrize("meaning", ["margin", "rate", "moved", "show", "phrases"])
-def test_every_kind_of_predicate_has_each_meaning_that_is_asked_of_one(
-    kind: type[PredicateFacts], meaning: str
-) -> None:
-    assert issubclass(kind, PredicateFacts)
-    assert getattr(kind, meaning) is not getattr(PredicateFacts, meaning)
+def test_every_kind_of_predicate_has_each_meaning_that_is_asked_of_one(subtests: pytest.Subtests) -> None:
+    for kind, meaning in product(get_args(ir.Predicate), ["margin", "rate", "moved", "show", "phrases"]):
+        with subtests.test(kind=kind, meaning=meaning):
+            assert issubclass(kind, PredicateFacts)
+            assert getattr(kind, meaning) is not getattr(PredicateFacts, meaning)

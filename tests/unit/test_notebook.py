@@ -15,7 +15,6 @@ from typing import Any
 import nbformat
 import numpy as np
 import pytest
-from nbclient import NotebookClient
 
 import missionc
 from missionc.backends.api import Attempt, NotFound, Reason, Report
@@ -174,6 +173,8 @@ def test_a_notebook_is_stored_without_what_it_shows(path: Path) -> None:
 
 
 def test_the_example_notebook_runs_and_shows_what_it_promises(monkeypatch: pytest.MonkeyPatch) -> None:
+    from nbclient import NotebookClient
+
     (path,) = NOTEBOOKS
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     notebook = nbformat.read(path, as_version=4)

@@ -209,6 +209,6 @@ def test_transport_parts_a_team_whose_links_lead_one_way() -> None:
     assert mission is not None
     assert kernel is not None
     assert not isinstance(backend, Diagnostic)
-    planned = backend.plan(mission, kernel, Options(), Budget(time.monotonic() + 60))
+    planned = backend.plan(mission, kernel, Options(), Budget(time.monotonic() + 3600))
     assert isinstance(planned, Planned)
     assert monitor(mission, kernel, planned.trace).requirements[0].satisfied

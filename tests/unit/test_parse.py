@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 
 import lark
@@ -123,9 +124,8 @@ def test_a_letter_is_its_word(short: str, long: str) -> None:
     assert same(short, long)
 
 
-@pytest.mark.parametrize(
-    ("bare", "bracketed"),
-    [
+def test_operators_bind_as_the_language_says(subtests: pytest.Subtests) -> None:
+    for bare, bracketed in [
         ("not a and b", "(not a) and b"),
         ("always[0, 1] a until[0, 1] b", "(always[0, 1] a) until[0, 1] b"),
         ("a and b until[0, 1] c", "a and (b until[0, 1] c)"),
@@ -147,10 +147,9 @@ def test_a_letter_is_its_word(short: str, long: str) -> None:
         ("every g: some h: a and b", "every g: (some h: (a and b))"),
         ("count[hops 1..1] not a >= 2 and b", "(count[hops 1..1] (not a) >= 2) and b"),
         ("not count[hops 1..1] a >= 2", "not (count[hops 1..1] a >= 2)"),
-    ],
-)
-def test_operators_bind_as_the_language_says(bare: str, bracketed: str) -> None:
-    assert same(bare, bracketed)
+    ]:
+        with subtests.test(bare=bare, bracketed=bracketed):
+            assert same(bare, bracketed)
 
 
 def test_a_quantifier_in_brackets_ends_with_them() -> None:
@@ -398,22 +397,22 @@ def test_what_is_wrong_with_an_included_file_is_said_in_its_place() -> None:
 # -------------------------------------------------------------------- limits
 
 
-@pytest.mark.parametrize("count", [256, 257, 10_000])
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        ("(", ")"),
-        ("not ", ""),
-        ("every a: ", ""),
-        ("a implies ", ""),
-        ("a iff ", ""),
-        ("x until[0, 1] ", ""),
-        ("always[0, 1] ", ""),
-    ],
-)
-def test_formulas_nest_as_deeply_as_the_limit(before: str, after: str, count: int) -> None:
-    findings = findings_of(f"let f = {before * count}x{after * count}", Limits(file_bytes=1 << 20))
-    assert [finding.code.name for finding in findings] == ([] if count <= 256 else ["MC005"])
+def test_formulas_nest_as_deeply_as_the_limit(subtests: pytest.Subtests) -> None:
+    for count, (before, after) in product(
+        [256, 257, 10_000],
+        [
+            ("(", ")"),
+            ("not ", ""),
+            ("every a: ", ""),
+            ("a implies ", ""),
+            ("a iff ", ""),
+            ("x until[0, 1] ", ""),
+            ("always[0, 1] ", ""),
+        ],
+    ):
+        with subtests.test(count=count, before=before, after=after):
+            findings = findings_of(f"let f = {before * count}x{after * count}", Limits(file_bytes=1 << 20))
+            assert [finding.code.name for finding in findings] == ([] if count <= 256 else ["MC005"])
 
 
 @pytest.mark.parametrize("text", ["param a = {}1", "param a = 1{}", "region a = b{}"])

@@ -48,7 +48,7 @@ def planners(monkeypatch: pytest.MonkeyPatch) -> list[PrioritizedPlanner]:
 
 
 def compiled(wait: str) -> missionc.Compiled:
-    return missionc.compile(Source("lock.mission", LOCK.replace("WAIT", wait)), time_limit=Seconds(20.0))
+    return missionc.compile(Source("lock.mission", LOCK.replace("WAIT", wait)), time_limit=Seconds(3600))
 
 
 @pytest.mark.parametrize("wait", [FOR_ALL, FOR_ONE])

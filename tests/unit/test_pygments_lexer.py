@@ -28,13 +28,15 @@ def test_pygments_finds_the_lexer_by_name_and_by_file() -> None:
     assert isinstance(get_lexer_for_filename("wildfire.mission"), MissionLexer)
 
 
-@pytest.mark.parametrize("mission", MISSIONS, ids=lambda path: path.stem)
-def test_every_character_of_a_mission_is_coloured_once_and_none_is_wrong(mission: Path) -> None:
-    text = mission.read_text(encoding="utf-8")
-    found = list(MissionLexer().get_tokens_unprocessed(text))
-    assert "".join(piece for _, _, piece in found) == text
-    assert all(text.startswith(piece, at) for at, _, piece in found)
-    assert [piece for _, colour, piece in found if colour is Error] == []
+def test_every_character_of_a_mission_is_coloured_once_and_none_is_wrong(subtests: pytest.Subtests) -> None:
+    assert MISSIONS
+    for mission in MISSIONS:
+        with subtests.test(mission.stem):
+            text = mission.read_text(encoding="utf-8")
+            found = list(MissionLexer().get_tokens_unprocessed(text))
+            assert "".join(piece for _, _, piece in found) == text
+            assert all(text.startswith(piece, at) for at, _, piece in found)
+            assert [piece for _, colour, piece in found if colour is Error] == []
 
 
 @pytest.mark.parametrize(

@@ -33,9 +33,8 @@ def agents(text: str) -> tuple[ir.Agent, ...]:
 # ---------------------------------------------------------------- quantities
 
 
-@pytest.mark.parametrize(
-    ("written", "metres"),
-    [
+def test_a_quantity_is_worked_out_in_metres(subtests: pytest.Subtests) -> None:
+    for written, metres in [
         ("2", 2.0),
         ("2 m", 2.0),
         ("20 cm", 0.2),
@@ -48,16 +47,14 @@ def agents(text: str) -> tuple[ir.Agent, ...]:
         ("(3 * L - 2 * L)", 4.0),
         ("(N * 1 m)", 5.0),
         ("N", 5.0),
-    ],
-)
-def test_a_quantity_is_worked_out_in_metres(written: str, metres: float) -> None:
-    text = demo(more=f"param L = 4 m\nparam N = 5\nprefer a: every drone: x <= L * N / 5\nseparation {written}")
-    assert mission(text).separation == pytest.approx(metres, rel=1e-12)
+    ]:
+        with subtests.test(written=written, metres=metres):
+            text = demo(more=f"param L = 4 m\nparam N = 5\nprefer a: every drone: x <= L * N / 5\nseparation {written}")
+            assert mission(text).separation == pytest.approx(metres, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("written", "code"),
-    [
+def test_a_quantity_that_does_not_fit_is_refused(subtests: pytest.Subtests) -> None:
+    for written, code in [
         ("2 s", "MC201"),
         ("(1 m + 1 s)", "MC201"),
         ("(1 m * 1 m)", "MC201"),
@@ -70,10 +67,9 @@ def test_a_quantity_is_worked_out_in_metres(written: str, metres: float) -> None
         ("goal", "MC104"),
         ("x", "MC104"),
         ("90 deg", "MC201"),
-    ],
-)
-def test_a_quantity_that_does_not_fit_is_refused(written: str, code: str | None) -> None:
-    assert codes(demo(more=f"separation {written}")) == ([code] if code else [])
+    ]:
+        with subtests.test(written=written, code=code):
+            assert codes(demo(more=f"separation {written}")) == ([code] if code else [])
 
 
 def test_a_parameter_with_the_wrong_unit_is_reported_with_its_declaration() -> None:
@@ -125,9 +121,8 @@ def test_shapes_combine_by_their_names() -> None:
     assert shape("a * (b - rock)", more=f"{others}\nobstacle rock = a") == ir.Intersection(a, ir.Difference(b, a))
 
 
-@pytest.mark.parametrize(
-    ("written", "code"),
-    [
+def test_a_shape_that_cannot_be_meant_is_refused_in_the_plane(subtests: pytest.Subtests) -> None:
+    for written, code in [
         ("box (7, 7) to (9, 7)", "MC512"),
         ("disc at (7, 7) radius 0", "MC512"),
         ("disc at (7, 7) radius -1", "MC210"),
@@ -143,10 +138,9 @@ def test_shapes_combine_by_their_names() -> None:
         ("disc at (7, 7) radius 1 s", "MC201"),
         ("drone", "MC104"),
         ("nowhere", "MC101"),
-    ],
-)
-def test_a_shape_that_cannot_be_meant_is_refused_in_the_plane(written: str, code: str) -> None:
-    assert codes(demo(things=f"region goal = {written}")) == [code]
+    ]:
+        with subtests.test(written=written, code=code):
+            assert codes(demo(things=f"region goal = {written}")) == [code]
 
 
 @pytest.mark.parametrize(
@@ -329,9 +323,8 @@ def test_dynamics_have_their_bounds_in_metres_and_seconds(written: str, dynamics
     assert agents(team(f"dynamics {written} start in goal"))[0].dynamics == dynamics
 
 
-@pytest.mark.parametrize(
-    ("items", "expected"),
-    [
+def test_what_is_wrong_with_a_team_is_said(subtests: pytest.Subtests) -> None:
+    for items, expected in [
         (f"{MOVES}", ["MC014"]),
         ("start in goal", ["MC014"]),
         ("dynamics unicicle(speed <= 1) start in goal", ["MC206"]),
@@ -354,11 +347,10 @@ def test_dynamics_have_their_bounds_in_metres_and_seconds(written: str, dynamics
         (f"{MOVES} start at (1, 1)", ["MC210"]),
         (f"{MOVES} start at (1, 1), (2, 2), (3, 3, 3)", ["MC205"]),
         (f"{MOVES} start in goal finish line (1, 1) to (2, 2, 2)", ["MC205"]),
-    ],
-)
-def test_what_is_wrong_with_a_team_is_said(items: str, expected: list[str]) -> None:
-    text = demo(team=f"team drone[3] {{ {items} }}", things="region goal = box (7, 7) to (9, 9)")
-    assert codes(text) == expected
+    ]:
+        with subtests.test(items=items, expected=expected):
+            text = demo(team=f"team drone[3] {{ {items} }}", things="region goal = box (7, 7) to (9, 9)")
+            assert codes(text) == expected
 
 
 def test_an_altitude_in_a_volume_is_the_third_coordinate() -> None:
@@ -602,9 +594,8 @@ def test_star_offsets_and_distances_keep_what_they_list() -> None:
     assert edges("distances of drone[1..3] (0-1: 0.8, 2-0: 0.7)") == {(1, 2): 0.8, (3, 1): 0.7}
 
 
-@pytest.mark.parametrize(
-    ("written", "expected"),
-    [
+def test_what_is_wrong_with_a_formation_is_said(subtests: pytest.Subtests) -> None:
+    for written, expected in [
         ("line of drone spacing 1 m", ["MC014"]),
         ("line of drone tolerance 1 m", ["MC014"]),
         ("line of drone spacing 0 m tolerance 1 m", ["MC210"]),
@@ -622,10 +613,9 @@ def test_star_offsets_and_distances_keep_what_they_list() -> None:
         ("distances of drone (0-0: 1) tolerance 1 m", ["MC210"]),
         ("distances of drone (0-1: 1, 1-0: 2) tolerance 1 m", ["MC013"]),
         ("distances of drone (0-1: 0) tolerance 1 m", ["MC210"]),
-    ],
-)
-def test_what_is_wrong_with_a_formation_is_said(written: str, expected: list[str]) -> None:
-    assert codes(demo(more=f"formation f = {written}\nrequire f")) == expected
+    ]:
+        with subtests.test(written=written, expected=expected):
+            assert codes(demo(more=f"formation f = {written}\nrequire f")) == expected
 
 
 def test_a_rigid_formation_of_too_many_agents_is_refused_before_its_edges_are_made() -> None:

@@ -31,9 +31,8 @@ def distance(shape: Shape, *point: float) -> float:
     return float(signed_distance(np, shape, np.array(point)))
 
 
-@pytest.mark.parametrize(
-    ("shape", "point", "expected"),
-    [
+def test_distances_are_exact(subtests: pytest.Subtests) -> None:
+    for shape, point, expected in [
         (BOX, (1.0, 1.0), -1.0),
         (BOX, (7.0, 6.0), 5.0),
         (BOX, (2.0, 3.0), 1.0),
@@ -56,10 +55,9 @@ def distance(shape: Shape, *point: float) -> float:
         (Difference(BOX, DISC), (1.0, 1.0), 1.5),
         (Difference(BOX, DISC), (3.5, 1.0), -0.5),
         (Intersection(BOX, DISC), (1.0, 2.25), 0.25),
-    ],
-)
-def test_distances_are_exact(shape: Shape, point: tuple[float, ...], expected: float) -> None:
-    assert distance(shape, *point) == pytest.approx(expected, abs=1e-12)
+    ]:
+        with subtests.test(shape=shape, point=point, expected=expected):
+            assert distance(shape, *point) == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_border_belongs_to_its_shape_and_to_what_is_cut_from_it() -> None:

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import cache
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -103,9 +104,8 @@ def places(found: Any) -> list[float]:
     return axis
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
+def test_a_figure_that_no_flight_came_to_is_refused(subtests: pytest.Subtests) -> None:
+    for change, words in [
         (lambda found: found.update(passed=not found["passed"]), "`passed`"),
         (lambda found: found["planned"][0].update(robustness=9.99), "`planned[0].robustness`"),
         (lambda found: found["requirements"][0].update(robustness=0.5), "`requirements[0].robustness`"),
@@ -137,12 +137,11 @@ def places(found: Any) -> list[float]:
         (lambda found: found.pop("flight"), "`flight`"),
         (lambda found: found.update(approved_by="nobody"), "`approved_by`"),
         (lambda found: found.clear(), "`schema`"),
-    ],
-)
-def test_a_figure_that_no_flight_came_to_is_refused(change: Change, words: str) -> None:
-    check = judged(edited(change))
-    assert (check.name, check.passed) == (DOCUMENT, False)
-    assert words in check.detail
+    ]:
+        with subtests.test(change=change, words=words):
+            check = judged(edited(change))
+            assert (check.name, check.passed) == (DOCUMENT, False)
+            assert words in check.detail
 
 
 # --------------------------------------------------------------- what decided them
@@ -238,11 +237,16 @@ def test_what_cannot_be_is_refused_before_anything_is_flown(
     assert words in check.detail
 
 
-@pytest.mark.parametrize("text", ["9" * 400, "NaN", "1e400", "-Infinity", "1e-300", "[" * 5_000 + "]" * 5_000])
-@pytest.mark.parametrize("key", ["seed", "flights", "disturbance", "seconds", "vehicle", "versions"])
-def test_every_strange_value_is_refused(key: str, text: str) -> None:
-    simulation = edited(lambda document: document.update({key: "@@@"})).replace(b'"@@@"', text.encode())
-    assert not judged(simulation).passed
+def test_every_strange_value_is_refused(subtests: pytest.Subtests) -> None:
+    for text, key in product(
+        ["9" * 400, "NaN", "1e400", "-Infinity", "1e-300", "[" * 5_000 + "]" * 5_000],
+        ["seed", "flights", "disturbance", "seconds", "vehicle", "versions"],
+    ):
+        with subtests.test(text=text, key=key):
+            simulation = edited(lambda document, key=key: document.update({key: "@@@"})).replace(
+                b'"@@@"', text.encode()
+            )
+            assert not judged(simulation).passed
 
 
 def test_everything_that_the_command_takes_can_be_told() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import pytest
 
@@ -100,12 +101,12 @@ def test_whoever_is_in_no_graph_reaches_itself_and_nobody_else() -> None:
     assert judged(Reach(alone, All(()), at(1), 3), [[0], [1], [2], [3]]) is False
 
 
-@pytest.mark.parametrize("count", range(5))
-@pytest.mark.parametrize("there", range(4))
-def test_so_many_of_the_parts_hold_or_more_and_no_other_number(count: int, there: int) -> None:
-    path = [0] * there + [1] * (3 - there)
-    parts = tuple(Eventually(at(0), step, step) for step in range(3))
-    assert judged(AtLeast(count, parts), [path]) is (there >= count)
+def test_so_many_of_the_parts_hold_or_more_and_no_other_number(subtests: pytest.Subtests) -> None:
+    for count, there in product(range(5), range(4)):
+        with subtests.test(count=count, there=there):
+            path = [0] * there + [1] * (3 - there)
+            parts = tuple(Eventually(at(0), step, step) for step in range(3))
+            assert judged(AtLeast(count, parts), [path]) is (there >= count)
 
 
 @pytest.mark.parametrize(("path", "expected"), [([0, 0, 0, 0], True), ([0, 0, 1, 0], False)])

@@ -7,9 +7,8 @@ import pytest
 from missionc.base.strict_json import NotJsonError, parse_json, parse_record
 
 
-@pytest.mark.parametrize(
-    ("content", "reason", "place"),
-    [
+def test_what_two_readers_could_understand_differently_is_refused(subtests: pytest.Subtests) -> None:
+    for content, reason, place in [
         ("{", "this is not JSON: it ends too soon", 1),
         ('{"a": x}', "this is not JSON: unexpected `x`", 6),
         ("", "this is not JSON: it ends too soon", 0),
@@ -23,14 +22,11 @@ from missionc.base.strict_json import NotJsonError, parse_json, parse_record
         ("[" * 5000 + "]" * 5000, "the lists are nested too deep", 0),
         ('{"a": 1, "a": 2}', "the key 'a' comes twice in one record", 0),
         ('"\\ud800"', "half of a surrogate pair stands alone in a text", 0),
-    ],
-)
-def test_what_two_readers_could_understand_differently_is_refused(
-    content: str | bytes, reason: str, place: int
-) -> None:
-    with pytest.raises(NotJsonError) as refused:
-        parse_json(content)
-    assert (refused.value.reason, refused.value.place) == (reason, place)
+    ]:
+        with subtests.test(content=content, reason=reason, place=place):
+            with pytest.raises(NotJsonError) as refused:
+                parse_json(content)
+            assert (refused.value.reason, refused.value.place) == (reason, place)
 
 
 def test_numbers_that_are_not_finite_are_read_where_they_are_asked_for() -> None:

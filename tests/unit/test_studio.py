@@ -341,18 +341,19 @@ def test_there_is_no_map_without_a_world_that_has_room() -> None:
         assert scene(source, Outline.of(source, Limits()).declarations, Limits()) is None
 
 
-@pytest.mark.parametrize("file", sorted(GALLERY.glob("*.mission")), ids=lambda file: file.stem)
-def test_every_number_that_a_drag_may_edit_reads_as_what_is_drawn(file: Path) -> None:
-    text = file.read_text(encoding="utf-8")
-    found = 0
-    for each in drawn(text)["things"]:
-        for piece in each["pieces"]:
-            numbers = [number for point in piece["points"] for number in point]
-            for number in [*numbers, *([piece["radius"]] if piece["radius"] else [])]:
-                if "fixed" not in number:
-                    assert float(quoted(text, number)) * number["unit"] == pytest.approx(number["metres"])
-                    found += 1
-    assert found > 0
+def test_every_number_that_a_drag_may_edit_reads_as_what_is_drawn(subtests: pytest.Subtests) -> None:
+    for file in sorted(GALLERY.glob("*.mission")):
+        with subtests.test(file.stem):
+            text = file.read_text(encoding="utf-8")
+            found = 0
+            for each in drawn(text)["things"]:
+                for piece in each["pieces"]:
+                    numbers = [number for point in piece["points"] for number in point]
+                    for number in [*numbers, *([piece["radius"]] if piece["radius"] else [])]:
+                        if "fixed" not in number:
+                            assert float(quoted(text, number)) * number["unit"] == pytest.approx(number["metres"])
+                            found += 1
+            assert found > 0
 
 
 def test_every_kind_of_word_has_a_colour() -> None:

@@ -86,9 +86,8 @@ def test_values_are_a_list_or_a_range(text: str, values: tuple[str, ...]) -> Non
     assert read_varied([("N", text)], []) == (Varied("N", values),)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_values_that_cannot_be_meant_are_refused(subtests: pytest.Subtests) -> None:
+    for text in [
         "",
         "1,,2",
         "2..1",
@@ -102,12 +101,11 @@ def test_values_are_a_list_or_a_range(text: str, values: tuple[str, ...]) -> Non
         "1..9999999",
         "..",
         "1 m,1m",
-    ],
-)
-def test_values_that_cannot_be_meant_are_refused(text: str) -> None:
-    wrong = read_varied([("N", text)], [])
-    assert isinstance(wrong, list)
-    assert {each.code for each in wrong} == {SWEPT_VALUES}
+    ]:
+        with subtests.test(text=text):
+            wrong = read_varied([("N", text)], [])
+            assert isinstance(wrong, list)
+            assert {each.code for each in wrong} == {SWEPT_VALUES}
 
 
 def test_a_parameter_is_varied_once_and_has_no_other_value() -> None:

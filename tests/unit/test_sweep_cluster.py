@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,7 @@ from missionc.diagnostics.code import CLUSTER_UNREACHABLE, OTHER_VERSIONS
 from missionc.sweep.results_table import OF_THE_MACHINE
 from tests.support.small_missions import SMALL
 
-pytest.importorskip("distributed", reason="distributed is not installed")
+pytestmark = pytest.mark.skipif(not find_spec("distributed"), reason="distributed is not installed")
 
 MANY = SMALL.replace("mission small", "mission small\nparam N = 2", 1).replace("drone[2]", "drone[N]")
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}

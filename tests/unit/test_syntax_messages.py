@@ -33,9 +33,8 @@ def underlined(finding: Diagnostic) -> str:
     return finding.primary.span.text
 
 
-@pytest.mark.parametrize(
-    ("text", "place", "message"),
-    [
+def test_what_was_expected_is_said_in_words(subtests: pytest.Subtests) -> None:
+    for text, place, message in [
         ("time step 1 s, horizon , 5", ",", "no comma stands between `horizon` and `5`"),
         ("time step 1 s horizon 5", "horizon", "`,` was expected after `s`, not `horizon`"),
         ("param T", "T", "`=` was expected after `T`, but the file ends"),
@@ -63,19 +62,17 @@ def underlined(finding: Diagnostic) -> str:
         ("require a: count[hops 1..1] x and y", "and", "the comparison of `count` was expected before `and`"),
         ("require a: distance base <= 2", "base", "`(` was expected after `distance`, not `base`"),
         (")", ")", "nothing is open that `)` could close"),
-    ],
-)
-def test_what_was_expected_is_said_in_words(text: str, place: str, message: str) -> None:
-    finding = finding_of(text)
-    assert finding.code.name == "MC001"
-    assert finding.message == message
-    assert underlined(finding) == place
-    assert finding.help
+    ]:
+        with subtests.test(text=text, place=place, message=message):
+            finding = finding_of(text)
+            assert finding.code.name == "MC001"
+            assert finding.message == message
+            assert underlined(finding) == place
+            assert finding.help
 
 
-@pytest.mark.parametrize(
-    ("text", "code", "place", "message", "mended"),
-    [
+def test_a_frequent_slip_is_named_and_can_be_mended(subtests: pytest.Subtests) -> None:
+    for text, code, place, message, mended in [
         ("let f = alwais[0, 5 s] x", "MC008", "alwais", "no operator is called `alwais`", "always"),
         ("let f = globally[0, 5 s] x", "MC008", "globally", "no operator is called `globally`", "always"),
         ("let f = x untill[0, 5 s] y", "MC008", "untill", "no operator is called `untill`", "until"),
@@ -110,22 +107,18 @@ def test_what_was_expected_is_said_in_words(text: str, place: str, message: str)
         ("param T = 20 sec", "MC202", "sec", "no unit is called `sec`", "s"),
         ("mission wild-fire", "MC007", "wild-fire", "`wild-fire` is no name: `-` is the sign for minus", "wild_fire"),
         ("require no-fly: x", "MC007", "no-fly", "`no-fly` is no name: `-` is the sign for minus", "no_fly"),
-    ],
-)
-def test_a_frequent_slip_is_named_and_can_be_mended(
-    text: str, code: str, place: str, message: str, mended: str
-) -> None:
-    finding = finding_of(text)
-    assert (finding.code.name, finding.message, underlined(finding)) == (code, message, place)
-    assert finding.fix is not None
-    assert finding.fix.replacement == mended
-    span = finding.fix.span
-    assert findings_of(text[: span.start] + f" {mended} " + text[span.end :]) == []
+    ]:
+        with subtests.test(text=text, code=code, place=place, message=message, mended=mended):
+            finding = finding_of(text)
+            assert (finding.code.name, finding.message, underlined(finding)) == (code, message, place)
+            assert finding.fix is not None
+            assert finding.fix.replacement == mended
+            span = finding.fix.span
+            assert findings_of(text[: span.start] + f" {mended} " + text[span.end :]) == []
 
 
-@pytest.mark.parametrize(
-    ("text", "code", "message", "advice"),
-    [
+def test_a_slip_without_one_cure_gets_advice(subtests: pytest.Subtests) -> None:
+    for text, code, message, advice in [
         ("let f = x == 3", "MC001", "compares nothing", "x >= 2 and x <= 2.1"),
         ("let f = x = 3", "MC001", "compares nothing", "x >= 2 and x <= 2.1"),
         ("let f = 0 <= x <= 3", "MC001", "two sides", "x >= 0 and x <= 3"),
@@ -159,18 +152,16 @@ def test_a_frequent_slip_is_named_and_can_be_mended(
         ("region été = a", "MC007", "letters other than a to z", "a to z"),
         ("region a\u202e = b", "MC007", "U+202E", "delete"),
         (f"region {'a' * 129} = b", "MC007", "129 characters; the limit is 128", "--limit name_length=129"),
-    ],
-)
-def test_a_slip_without_one_cure_gets_advice(text: str, code: str, message: str, advice: str) -> None:
-    finding = finding_of(text)
-    assert finding.code.name == code
-    assert message in finding.message
-    assert advice in finding.help
+    ]:
+        with subtests.test(text=text, code=code, message=message, advice=advice):
+            finding = finding_of(text)
+            assert finding.code.name == code
+            assert message in finding.message
+            assert advice in finding.help
 
 
-@pytest.mark.parametrize(
-    ("text", "place", "message", "advice"),
-    [
+def test_what_people_write_instead_is_answered_in_its_own_words(subtests: pytest.Subtests) -> None:
+    for text, place, message, advice in [
         ("maximize distance", "maximize", "a mission minimizes", "write `minimize distance`, `duration` or `energy`"),
         ("region 2nd = a", "2nd", "`2nd` is no name: a name begins with a letter", "choose another name"),
         ('region "a" = b', '"a"', "a name stands without quotes", "delete them"),
@@ -221,15 +212,12 @@ def test_a_slip_without_one_cure_gets_advice(text: str, code: str, message: str,
         ("require somewhere[hops = 2] a", "=", "a length is `<= 2`, or `1..2`, or `1..`", "somewhere[hops 1..2]"),
         ("require somewhere[hops 1-2] a", "2", "`1-2` alone does not say", "`2..2`, `2..` or `<= 2`"),
         ("require somewhere[hops 1..2 in g] a", "in", "`]` or `on` was expected", "as in `somewhere[hops 1..2]`"),
-    ],
-)
-def test_what_people_write_instead_is_answered_in_its_own_words(
-    text: str, place: str, message: str, advice: str
-) -> None:
-    finding = finding_of(text)
-    assert underlined(finding) == place
-    assert message in finding.message
-    assert advice in finding.help
+    ]:
+        with subtests.test(text=text, place=place, message=message, advice=advice):
+            finding = finding_of(text)
+            assert underlined(finding) == place
+            assert message in finding.message
+            assert advice in finding.help
 
 
 def test_no_word_is_offered_that_says_something_else() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -29,16 +30,23 @@ def window(now: int, low: int, high: int | None) -> range | None:
     return None if last >= STEPS or now + low > last else range(now + low, last + 1)
 
 
-@pytest.mark.parametrize(("low", "high"), WINDOWS)
-def test_a_window_is_the_best_or_the_worst_of_its_steps(low: int, high: int | None) -> None:
-    for choose, best in ((np.minimum, min), (np.maximum, max)):
+def best_ahead(best: Callable[..., float], low: int, high: int | None, row: Sequence[float], now: int) -> float:
+    """Its best value in the window that begins now."""
+    steps = window(now, low, high)
+    return -7.5 if steps is None else best(row[step] for step in steps)
 
-        def rule(row: Sequence[float], now: int, best: Callable[..., float] = best) -> float:
-            steps = window(now, low, high)
-            return -7.5 if steps is None else best(row[step] for step in steps)
 
-        found = sliding(choose, HOLD, low, high, -7.5)
-        assert found.tolist() == rows(HOLD, rule)
+def best_behind(best: Callable[..., float], low: int, high: int, empty: float, row: Sequence[float], now: int) -> float:
+    """Its best value in the window that looks back from now."""
+    return best((row[step] for step in range(max(now + low, 0), now + high + 1)), default=empty)
+
+
+def test_a_window_is_the_best_or_the_worst_of_its_steps(subtests: pytest.Subtests) -> None:
+    for low, high in WINDOWS:
+        with subtests.test(low=low, high=high):
+            for choose, best in ((np.minimum, min), (np.maximum, max)):
+                found = sliding(choose, HOLD, low, high, -7.5)
+                assert found.tolist() == rows(HOLD, partial(best_ahead, best, low, high))
 
 
 def best_until(hold: Sequence[float], end: Sequence[float], steps: range, now: int) -> float:
@@ -48,36 +56,35 @@ def best_until(hold: Sequence[float], end: Sequence[float], steps: range, now: i
     )
 
 
-@pytest.mark.parametrize(("low", "high"), WINDOWS)
-def test_until_is_the_best_of_its_ends_with_what_holds_before(low: int, high: int | None) -> None:
-    found = until(HOLD, END, low, high, -7.5)
-    for row, (hold, end) in enumerate(zip(HOLD.tolist(), END.tolist(), strict=True)):
-        for now in range(STEPS):
-            steps = window(now, low, high)
-            assert found[row, now] == (-7.5 if steps is None else best_until(hold, end, steps, now))
-    truth = until(HOLD > 2, END > 2, low, high, np.False_)
-    assert truth.dtype == np.bool_
-    assert truth.tolist() == ((found > 2) & (found != -7.5)).tolist()
+def test_until_is_the_best_of_its_ends_with_what_holds_before(subtests: pytest.Subtests) -> None:
+    for low, high in WINDOWS:
+        with subtests.test(low=low, high=high):
+            found = until(HOLD, END, low, high, -7.5)
+            for row, (hold, end) in enumerate(zip(HOLD.tolist(), END.tolist(), strict=True)):
+                for now in range(STEPS):
+                    steps = window(now, low, high)
+                    assert found[row, now] == (-7.5 if steps is None else best_until(hold, end, steps, now))
+            truth = until(HOLD > 2, END > 2, low, high, np.False_)
+            assert truth.dtype == np.bool_
+            assert truth.tolist() == ((found > 2) & (found != -7.5)).tolist()
 
 
-@pytest.mark.parametrize(("low", "high"), BACK)
-def test_a_window_that_looks_back_has_the_steps_that_there_are(low: int, high: int) -> None:
-    for choose, best, empty in ((np.minimum, min, np.inf), (np.maximum, max, -np.inf)):
-        found = sliding_back(choose, HOLD, low, high, empty)
-
-        def rule(row: Sequence[float], now: int, best: Callable[..., float] = best, empty: float = empty) -> float:
-            return best((row[step] for step in range(max(now + low, 0), now + high + 1)), default=empty)
-
-        assert found.tolist() == rows(HOLD, rule)
+def test_a_window_that_looks_back_has_the_steps_that_there_are(subtests: pytest.Subtests) -> None:
+    for low, high in BACK:
+        with subtests.test(low=low, high=high):
+            for choose, best, empty in ((np.minimum, min, np.inf), (np.maximum, max, -np.inf)):
+                found = sliding_back(choose, HOLD, low, high, empty)
+                assert found.tolist() == rows(HOLD, partial(best_behind, best, low, high, empty))
 
 
-@pytest.mark.parametrize(("low", "high"), BACK)
-def test_since_is_until_backwards(low: int, high: int) -> None:
-    found = since(HOLD, END, low, high, -np.inf)
-    for row, (hold, end) in enumerate(zip(HOLD.tolist(), END.tolist(), strict=True)):
-        for now in range(STEPS):
-            steps = range(max(now + low, 0), now + high + 1)
-            assert found[row, now] == best_until(hold, end, steps, now)
+def test_since_is_until_backwards(subtests: pytest.Subtests) -> None:
+    for low, high in BACK:
+        with subtests.test(low=low, high=high):
+            found = since(HOLD, END, low, high, -np.inf)
+            for row, (hold, end) in enumerate(zip(HOLD.tolist(), END.tolist(), strict=True)):
+                for now in range(STEPS):
+                    steps = range(max(now + low, 0), now + high + 1)
+                    assert found[row, now] == best_until(hold, end, steps, now)
 
 
 @pytest.mark.parametrize("logic", [ROBUSTNESS, TRUTH], ids=["robustness", "truth"])

@@ -39,30 +39,32 @@ def run_of(trap: Trap, text: str) -> tuple[ir.Mission, Trace]:
     return made, Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros(position.shape[:2]))
 
 
-@pytest.mark.parametrize("trap", TRAPS, ids=lambda trap: trap.name)
-def test_the_two_readings_differ_on_the_run(trap: Trap) -> None:
-    made, trace = run_of(trap, small_mission(trap.example))
-    kernel, found = expand(made, Limits())
-    assert kernel is not None
-    assert not found
-    said = {judged.name: judged.satisfied for judged in monitor(made, kernel, trace).requirements}
-    assert said == {"asked": trap.example.holds, "otherwise": not trap.example.holds}
+def test_the_two_readings_differ_on_the_run(subtests: pytest.Subtests) -> None:
+    for trap in TRAPS:
+        with subtests.test(trap.name):
+            made, trace = run_of(trap, small_mission(trap.example))
+            kernel, found = expand(made, Limits())
+            assert kernel is not None
+            assert not found
+            said = {judged.name: judged.satisfied for judged in monitor(made, kernel, trace).requirements}
+            assert said == {"asked": trap.example.holds, "otherwise": not trap.example.holds}
 
 
-@pytest.mark.parametrize("trap", TRAPS, ids=lambda trap: trap.name)
-def test_the_table_shows_the_run(trap: Trap) -> None:
-    example = trap.example
-    for formula, cells in example.rows:
-        text = small_mission(example) + f"require row: a[0]: ({formula})\n"
-        made, trace = run_of(trap, text)
-        kernel, _ = expand(made, Limits())
-        assert kernel is not None
-        asked = kernel.requirements[-1].formula
-        assert isinstance(asked, At)
-        values = truth(asked.body, made, trace)
-        seen = values[:, 0] if example.agents else values[0]
-        assert [cell == "T" for cell in cells] == list(seen[: len(cells)])
-        assert len(cells) == (len(example.places) if example.agents else len(example.places[0]))
+def test_the_table_shows_the_run(subtests: pytest.Subtests) -> None:
+    for trap in TRAPS:
+        with subtests.test(trap.name):
+            example = trap.example
+            for formula, cells in example.rows:
+                text = small_mission(example) + f"require row: a[0]: ({formula})\n"
+                made, trace = run_of(trap, text)
+                kernel, _ = expand(made, Limits())
+                assert kernel is not None
+                asked = kernel.requirements[-1].formula
+                assert isinstance(asked, At)
+                values = truth(asked.body, made, trace)
+                seen = values[:, 0] if example.agents else values[0]
+                assert [cell == "T" for cell in cells] == list(seen[: len(cells)])
+                assert len(cells) == (len(example.places) if example.agents else len(example.places[0]))
 
 
 @pytest.mark.parametrize("trap", [trap for trap in TRAPS if trap.example.agents], ids=lambda trap: trap.name)
@@ -78,12 +80,14 @@ def test_the_links_shown_are_those_of_the_graph(trap: Trap) -> None:
     assert linked(trap.example) == pairs
 
 
-@pytest.mark.parametrize("trap", TRAPS, ids=lambda trap: trap.name)
-def test_a_trap_is_found_in_its_own_example(trap: Trap) -> None:
-    made = mission(small_mission(trap.example))
-    assert trap in traps_of(made.requirements[0].formula)
+def test_a_trap_is_found_in_its_own_example(subtests: pytest.Subtests) -> None:
+    for trap in TRAPS:
+        with subtests.test(trap.name):
+            made = mission(small_mission(trap.example))
+            assert trap in traps_of(made.requirements[0].formula)
 
 
-@pytest.mark.parametrize("trap", TRAPS, ids=lambda trap: trap.name)
-def test_a_table_fits_the_page(trap: Trap) -> None:
-    assert max(map(len, table(trap.example))) <= 96
+def test_a_table_fits_the_page(subtests: pytest.Subtests) -> None:
+    for trap in TRAPS:
+        with subtests.test(trap.name):
+            assert max(map(len, table(trap.example))) <= 96

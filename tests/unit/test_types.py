@@ -47,9 +47,8 @@ def predicate(text: str) -> ir.Predicate:
 # ------------------------------------------------------------- team or agent
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_a_formula_about_the_team_may_be_required(subtests: pytest.Subtests) -> None:
+    for text in [
         "true",
         "linked",
         "wall",
@@ -66,15 +65,13 @@ def predicate(text: str) -> ir.Predicate:
         "not next linked",
         "(some drone: goal) implies some drone: always[0, 2 s] inside(goal) iff touches(goal)",
         "some drone: count[hops 0..1 on radio] goal >= 1",
-    ],
-)
-def test_a_formula_about_the_team_may_be_required(text: str) -> None:
-    assert about(text) == []
+    ]:
+        with subtests.test(text=text):
+            assert about(text) == []
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_a_formula_about_one_agent_needs_a_quantifier(subtests: pytest.Subtests) -> None:
+    for text in [
         "goal",
         "safe",
         "scout",
@@ -89,10 +86,9 @@ def test_a_formula_about_the_team_may_be_required(text: str) -> None:
         "wall and goal",
         "linked until[0, 3 s] goal",
         "(some drone: goal) or safe",
-    ],
-)
-def test_a_formula_about_one_agent_needs_a_quantifier(text: str) -> None:
-    assert about(text) == ["MC203"]
+    ]:
+        with subtests.test(text=text):
+            assert about(text) == ["MC203"]
 
 
 @pytest.mark.parametrize(
@@ -181,9 +177,8 @@ def test_a_comparison_is_one_linear_expression(
     assert (found.constant, found.strict) == (pytest.approx(constant), strict)
 
 
-@pytest.mark.parametrize(
-    ("text", "code"),
-    [
+def test_a_predicate_that_cannot_be_meant_is_refused(subtests: pytest.Subtests) -> None:
+    for text, code in [
         ("x <= 3 s", "MC201"),
         ("x + speed <= 3", "MC201"),
         ("x * y <= 3", "MC104"),
@@ -210,10 +205,9 @@ def test_a_comparison_is_one_linear_expression(
         ("inside(drone[0])", "MC104"),
         ("inside(goal, goal)", "MC104"),
         ("insite(goal)", "MC101"),
-    ],
-)
-def test_a_predicate_that_cannot_be_meant_is_refused(text: str, code: str) -> None:
-    assert about(f"some drone: {text}") == [code]
+    ]:
+        with subtests.test(text=text, code=code):
+            assert about(f"some drone: {text}") == [code]
 
 
 @pytest.mark.parametrize("text", ["connected(goal)", "connected(radio, goal)", "inside(wall)"])

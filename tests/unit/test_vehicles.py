@@ -99,11 +99,14 @@ def test_a_file_that_says_something_else_is_refused(figures: dict[str, object], 
         read_profile("mine", figures, {"plain": ir.PLAIN})
 
 
-@pytest.mark.parametrize("name", ir.FIGURES)
-def test_the_example_of_a_figure_is_read(name: str) -> None:
-    figure = ir.FIGURES[name]
-    value = getattr(read_profile("mine", {name: example(figure)}, {"plain": ir.PLAIN}), name)
-    assert value == (ir.Band(0.0, 2.0) if figure.around else ir.Band(1.0, 2.0) if figure.relation == ".." else 1.0)
+def test_the_example_of_a_figure_is_read(subtests: pytest.Subtests) -> None:
+    for name in ir.FIGURES:
+        with subtests.test(name=name):
+            figure = ir.FIGURES[name]
+            value = getattr(read_profile("mine", {name: example(figure)}, {"plain": ir.PLAIN}), name)
+            assert value == (
+                ir.Band(0.0, 2.0) if figure.around else ir.Band(1.0, 2.0) if figure.relation == ".." else 1.0
+            )
 
 
 # ---------------------------------------------------------------- in a mission
@@ -122,18 +125,19 @@ def test_a_profile_gives_the_radius_unless_the_team_does() -> None:
     assert mission(with_items("vehicle plain { radius 7 cm }  radius 0.2 m")).agents[0].radius == 0.2
 
 
-@pytest.mark.parametrize("name", ir.FIGURES)
-def test_every_figure_can_be_the_missions_own(name: str) -> None:
-    figure = ir.FIGURES[name]
-    written = f"{name} {figure.relation if figure.relation == '<=' else ''} {example(figure)}"
-    vehicle = flown(f"vehicle crazyflie21 {{ {written} }}")
-    assert getattr(vehicle, name) == (
-        ir.Band(0.0, 2.0) if figure.around else ir.Band(1.0, 2.0) if figure.relation == ".." else 1.0
-    )
-    others = [other for other in ir.FIGURES if other != name]
-    assert [getattr(vehicle, other) for other in others] == [
-        getattr(profiles()["crazyflie21"], other) for other in others
-    ]
+def test_every_figure_can_be_the_missions_own(subtests: pytest.Subtests) -> None:
+    for name in ir.FIGURES:
+        with subtests.test(name=name):
+            figure = ir.FIGURES[name]
+            written = f"{name} {figure.relation if figure.relation == '<=' else ''} {example(figure)}"
+            vehicle = flown(f"vehicle crazyflie21 {{ {written} }}")
+            assert getattr(vehicle, name) == (
+                ir.Band(0.0, 2.0) if figure.around else ir.Band(1.0, 2.0) if figure.relation == ".." else 1.0
+            )
+            others = [other for other in ir.FIGURES if other != name]
+            assert [getattr(vehicle, other) for other in others] == [
+                getattr(profiles()["crazyflie21"], other) for other in others
+            ]
 
 
 def test_several_figures_stand_side_by_side() -> None:
@@ -161,9 +165,8 @@ def test_a_team_says_where_its_noses_point(written: str, yaw: ir.Yaw) -> None:
     assert mission(with_items(written)).agents[1].yaw == yaw
 
 
-@pytest.mark.parametrize(
-    ("items", "code"),
-    [
+def test_what_a_vehicle_cannot_be_is_said(subtests: pytest.Subtests) -> None:
+    for items, code in [
         ("vehicle crazyfly21", "MC206"),
         ("vehicle crazyflie21 { sped <= 1 m/s }", "MC206"),
         ("vehicle crazyflie21 { speed 1 m/s }", "MC206"),
@@ -181,10 +184,9 @@ def test_a_team_says_where_its_noses_point(written: str, yaw: ir.Yaw) -> None:
         ("vehicle plain  vehicle plain", "MC013"),
         ("yaw 1  yaw 2", "MC013"),
         ("yaw 1 m", "MC201"),
-    ],
-)
-def test_what_a_vehicle_cannot_be_is_said(items: str, code: str) -> None:
-    assert codes(with_items(items)) == [code]
+    ]:
+        with subtests.test(items=items, code=code):
+            assert codes(with_items(items)) == [code]
 
 
 def test_the_profile_that_was_meant_is_named() -> None:

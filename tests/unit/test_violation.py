@@ -7,7 +7,7 @@ import pytest
 from missionc import ir
 from missionc.base.units import Metres
 from missionc.ir.predicates import Compare, Coordinate, DistanceBetween, InFormation
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Is, Node, Not, Release, Until
+from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Is, Not, Release, Until
 from missionc.monitoring.violation import Decision, first_violation
 from tests.support.random_runs import SPAN, mission_of, trace_of
 
@@ -30,9 +30,8 @@ def row(*edges: ir.FormationEdge) -> Atom:
     return Atom(InFormation(ir.Formation("row", "chain", (0, 1, 2), edges, Metres(0.5), False, SPAN)))
 
 
-@pytest.mark.parametrize(
-    ("formula", "step", "agents"),
-    [
+def test_a_false_formula_is_decided_at_a_step_by_some(subtests: pytest.Subtests) -> None:
+    for formula, step, agents in [
         (A, 0, {0}),
         (At(1, FAR), 0, {1}),
         (At(1, Not(A)), 0, {1}),
@@ -73,7 +72,6 @@ def row(*edges: ir.FormationEdge) -> Atom:
         (Always(CLOSE, 2, 5), 3, {1, 2}),
         (row(*EDGES), 0, {0, 2}),
         (row(EDGES[0], EDGES[1], ir.FormationEdge(0, 2, 4.0), ir.FormationEdge(1, 0, 9.0)), 0, {0, 1}),
-    ],
-)
-def test_a_false_formula_is_decided_at_a_step_by_some(formula: Node, step: int, agents: set[int]) -> None:
-    assert first_violation(At(0, formula), MISSION, TRACE) == Decision(step, frozenset(agents))
+    ]:
+        with subtests.test(formula=formula, step=step, agents=agents):
+            assert first_violation(At(0, formula), MISSION, TRACE) == Decision(step, frozenset(agents))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import product
 
 import pytest
 
@@ -18,13 +19,13 @@ from missionc.verify.certificate import Between, Verdict
 SENTENCE = "the formula needs 22 s; the mission lasts 20 s, which is two seconds less than it asks for"
 
 
-@pytest.mark.parametrize("width", [24, 40, 60, 72, 90, 120])
-@pytest.mark.parametrize("indent", [0, 2, 6])
-def test_a_line_wraps_to_a_terminal_and_loses_no_word(width: int, indent: int) -> None:
-    lines = wrapped(SENTENCE, width, indent).split("\n")
-    assert max(map(len, lines)) <= max(width, indent + 20)
-    assert all(line.startswith(" " * indent) for line in lines[1:])
-    assert " ".join(line.strip() for line in lines) == SENTENCE
+def test_a_line_wraps_to_a_terminal_and_loses_no_word(subtests: pytest.Subtests) -> None:
+    for width, indent in product([24, 40, 60, 72, 90, 120], [0, 2, 6]):
+        with subtests.test(width=width, indent=indent):
+            lines = wrapped(SENTENCE, width, indent).split("\n")
+            assert max(map(len, lines)) <= max(width, indent + 20)
+            assert all(line.startswith(" " * indent) for line in lines[1:])
+            assert " ".join(line.strip() for line in lines) == SENTENCE
 
 
 def test_a_line_stays_as_it_is_where_there_is_no_terminal() -> None:
