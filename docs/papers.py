@@ -101,7 +101,8 @@ def _cells(row: Row, shown: dict[str, list[str]]) -> list[str]:
     if row.shows == [PASSED]:
         shows = "the tests pass"
     else:
-        shows = ", ".join(f"`{text}`" for text in shown.get(row.key, ())) or "not run yet"
+        texts = shown.get(row.key, ())
+        shows = ", ".join(f"`` {text} ``" if "`" in text else f"`{text}`" for text in texts) or "not run yet"
     return [row.item, row.where, f"`{row.command}`", shows, row.verdict, row.reason or "None."]
 
 

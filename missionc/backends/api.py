@@ -20,6 +20,7 @@ from missionc.base.figures import counted
 from missionc.base.judgement import Judgement
 from missionc.base.limits import Limits
 from missionc.base.notebook import printed, shown
+from missionc.base.solved import Solved
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic
@@ -177,6 +178,8 @@ class Report:
     """Which engine of a portfolio gave the plan, the refusal or the best candidate; empty where there was none."""
     tried: tuple[Tried, ...] = ()
     """The engines of a portfolio, in their order."""
+    solved: tuple[Solved, ...] = ()
+    """Which method found the motion of which agents of a plan."""
     roadmaps: tuple[RoadmapGraph, ...] = ()
     """Those that a plan was found on, before it was straightened; none where it was found on none."""
 

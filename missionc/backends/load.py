@@ -7,7 +7,7 @@ from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 
-from missionc.backends.api import Backend, Straighten
+from missionc.backends.api import Backend, Report, Straighten
 from missionc.backends.clot.offer import CLOT
 from missionc.backends.features import Offer
 from missionc.backends.offers import OFFERS
@@ -96,11 +96,11 @@ def load_roadmaps() -> Backend:
     return PortfolioBackend((Engine(SMT.name, partial(_loaded, SMT)),))
 
 
-def load_repair(motion: Trace) -> Backend | None:
-    """What looks for a plan near to a motion, where what it needs is installed."""
+def load_repair(motion: Trace, found: Report | None = None) -> Backend | None:
+    """Search for a plan near a motion, whose own search reported ``found``; None if its package is not installed."""
     if find_spec(CLOT.package) is None:
         return None
-    repair: Backend = import_module("missionc.backends.clot.repair").Repair(motion)
+    repair: Backend = import_module("missionc.backends.clot.repair").Repair(motion, found or Report())
     return repair
 
 
@@ -117,7 +117,7 @@ def _not_its_flag(offer: Offer, options: Options, checkpoint: bool, alone: bool)
         value = getattr(options, each.name)
         if each.refused and value != each.default and not _hears(offer, each.name, value, alone):
             hear = [other.name for other in every if _hears(other, each.name, value, alone=True)]
-            return _for_others(f"--{each.name} {value}", hear, offer)
+            return _for_others(" ".join(each.words(options)), hear, offer)
     return None
 
 

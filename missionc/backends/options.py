@@ -37,6 +37,8 @@ class Options:
     """Choices of the command line that change what becomes of a mission, most of them of one backend."""
 
     solver: str = SOLVERS[0]
+    require_solver: bool = False
+    """The smt backend asks a solver for all agents together, in one question, and searches for none by itself."""
     certify: bool = False
     captures: frozenset[str] = frozenset()
     """Texts to keep in ``Report.texts``: ``dimacs``, ``smt2``."""
@@ -110,8 +112,8 @@ class Switch:
     """Given or not."""
 
     def admits(self, text: str) -> bool:
-        """Whether a manifest may say so: none does."""
-        return False
+        """Whether a manifest may say so: that it was given."""
+        return text == repr(True)
 
 
 Kind: TypeAlias = OneOf | Whole | Real | Switch
@@ -122,7 +124,7 @@ class Described:
     """One option, in all that is to be said of it.
 
     Args:
-        name: the field of ``Options``; its flag is ``--name``.
+        name: the field of ``Options``; its flag is ``--name``, with ``-`` for ``_``.
         metavar: the word for its value in the help; empty for the words themselves.
         help: its line in the help of ``missionc compile``.
         recorded: when the manifest says it.
@@ -140,6 +142,14 @@ class Described:
     def default(self) -> object:
         return getattr(Options(), self.name)
 
+    @property
+    def flag(self) -> str:
+        return f"--{self.name.replace('_', '-')}"
+
+    def words(self, options: Options) -> list[str]:
+        """The flag on a command line, and its value if it takes one."""
+        return [self.flag] if isinstance(self.kind, Switch) else [self.flag, self.text(options)]
+
     def text(self, options: Options) -> str:
         """The value as a manifest has it: words as they are, numbers as Python writes them."""
         value = getattr(options, self.name)
@@ -150,6 +160,13 @@ DESCRIBED: Final = {
     each.name: each
     for each in (
         Described("solver", OneOf(SOLVERS), recorded=Recorded.ALWAYS),
+        Described(
+            "require_solver",
+            Switch(),
+            help="Ask the solver for all agents in one problem: no prioritized planning, no single-agent search.",
+            recorded=Recorded.WHERE_GIVEN,
+            refused=True,
+        ),
         Described(
             "preset",
             OneOf(PRESETS),

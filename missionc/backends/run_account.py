@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from missionc.backends.api import CutShort, Report
 from missionc.base.signals import asked
+from missionc.base.solved import Solved
 from missionc.base.units import Seconds
 
 
@@ -22,6 +23,7 @@ class Account:
     cut_short: CutShort | None = None
     work: float = 0.0
     """Units of ``work`` done."""
+    solved: tuple[Solved, ...] = ()
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -61,4 +63,5 @@ class Account:
             notes=tuple(self.notes),
             cut_short=self.cut_short,
             work=self.work,
+            solved=self.solved,
         )

@@ -10,6 +10,7 @@ from missionc.base.judgement import Judgement, judgement_lines
 from missionc.base.late_dataclass import dataclass
 from missionc.base.notebook import Ground, paths, picture, preformatted, printed
 from missionc.base.proven import Proven
+from missionc.base.solved import Solved, solved_text
 from missionc.base.units import Seconds
 
 if TYPE_CHECKING:  # a trace only holds arrays: who makes them loads numpy
@@ -81,6 +82,8 @@ class Plan:
     judgements: tuple[Judgement, ...]
     proven: Proven | None = None
     """What is known of the best plan, where the mission minimizes what can be bounded."""
+    solved: tuple[Solved, ...] = ()
+    """Which method found the motion of which agents; empty if that is not known."""
     ground: Callable[[], Ground] | None = None
     """What a notebook draws the paths on; made when it is shown."""
 
@@ -90,7 +93,7 @@ class Plan:
             f"{self.mission}: planned by {self.backend}, {agents} agent{'s' if agents > 1 else ''}, "
             f"{states - 1} step{'s' if states != 2 else ''} of {self.trace.step:g} s, seed {self.seed}"
         )
-        known = [str(self.proven)] if self.proven else []
+        known = filter(None, (solved_text(self.solved), str(self.proven) if self.proven else ""))
         return "\n".join([head, *judgement_lines(self.judgements, self.trace.step), *known])
 
     _repr_pretty_ = printed

@@ -54,7 +54,7 @@ def of_a_plan(*names: str) -> Callable[[Command], Command]:
 
 
 def _flag(option: Described) -> Callable[[Command], Command]:
-    flag = f"--{option.name}"
+    flag = option.flag
     arguments: dict[str, Any] = {"help": option.help or None, "default": option.default}
     match option.kind:
         case OneOf(words):

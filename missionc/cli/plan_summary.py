@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missionc.base.figures import counted, decimals
+from missionc.base.solved import solved_text
 from missionc.base.units import Seconds
 from missionc.ir import PLAIN, Mission
 from missionc.ir.wording import listed
@@ -36,6 +37,7 @@ def plan_lines(verified: Verified, mission: Mission, seconds: Seconds, output: s
     return [
         f"{plan.mission}: verified in {seconds:.1f} s: {counted(len(mission.agents), 'agent')} for "
         f"{mission.horizon:g} s, planned by {plan.backend}, seed {plan.seed}",
+        *([f"  {solved_text(plan.solved)}"] if plan.solved else []),
         *_files(mission),
         *worst_margins(plan.judgements, certificate),
         *([f"  {plan.proven}"] if plan.proven else []),

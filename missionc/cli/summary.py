@@ -187,10 +187,12 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         "backend": _engine(compiled),
         "tried": [] if isinstance(outcome, Refused) else [each.as_record() for each in outcome.report.tried],
         "places": file_records(compiled.checked.mission) if compiled.checked.mission else [],
+        "solved": [],
         "requirements": [],
         "timings": _sums(compiled.seconds),
     }
     if isinstance(outcome, Verified):
+        document["solved"] = [each.as_record() for each in outcome.plan.solved]
         document["requirements"] = [each.as_record() for each in outcome.plan.judgements]
         proven = outcome.plan.proven
         document["proven"] = proven.as_record() if proven else None

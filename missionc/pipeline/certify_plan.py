@@ -114,7 +114,7 @@ def certify_plan(
     proven = (tours if bound is None or options.stretch != 1 else bound).proven(trace)
     planner = report.engine or choice.backend
     ground = partial(notebook_ground, mission, kernel)
-    verified = Plan(mission.name, planner, budget.seed, trace, certificate.judgements, proven, ground)
+    verified = Plan(mission.name, planner, budget.seed, trace, certificate.judgements, proven, report.solved, ground)
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""

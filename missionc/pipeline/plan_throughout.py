@@ -151,7 +151,8 @@ def plan_throughout(
     engine = "" if isinstance(first.outcome, Refused) else first.outcome.report.engine or choice.backend
     others = replace(choice, engines=tuple(name for name in choice.engines if name != engine) or choice.engines)
     same = replace(choice, engines=(engine,))
-    repair = load_repair(first.outcome.plan.trace) if isinstance(first.outcome, Verified) else None
+    found = first.outcome if isinstance(first.outcome, Verified) else None
+    repair = load_repair(found.plan.trace, found.report) if found else None
     limited = _limited(first, budget, throughout, began)
     failing, tried = _failing(first), 1
     published = is_published(choice.engines, options)
@@ -167,9 +168,6 @@ def plan_throughout(
         if isinstance(retry.outcome, Verified) and falls_short(retry, throughout) is None:
             note = f"the first plan does not {short.no}; {'repaired it' if attempt.repaired else 'this one'} does"
             report = retry.outcome.report
-            if attempt.repaired and isinstance(first.outcome, Verified):  # the first plan's search is this one's
-                found = first.outcome.report
-                report = replace(report, sizes=found.sizes, texts=found.texts, roadmaps=found.roadmaps)
             outcome = replace(retry.outcome, report=replace(report, engine=report.engine or engine))
             return noted(replace(retry, checked=replace(retry.checked, choice=choice), outcome=outcome), note)
         failing |= _failing(retry)

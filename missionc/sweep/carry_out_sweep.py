@@ -263,5 +263,5 @@ class _Outputs:
         words += ["--vehicle", settings.vehicle] if settings.vehicle else []
         for each in DESCRIBED.values():
             if getattr(settings.options, each.name) != each.default:
-                words += [f"--{each.name}", each.text(settings.options)]
+                words += each.words(settings.options)
         return shlex.join(words)

@@ -68,6 +68,7 @@ from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import SEARCH, driven, polish_work, sketch_work
 from missionc.base.signals import asked, hold
+from missionc.base.solved import SKETCH, TRANSPORT, Solved
 from missionc.base.trace import Array, Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
@@ -144,6 +145,10 @@ class Run:
         """How large a motion is."""
         return len(self.mission.agents) * self.mission.steps
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(agent.name for agent in self.mission.agents)
+
     def __post_init__(self) -> None:
         self.preset = preset(self.options.preset, self.options.samples, self.options.device)
         with self.account.stage("lower"):
@@ -193,6 +198,7 @@ class Run:
         return range(number, min(ATTEMPTS, number + max(1, until_search)))
 
     def planned(self, number: int, reached: Reached) -> Planned:
+        self.account.solved = reached.solved
         made = self.improved(reached, number)
         if self.late:
             self.account.cut()
@@ -220,7 +226,8 @@ class Run:
         for motion in motions:
             reached = self.polished(motion, begun.schedule.choices, number, way, replace(begun, motion=motion))
             if reached is not None:
-                return reached
+                method = TRANSPORT if way.local else SKETCH
+                return replace(reached, solved=(Solved(method, self.names),))
         return None
 
     def searched(

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from missionc.backends.acceptance import attempt
-from missionc.backends.api import Budget, NotFound, Outcome, Planned, Reason, Turns
+from missionc.backends.api import Budget, NotFound, Outcome, Planned, Reason, Report, Turns
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import Weights, spare
 from missionc.backends.clot.optimise.control_points import splines, trace
@@ -28,6 +28,7 @@ from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import driven, polish_work
 from missionc.base.signals import asked
+from missionc.base.solved import then_polished
 from missionc.base.trace import Trace
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
@@ -45,6 +46,8 @@ class Repair:
     """A backend that begins at a motion, and looks for a plan near to it."""
 
     motion: Trace
+    found: Report = field(default_factory=Report)
+    """Report of the search that found the motion: its clauses, roadmaps and methods are those of the plan near it."""
     name: str = "clot"
     refutes: bool = False
 
@@ -68,7 +71,9 @@ class Repair:
         if found is None:
             reason = Reason.SOLVER if in_time() else Reason.TIME
             return NotFound(reason, "no plan was found near the motion", account.report())
-        return Planned(found, account.report())
+        before, names = self.found, (agent.name for agent in mission.agents)
+        report = replace(account.report(), sizes=before.sizes, texts=before.texts, roadmaps=before.roadmaps)
+        return Planned(found, replace(report, solved=then_polished(before.solved, names)))
 
     def _repaired(self, mission: Mission, kernel: Kernel, go_on: Callable[[], bool], account: Account) -> Trace | None:
         made = splines(mission)

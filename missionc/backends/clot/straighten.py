@@ -33,6 +33,7 @@ from missionc.backends.clot.optimise.stand_still import stand_still
 from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked
+from missionc.base.solved import then_polished
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
@@ -75,7 +76,9 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
         account.cut()
     report, more = planned.report, account.report()
     seconds, notes = (*report.seconds, *more.seconds), (*report.notes, *more.notes)
-    return Planned(straight, replace(report, seconds=seconds, notes=notes, cut_short=more.cut_short))
+    names = (agent.name for agent in mission.agents)
+    solved = report.solved if straight is planned.trace else then_polished(report.solved, names)
+    return Planned(straight, replace(report, seconds=seconds, notes=notes, cut_short=more.cut_short, solved=solved))
 
 
 def straightened(mission: Mission, kernel: Kernel, plan: Trace, go_on: Callable[[], bool] = lambda: True) -> Trace:

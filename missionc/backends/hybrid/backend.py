@@ -42,6 +42,7 @@ from missionc.backends.options import Options
 from missionc.backends.smt import backend as smt
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.work import driven
+from missionc.base.solved import Solved, then_polished
 from missionc.base.trace import Array
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
@@ -89,6 +90,7 @@ class Start:
 
     position: Array
     choices: Choices
+    solved: tuple[Solved, ...]
 
 
 @dataclass(slots=True)
@@ -128,7 +130,10 @@ class Run:
         start = None if self.refused or number % OWN == OWN - 1 else self.start(number)
         if start is None:
             return self.smooth.attempt(number)
-        return self.smooth.polished(start.position, start.choices, number)
+        reached = self.smooth.polished(start.position, start.choices, number)
+        if reached is None:
+            return None
+        return replace(reached, solved=then_polished(start.solved, self.smooth.names))
 
     def start(self, number: int) -> Start | None:
         """A plan of Z3's for what is discrete, with the choices it makes, if there is one."""
@@ -146,7 +151,8 @@ class Run:
                 resume=None,
                 work=DISCRETE,
             )
-            outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, Options(self.options.solver), asked)
+            options = Options(solver=self.options.solver, require_solver=self.options.require_solver)
+            outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, options, asked)
             account.work += outcome.report.work
         match outcome:
             case Planned(trace, report):
@@ -157,7 +163,7 @@ class Run:
                 return None
         with account.stage("witness"):
             first = positions(self.mission, trace)
-            return Start(first, self.decided(first, number))
+            return Start(first, self.decided(first, number), report.solved)
 
     def decided(self, first: Array, number: int) -> Choices:
         """Z3's choices where nothing is measured; elsewhere a schedule's, at times far from Z3's own.

@@ -8,7 +8,7 @@ from missionc.backends.options import ROADMAP_PRESETS
 SMT = Offer(
     "smt",
     EVERYTHING - {Feature.TOTAL_TOLERANCE, Feature.ENERGY},
-    frozenset({"solver", "certify", "margin", "stretch"}),
+    frozenset({"solver", "require_solver", "certify", "margin", "stretch"}),
     checkpoints=False,
     home="missionc.backends.smt.backend",
     weighs=True,

@@ -44,7 +44,9 @@ def plan_json(mission: Mission, plan: Plan) -> str:
     }
     requirements = [compact(judgement.as_verdict()) for judgement in plan.judgements]
     return document(
-        head | ({"proven": plan.proven.as_record()} if plan.proven else {}),
+        head
+        | ({"solved": [each.as_record() for each in plan.solved]} if plan.solved else {})
+        | ({"proven": plan.proven.as_record()} if plan.proven else {}),
         listed("agents", agents),
         f'  "graphs": {record(graphs, depth=1)}',
         listed("requirements", requirements),

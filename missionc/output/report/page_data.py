@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.solved import solved_text
 from missionc.base.source import Span
 from missionc.base.trace import Array, Flags, Plan, Trace
 from missionc.curves.crazyflie_csv import curves_of
@@ -83,6 +84,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
     return {
         "schema": "missionc.report/1",
         "backend": plan.backend,
+        "solved": solved_text(plan.solved),
         "seed": plan.seed,
         "version": __version__,
         "digest": plotted.digest,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 
 from missionc.base.proven import COVER, TOURS, Proven
+from missionc.base.solved import Solved, read_solved
 from missionc.base.strict_json import parse_json
 from missionc.base.trace import Plan
 from missionc.checks.lower_bounds import beside, least_by_tours
@@ -27,7 +29,17 @@ def plan_of(opened: OutputFolder) -> Plan:
         trace,
         monitor(mission, kernel, trace).requirements,
         _proven(opened),
+        _solved(opened),
     )
+
+
+def _solved(opened: OutputFolder) -> tuple[Solved, ...]:
+    """Which method found which agents, as the document says: only the search that ended knows that."""
+    match parse_json(opened.text(PLAN), finite=False):
+        case {"solved": records}:
+            with suppress(ValueError):
+                return read_solved(records, (agent.name for agent in opened.mission.agents))
+    return ()
 
 
 def _proven(opened: OutputFolder) -> Proven | None:

@@ -15,6 +15,7 @@ import numpy as np
 from missionc.backends.api import Attempt, Snapshot, UnusableSnapshot
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
+from missionc.base.solved import Solved, read_solved
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
@@ -68,6 +69,7 @@ class Reached:
     control: Array
     choices: Choices
     final: bool = False
+    solved: tuple[Solved, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,6 +115,7 @@ def to_snapshot(state: State, graph: Kernel) -> Snapshot:
     if state.reached is not None:
         place = {node: index for index, node in enumerate(postorder(graph.formulas))}
         rows = [(place[node], agent, step, chosen) for (node, agent, step), chosen in state.reached.choices.items()]
+        words["solved"] = [each.as_record() for each in state.reached.solved]
         arrays["reached.control"] = state.reached.control
         arrays["reached.choices"] = np.array(rows, dtype=np.float64).reshape(-1, 4)
     return Snapshot(arrays, words)
@@ -150,7 +153,8 @@ def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Missio
         search = Searching(own, str(fields["text"]), _count(fields["planned"]), _margin(fields["margin"]))
     if words["reached"]:
         chosen = _choices(arrays["reached.choices"], mission, graph)
-        reached = Reached(_shaped(arrays["reached.control"], control), chosen)
+        solved = read_solved(words["solved"], (agent.name for agent in mission.agents))
+        reached = Reached(_shaped(arrays["reached.control"], control), chosen, solved=solved)
     notes = tuple(map(str, words["notes"]))
     beside = {str(name): str(word) for name, word in dict(words["beside"]).items()}
     return State(_count(words["number"]), nearest, furthest, notes, beside, search, reached)

@@ -30,6 +30,7 @@ from missionc.backends.smt.roadmap.roadmap import NoRoadmap
 from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
 from missionc.backends.smt.sat.solve import Stopped
 from missionc.base.memory import left
+from missionc.base.solved import Solved
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 
@@ -80,4 +81,5 @@ def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart
     if not judged.is_plan:
         leaves = "" if apart else ", which leaves out collisions,"
         return not_found(Reason.METHOD, f"the model of the encoding{leaves} is no plan", judged)
+    account.solved = (Solved("z3", tuple(agent.name for agent in mission.agents)),)
     return Planned(trace, replace(account.report(), roadmaps=graphs_of(mission, prms)))

@@ -14,6 +14,7 @@ That no plan is found in this way says nothing.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +36,7 @@ from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
 from missionc.backends.smt.refine.problem import LINKS, Problem
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.shorten_paths import shorten_paths
+from missionc.base.solved import SEARCH, solved_by
 from missionc.base.trace import Trace
 from missionc.kernel.nodes import All, Goal
 from missionc.monitoring.evaluate import Evaluation
@@ -84,17 +86,19 @@ class PrioritizedPlanner(SingleAgentPlanning):
             waiting = self.order.groups(self.failing_alone())
         return self.completed(sorted(waiting, key=lambda group: first.isdisjoint(group)))
 
-    def plan_again(self, states: Indices, agents: Agents) -> Indices | None:
+    def plan_again(self, states: Indices, agents: Agents, by_solver: Mapping[int, str]) -> Indices | None:
         """A joint motion in which these agents are planned again, and all others go as they do unless they are pushed.
 
         Args:
             states: what is to become another, (agents, steps + 1).
+            by_solver: agents whose part of it a solver found.
 
         Raises:
             TooLarge: the clauses would pass their limit.
             Unexpressible: a predicate is about too many agents at once.
         """
         self.reserve(self.everyone - agents, states, (), alone=True)
+        self.by_solver = {agent: by for agent, by in by_solver.items() if agent not in agents}
         return self.completed([(agent,) for agent in sorted(agents)])
 
     def completed(self, waiting: list[tuple[int, ...]]) -> Indices | None:
@@ -122,6 +126,8 @@ class PrioritizedPlanner(SingleAgentPlanning):
     def with_shorter_paths(self, whole: Reservations) -> Indices:
         """The motion after a local search for shorter paths; agents planned alone have the shortest already."""
         mission, motion = self.setting.mission, whole.motion
+        methods = {agent.name: self.by_solver.get(agent.index, SEARCH) for agent in mission.agents}
+        self.setting.account.solved = solved_by(methods)
         with self.setting.account.stage("calm"):
             chosen = frozenset(self.reservations.agents) - self.reservations.alone
             goals = [goal.formula for goal in self.kernel.requirements]
@@ -261,6 +267,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
             self.reservations, self.guaranteed = reservations, guaranteed
         with setting.account.stage("bystanders"):
             self.reserve(batch, states, parts, alone=False)
+        self.by_solver |= dict.fromkeys(batch, self.solvers.answered)
         self.taken += 1
         self.rounds += problem.search.rounds
         if self.largest is None or problem.search.clauses.count > self.largest.search.clauses.count:

@@ -100,7 +100,7 @@ class ShorterMakespan:
         planner = self.planner_of(self.still(steps), self.most)
         planner.failures = FAILURES - TURNS
         planner.together = not anew
-        found = planner.plan(late) if anew else planner.plan_again(self.states, late)
+        found = planner.plan(late) if anew else planner.plan_again(self.states, late, self.planner.by_solver)
         if found is None:
             return False
         self.states, self.planner = found, planner

@@ -103,6 +103,8 @@ class SingleAgentPlanning:
     """Whether steps were chosen: then more is asked for than by the requirements, and nothing is refused."""
     refused: tuple[str, ...] | None = None
     """Requirements in conflict, where it was found out that these roadmaps hold no plan."""
+    by_solver: dict[int, str] = field(default_factory=dict)
+    """Settled agents that a solver planned, and which one; search planned all others."""
 
     def __post_init__(self) -> None:
         mission = self.setting.mission
@@ -293,6 +295,7 @@ class SingleAgentPlanning:
         released = frozenset(agents)
         self.reservations.release(sorted(released))
         self.guaranteed = {part for part in self.guaranteed if not part.named or not part.named <= released}
+        self.by_solver = {agent: by for agent, by in self.by_solver.items() if agent not in released}
 
 
 def smallest_conflict(kernel: Kernel, search: SingleAgentSearch, agent: int) -> tuple[str, ...]:

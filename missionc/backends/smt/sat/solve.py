@@ -144,6 +144,8 @@ class Solvers:
         self.peak_bytes = 0
         self.conflicts = 0
         """Conflicts of all questions that were answered or given up."""
+        self.answered = ""
+        """Solver that had the last model."""
         self.cut = False
         """Whether a question was left without an answer because it was time to end."""
         self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
@@ -217,6 +219,8 @@ class Solvers:
         self._presolver = presolver
         seen = presolver.ask(clauses, assumptions, self.deadline)
         self._replace_presolver(None)
+        if seen.model is not None:
+            self.answered = "z3"
         return Unsatisfiable(assumptions) if seen.refused else seen.model
 
     def start(self) -> None:
@@ -257,6 +261,7 @@ class Solvers:
         detail = answer[5:]
         match answer[:1]:
             case b"s":
+                self.answered = self._children[0].name
                 return Satisfiable()
             case b"u":
                 return Unsatisfiable(tuple(np.frombuffer(detail, dtype=np.int32).tolist()))

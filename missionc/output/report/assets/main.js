@@ -68,7 +68,7 @@ function describe() {
   const many = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
   put("title", data.mission);
   const planned = data.backend && !data.miss && `planned by ${data.backend}`;
-  put("about", [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, planned, `seed ${data.seed}`, data.proven, begun(data.past)].filter(Boolean).join(" · "));
+  put("about", [many(model.agents, "agent"), `${many(data.steps, "step")} of ${data.step} s`, planned, data.solved, `seed ${data.seed}`, data.proven, begun(data.past)].filter(Boolean).join(" · "));
   const marks = { holds: "✓", steps: "◐", fails: "✗" };
   const badge = document.getElementById("verdict");
   badge.className = data.badge.state;
