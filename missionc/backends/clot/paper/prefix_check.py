@@ -16,37 +16,38 @@ from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.kept_distance import kept_from
 from missionc.backends.clot.torch_device import places
+from missionc.ir import Mission
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import postorder
 
 
-def prefix_margin(
-    team: Team,
+def body_margin(
+    mission: Mission,
     agent: int,
     others: tuple[int, ...],
     candidates: Tensor,
     planned: Tensor,
-    goals: tuple[Node, ...],
     around: Surroundings,
+    as_flown: bool = False,
 ) -> Tensor:
-    """The least margin of each candidate: obstacles, bounds, separation, limits and goals.
+    """The least margin of each candidate: obstacles, bounds, separation and limits.
 
     Args:
         candidates: (batch, steps, dim), metres.
         others: mission indices of the planned agents; ``planned``: their motions,
             (batch or 1, others, steps, dim), metres.
-        goals: ``prefix.about`` the planned agents and this one.
         around: obstacles are looked at so many times in each step.
+        as_flown: whether accelerations are those of the spline that an agent with momentum flies between rest and rest
+            (``control_points.Splines.through``), and not the second differences of the candidate alone.
 
     Returns:
         (batch,), metres; of speed and acceleration, in the metres they move in a step. Positive where all hold.
 
     Source:
-        [clot] IV-D.1; II-B for the goals.
+        [clot] IV-D.1.
     """
-    mission, count = team.mission, len(team.mission.agents)
     step, one = float(mission.step), mission.agents[agent]
-    parts, batch = around.parts, len(candidates)
+    parts = around.parts
     share = (torch.arange(parts, device=candidates.device) / parts)[:, None].to(candidates)
     between = candidates[:, :-1, None] * (1 - share) + candidates[:, 1:, None] * share
     fine = torch.cat([between.flatten(1, 2), candidates[:, -1:]], dim=1)
@@ -59,20 +60,58 @@ def prefix_margin(
     far = torch.linalg.vector_norm(moved, dim=-1).amax(dim=1)
     margin = torch.minimum(margin, one.dynamics.top_speed * step - far)
     if math.isfinite(one.dynamics.top_acceleration):
-        bend = torch.linalg.vector_norm(moved.diff(dim=1), dim=-1).amax(dim=1)
+        leg = _spline(candidates).diff(dim=1) if as_flown and one.dynamics.has_momentum else moved
+        bend = torch.linalg.vector_norm(leg.diff(dim=1), dim=-1).amax(dim=1)
         margin = torch.minimum(margin, one.dynamics.top_acceleration * step * step - bend)
     if others:
         need, factors = kept_from(mission, agent, others, candidates)
         apart = _approach(candidates[:, None], planned, factors[:, None]).amin(dim=-1) - need
         margin = torch.minimum(margin, apart.amin(dim=1))
-    if goals:
-        position = candidates.new_zeros(batch, count, *candidates.shape[1:])
-        position[:, places(others, candidates.device)] = planned
-        position[:, agent] = candidates
-        values = Robustness(team, States(position, velocities(position, step))).values(postorder(goals))
-        for goal in goals:
-            margin = torch.minimum(margin, values[goal][:, 0, 0].expand(batch))
     return margin
+
+
+def _spline(candidates: Tensor) -> Tensor:
+    """The control points of the splines that are flown: (batch, steps, dim) -> (batch, steps + 1, dim), metres."""
+    begin, end = candidates[:, :1], candidates[:, -1:]
+    halves = (candidates[:, 1:] + candidates[:, :-1]) / 2
+    return torch.cat([begin, begin, halves[:, 1:-1], end, end], dim=1)
+
+
+def goal_margins(
+    team: Team, agent: int, others: tuple[int, ...], candidates: Tensor, planned: Tensor, goals: tuple[Node, ...]
+) -> Tensor:
+    """The robustness of each goal, by the standard semantics: (goals, batch), metres.
+
+    Args:
+        candidates, others, planned: as of ``body_margin``.
+        goals: ``prefix.about`` the planned agents and this one.
+
+    Source:
+        [clot] II-B, IV-D.1.
+    """
+    batch = len(candidates)
+    if not goals:
+        return candidates.new_zeros(0, batch)
+    position = candidates.new_zeros(batch, len(team.mission.agents), *candidates.shape[1:])
+    position[:, places(others, candidates.device)] = planned
+    position[:, agent] = candidates
+    states = States(position, velocities(position, float(team.mission.step)))
+    values = Robustness(team, states).values(postorder(goals))
+    return torch.stack([values[goal][:, 0, 0].expand(batch) for goal in goals])
+
+
+def prefix_margin(
+    team: Team,
+    agent: int,
+    others: tuple[int, ...],
+    candidates: Tensor,
+    planned: Tensor,
+    goals: tuple[Node, ...],
+    around: Surroundings,
+) -> Tensor:
+    """The least margin of each candidate, of bodies, limits and goals: (batch,), metres. Positive where all hold."""
+    margin = body_margin(team.mission, agent, others, candidates, planned, around)
+    return torch.cat([margin[None], goal_margins(team, agent, others, candidates, planned, goals)]).amin(dim=0)
 
 
 def _approach(one: Tensor, other: Tensor, factors: Tensor) -> Tensor:

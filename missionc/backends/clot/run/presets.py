@@ -72,7 +72,8 @@ class Preset:
             samples = self.published or None
         if samples is None:
             return self
-        return replace(self, search=replace(self.search, few_samples=samples, many_samples=samples))
+        few = max(1, samples * self.search.narrow // self.search.wide) if self.search.printed else samples
+        return replace(self, search=replace(self.search, few_samples=few, many_samples=samples))
 
 
 _PUBLISHED = TransportSettings(iterations=40, coupling=Coupling.SINKHORN)
@@ -81,7 +82,7 @@ _PAPER = Preset(
     "paper",
     reward=0.5,
     published=PAPER.many_samples,
-    search=SearchSettings(few_samples=96, many_samples=96),
+    search=replace(PAPER, few_samples=24, many_samples=96),
     transport=_PUBLISHED,
 )
 
@@ -101,7 +102,9 @@ PRESETS = {
         ),
         _PAPER,
         replace(_PAPER, name="fsot", order=SequenceChoice.FIXED, search=replace(FSOT, few_samples=96, many_samples=96)),
-        replace(_PAPER, name="mpot", order=SequenceChoice.TOGETHER),
+        replace(
+            _PAPER, name="mpot", order=SequenceChoice.TOGETHER, search=SearchSettings(few_samples=96, many_samples=96)
+        ),
     )
 }
 
