@@ -16,7 +16,7 @@ import statistics
 import time
 from pathlib import Path
 
-from table1.score import score
+from table1.score import BODIES, shape
 
 import missionc
 from missionc.backends.api import Budget, Planned
@@ -24,6 +24,7 @@ from missionc.backends.load import load
 from missionc.backends.options import TRANSPORT_PRESETS, Options
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.crazyflie import crazyflie
+from missionc.verify.verify_plan import verify
 
 MISSIONS = Path(__file__).resolve().parent.parent / "missions"
 
@@ -67,7 +68,7 @@ def main() -> None:
         mission, kernel = checked.mission, checked.kernel
         assert mission is not None
         assert kernel is not None
-        seconds, emitting, attempts, scores = [], [], [], []
+        seconds, emitting, attempts, shapes, clearances = [], [], [], [], []
         searched: dict[str, list[int]] = {"local iterations": [], "joint motions": []}
         for seed in range(arguments.seeds):
             begin = time.process_time()
@@ -75,9 +76,9 @@ def main() -> None:
             if not isinstance(outcome, Planned):
                 print(f"  {name} seed {seed}: {outcome.statement}", flush=True)
                 continue
-            judged = score(mission, kernel, outcome.trace)
-            if not judged.solved:
-                print(f"  {name} seed {seed}: refused by the verifier: {judged.refused}", flush=True)
+            certificate = verify(mission, kernel, outcome.trace)
+            if not certificate.passed:
+                print(f"  {name} seed {seed}: refused by the verifier: {certificate.failures[0]}", flush=True)
                 continue
             planned = time.process_time()
             seconds.append(planned - begin)
@@ -87,7 +88,8 @@ def main() -> None:
             attempts.append(sizes["attempts"])
             for size, values in searched.items():
                 values += [sizes[size]] if size in sizes else []
-            scores.append(judged)
+            shapes.append(shape(outcome.trace))
+            clearances.append(min(check.margin for check in certificate.checks if check.name in BODIES))
         if not seconds:
             print(f"| {name} | 0/{arguments.seeds} | | | | | | | | | | | {published} |", flush=True)
             continue
@@ -96,9 +98,8 @@ def main() -> None:
             f"{statistics.median(seconds):.2f} | {max(seconds):.2f} | {statistics.mean(emitting):.2f} | "
             f"{statistics.mean(attempts):.2f} | "
             f"{' | '.join(f'{statistics.mean(values):.2f}' if values else '–' for values in searched.values())} | "
-            f"{statistics.mean(each.length for each in scores):.2f} | "
-            f"{statistics.mean(each.smoothness for each in scores):.3f} | "
-            f"{min(each.clearance for each in scores):.3f} | {published} |",
+            f"{statistics.mean(length for length, _ in shapes):.2f} | "
+            f"{statistics.mean(smoothness for _, smoothness in shapes):.3f} | {min(clearances):.3f} | {published} |",
             flush=True,
         )
 

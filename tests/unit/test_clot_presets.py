@@ -29,7 +29,7 @@ from missionc.backends.clot.paper.first_motions import FirstMotions
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.planning_sequence import couplings
 from missionc.backends.clot.paper.prefix import about, spelled_out
-from missionc.backends.clot.paper.prefix_check import body_margin, prefix_margin
+from missionc.backends.clot.paper.prefix_check import prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.search_tree import Node as SearchNode
 from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
@@ -77,10 +77,15 @@ def test_the_command_line_and_the_backend_know_the_same_presets() -> None:
 
 
 @pytest.mark.slow
-def test_the_papers_preset_plans_its_first_scenario() -> None:
-    """Five robots, a chain outside two regions and a star in one of them, by Algorithms 1 and 2 alone."""
-    text = (Path(__file__).resolve().parents[2] / "missions" / "clot_star.mission").read_text(encoding="utf-8")
-    assert isinstance(planned(text, "paper", limit=600.0), Planned)
+@pytest.mark.parametrize(("name", "agents"), [("clot_star", 5), ("crazyflie_corridor", 3)])
+def test_the_papers_preset_plans_scenarios_of_the_paper_with_few_iterations_for_each_robot(
+    name: str, agents: int
+) -> None:
+    """A star and a chain in the plane, and a chain with momentum in a volume, by Algorithms 1 and 2 alone."""
+    text = (Path(__file__).resolve().parents[2] / "missions" / f"{name}.mission").read_text(encoding="utf-8")
+    outcome = planned(text, "paper", limit=600.0)
+    assert isinstance(outcome, Planned)
+    assert agents <= dict(outcome.report.sizes)["local iterations"] <= 2 * agents
 
 
 OPEN = PAIR.replace("obstacle rock = disc at (3.8, 2.8) radius 0.5\n", "").replace("proximity 1.5 m", "proximity 3 m")
@@ -313,7 +318,7 @@ def test_the_check_of_a_partial_team_gives_the_worst_margin_in_metres() -> None:
 
     def margin(own: torch.Tensor, goals: bool) -> float:
         known = about(roots, frozenset({0, 1}), {}) if goals else ()
-        return float(prefix_margin(everyone, 0, (1,), own, still[:, 1:], known, around)[0])
+        return float(prefix_margins(everyone, 0, (1,), own, still[:, 1:], known, around).min())
 
     assert margin(still[:, 0], False) == pytest.approx(0.3, abs=1e-5)  # half a metre apart, discs of 0.1 m
     assert margin(still[:, 0], True) < -1.0  # nobody ever goes to the goal
@@ -332,8 +337,11 @@ def test_the_check_judges_the_accelerations_that_are_flown_from_rest_to_rest() -
     flown = np.diff(splines(mission).through(own.double().numpy()), 2, axis=1)
     spare = 1.0 * mission.step**2 - np.linalg.norm(flown, axis=-1).max()
     assert spare < -0.1, "it is off at once"
-    assert float(body_margin(mission, 0, (), own, nobody, around, as_flown=True)[0]) == pytest.approx(spare, abs=1e-5)
-    assert float(body_margin(mission, 0, (), own, nobody, around)[0]) > 0.1
+    waypoints, spline = (
+        float(prefix_margins(team(mission), 0, (), own, nobody, (), around, how).min()) for how in (False, True)
+    )
+    assert spline == pytest.approx(spare, abs=1e-5)
+    assert waypoints > 0.1
 
 
 def small_round(in_one_batch: bool) -> list[list[Candidate]]:

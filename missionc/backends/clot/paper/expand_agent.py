@@ -26,7 +26,7 @@ from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.first_motions import FirstMotions
 from missionc.backends.clot.paper.planning_sequence import Couplings
 from missionc.backends.clot.paper.prefix import asked, spelled_out
-from missionc.backends.clot.paper.prefix_check import body_margin, goal_margins
+from missionc.backends.clot.paper.prefix_check import goal_margins, prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.search_tree import Node
 from missionc.backends.clot.paper.transport import transport
@@ -281,17 +281,13 @@ class Expansion:
         """By how much candidates hold, whatever those do who are still to come, (batch,), metres; and what they are
         worth were those who are planned the whole team: bodies and limits first, then each goal, (1 + goals, batch).
         """
-        agent, others, planned = crowd.agent, crowd.others, crowd.planned
-        known = frozenset((*others, agent))
+        known = frozenset((*crowd.others, crowd.agent))
+        hard, whole = (tuple(form for _, form in self._goals(known, None, how)) for how in (False, True))
+        among = self.team, crowd.agent, crowd.others, own, crowd.planned
         as_flown = not self.preset.polished  # who polishes mends the ends
-        bodies = body_margin(self.mission, agent, others, own, planned, self.checked, as_flown)[None]
-
-        def judged(as_whole: bool) -> Tensor:
-            goals = tuple(form for _, form in self._goals(known, None, as_whole))
-            return torch.cat([bodies, goal_margins(self.team, agent, others, own, planned, goals)])
-
-        margins = judged(False)
-        return margins.amin(dim=0), judged(True) if as_whole else margins
+        margins = prefix_margins(*among, hard, self.checked, as_flown)
+        worth = torch.cat([margins[:1], goal_margins(*among, whole)]) if as_whole else margins
+        return margins.amin(dim=0), worth
 
     def _effort(self, candidates: Tensor) -> Tensor:
         """Way against the size of the world, and a little for bends: without unit, about 1. Source: [clot] (2)."""

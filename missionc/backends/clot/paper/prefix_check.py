@@ -21,31 +21,61 @@ from missionc.kernel.nodes import Node
 from missionc.kernel.walk import postorder
 
 
-def body_margin(
+def prefix_margins(
+    team: Team,
+    agent: int,
+    others: tuple[int, ...],
+    candidates: Tensor,
+    planned: Tensor,
+    goals: tuple[Node, ...],
+    around: Surroundings,
+    as_flown: bool = False,
+) -> Tensor:
+    """The margins of each candidate: the least of obstacles, bounds, separation and limits first, then of each goal.
+
+    Args:
+        candidates: (batch, steps, dim), metres.
+        others: mission indices of the planned agents; ``planned``: their motions,
+            (batch or 1, others, steps, dim), metres.
+        goals: ``prefix.about`` the planned agents and this one.
+        around: obstacles are looked at so many times in each step.
+        as_flown: whether accelerations are those of the spline that an agent with momentum flies between rest and rest
+            (``control_points.Splines.through``), and not the second differences of the candidate alone.
+
+    Returns:
+        (1 + goals, batch), metres; of speed and acceleration, in the metres they move in a step. Positive where all
+        hold.
+
+    Source:
+        [clot] IV-D.1; II-B for the goals.
+    """
+    bodies = _body_margin(team.mission, agent, others, candidates, planned, around, as_flown)
+    return torch.cat([bodies[None], goal_margins(team, agent, others, candidates, planned, goals)])
+
+
+def goal_margins(
+    team: Team, agent: int, others: tuple[int, ...], candidates: Tensor, planned: Tensor, goals: tuple[Node, ...]
+) -> Tensor:
+    """The robustness of each goal, by the standard semantics: (goals, batch), metres. Arguments: ``prefix_margins``."""
+    if not goals:
+        return candidates.new_zeros(0, len(candidates))
+    position = candidates.new_zeros(len(candidates), len(team.mission.agents), *candidates.shape[1:])
+    position[:, places(others, candidates.device)] = planned
+    position[:, agent] = candidates
+    states = States(position, velocities(position, float(team.mission.step)))
+    values = Robustness(team, states).values(postorder(goals))
+    return torch.stack([values[goal][:, 0, 0].expand(len(candidates)) for goal in goals])
+
+
+def _body_margin(
     mission: Mission,
     agent: int,
     others: tuple[int, ...],
     candidates: Tensor,
     planned: Tensor,
     around: Surroundings,
-    as_flown: bool = False,
+    as_flown: bool,
 ) -> Tensor:
-    """The least margin of each candidate: obstacles, bounds, separation and limits.
-
-    Args:
-        candidates: (batch, steps, dim), metres.
-        others: mission indices of the planned agents; ``planned``: their motions,
-            (batch or 1, others, steps, dim), metres.
-        around: obstacles are looked at so many times in each step.
-        as_flown: whether accelerations are those of the spline that an agent with momentum flies between rest and rest
-            (``control_points.Splines.through``), and not the second differences of the candidate alone.
-
-    Returns:
-        (batch,), metres; of speed and acceleration, in the metres they move in a step. Positive where all hold.
-
-    Source:
-        [clot] IV-D.1.
-    """
     step, one = float(mission.step), mission.agents[agent]
     parts = around.parts
     share = (torch.arange(parts, device=candidates.device) / parts)[:, None].to(candidates)
@@ -75,43 +105,6 @@ def _spline(candidates: Tensor) -> Tensor:
     begin, end = candidates[:, :1], candidates[:, -1:]
     halves = (candidates[:, 1:] + candidates[:, :-1]) / 2
     return torch.cat([begin, begin, halves[:, 1:-1], end, end], dim=1)
-
-
-def goal_margins(
-    team: Team, agent: int, others: tuple[int, ...], candidates: Tensor, planned: Tensor, goals: tuple[Node, ...]
-) -> Tensor:
-    """The robustness of each goal, by the standard semantics: (goals, batch), metres.
-
-    Args:
-        candidates, others, planned: as of ``body_margin``.
-        goals: ``prefix.about`` the planned agents and this one.
-
-    Source:
-        [clot] II-B, IV-D.1.
-    """
-    batch = len(candidates)
-    if not goals:
-        return candidates.new_zeros(0, batch)
-    position = candidates.new_zeros(batch, len(team.mission.agents), *candidates.shape[1:])
-    position[:, places(others, candidates.device)] = planned
-    position[:, agent] = candidates
-    states = States(position, velocities(position, float(team.mission.step)))
-    values = Robustness(team, states).values(postorder(goals))
-    return torch.stack([values[goal][:, 0, 0].expand(batch) for goal in goals])
-
-
-def prefix_margin(
-    team: Team,
-    agent: int,
-    others: tuple[int, ...],
-    candidates: Tensor,
-    planned: Tensor,
-    goals: tuple[Node, ...],
-    around: Surroundings,
-) -> Tensor:
-    """The least margin of each candidate, of bodies, limits and goals: (batch,), metres. Positive where all hold."""
-    margin = body_margin(team.mission, agent, others, candidates, planned, around)
-    return torch.cat([margin[None], goal_margins(team, agent, others, candidates, planned, goals)]).amin(dim=0)
 
 
 def _approach(one: Tensor, other: Tensor, factors: Tensor) -> Tensor:

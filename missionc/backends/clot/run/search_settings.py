@@ -67,8 +67,9 @@ class SearchSettings:
                 raise ValueError(f"the search cannot use {name} = {getattr(self, name)}")
 
 
-PAPER = SearchSettings(few_samples=200, many_samples=800, printed=True, eta=0.01)
+PAPER = SearchSettings(few_samples=200, many_samples=800, children=800, printed=True, eta=0.01)
 """As many trajectories as scenarios 1 and 2 optimise at once, shared by the nodes of a round; scenario 3 takes 1000.
+Each that is feasible makes a node.
 
 Source:
     [clot] V-A.1.
