@@ -4,10 +4,9 @@
 
 Seconds are of one CPU thread's own time, from the checked mission to a plan that passed
 verification, restarts included: other programs on the machine lengthen them little. *Emit* is what a user waits
-for besides, the polynomials and their proof. *Published* is what the paper reports on its GPU,
-for its own unpublished scenes. *Iterations* and *joint motions* are what a preset's search took and had to choose from
-in the mean (the paper reports 6.85, 13.95 and 17.37 iterations, and 9.40, 44.70 and 19.05 joint motions, of its first
-three scenarios); a dash where nothing was searched.
+for besides, the polynomials and their proof. *Iterations* and *joint motions* are what a preset's search took and had
+to choose from in the mean; a dash where nothing was searched. *Published* is what the paper reports on its GPU, for
+its own unpublished scenes: success, seconds, path, smoothness, iterations, joint motions, as far as it prints them.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import statistics
 import time
 from pathlib import Path
 
-import numpy as np
+from table1.score import BODIES, shape
 
 import missionc
 from missionc.backends.api import Budget, Planned
@@ -30,20 +29,20 @@ from missionc.verify.verify_plan import verify
 MISSIONS = Path(__file__).resolve().parent.parent / "missions"
 
 SCENARIOS = {
-    "visit3": ("clot_visit", {"N": "3"}, 4.19),
-    "visit5": ("clot_visit", {"N": "5"}, 6.93),
-    "visit12": ("clot_visit", {"N": "12"}, 20.3),
-    "visit30": ("clot_visit", {"N": "30"}, None),
-    "star": ("clot_star", {}, 34.9),
-    "corridor": ("clot_corridor", {}, 91.0),
-    "regions": ("clot_regions", {}, 151.9),
-    "split": ("clot_split", {}, 242.4),
-    "split100": ("clot_split100", {}, 971.5),
-    "dynamic2": ("clot_dynamic", {"V": "2 m/s"}, 9.0),
-    "dynamic6": ("clot_dynamic", {"V": "6 m/s"}, 9.0),
-    "crazyflie": ("crazyflie_corridor", {}, 2.91),
+    "visit3": ("clot_visit", {"N": "3"}, "100 %, 4.19 s, 14.5 m, 0.51 m/s"),
+    "visit5": ("clot_visit", {"N": "5"}, "100 %, 6.93 s, 14.0 m, 0.46 m/s"),
+    "visit12": ("clot_visit", {"N": "12"}, "100 %, 20.3 s, 13.5 m, 0.43 m/s"),
+    "visit30": ("clot_visit", {"N": "30"}, "–"),
+    "star": ("clot_star", {}, "100 %, 34.89 s, 6.85 iterations, 9.40 joint motions"),
+    "corridor": ("clot_corridor", {}, "100 %, 90.98 s, 13.95 iterations, 44.70 joint motions"),
+    "regions": ("clot_regions", {}, "95 %, 151.91 s, 17.37 iterations, 19.05 joint motions"),
+    "split": ("clot_split", {}, "95 %, 242.4 s, 30 iterations"),
+    "split100": ("clot_split100", {}, "100 %, 971.5 s"),
+    "dynamic2": ("clot_dynamic", {"V": "2 m/s"}, "100 %, 9 s"),
+    "dynamic6": ("clot_dynamic", {"V": "6 m/s"}, "100 %, 9 s"),
+    "crazyflie": ("crazyflie_corridor", {}, "2.91 s"),
 }
-"""Name of the row: mission, parameters, the paper's seconds."""
+"""Name of the row: mission, parameters, the paper's figures."""
 
 
 def main() -> None:
@@ -60,7 +59,7 @@ def main() -> None:
         raise SystemExit(backend.message)
     print(
         "| scenario | solved | mean s | median s | max s | emit s | attempts "
-        "| iterations | joint motions | path m | bend m/s² | clearance m | published s |"
+        "| iterations | joint motions | path m | smoothness m/s | clearance m | published |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|---|---|---|", flush=True)
     for name in arguments.only or SCENARIOS:
@@ -69,7 +68,7 @@ def main() -> None:
         mission, kernel = checked.mission, checked.kernel
         assert mission is not None
         assert kernel is not None
-        seconds, emitting, attempts, lengths, bends, clearances = [], [], [], [], [], []
+        seconds, emitting, attempts, shapes, clearances = [], [], [], [], []
         searched: dict[str, list[int]] = {"local iterations": [], "joint motions": []}
         for seed in range(arguments.seeds):
             begin = time.process_time()
@@ -89,23 +88,18 @@ def main() -> None:
             attempts.append(sizes["attempts"])
             for size, values in searched.items():
                 values += [sizes[size]] if size in sizes else []
-            position = outcome.trace.position
-            lengths.append(float(np.linalg.norm(np.diff(position, axis=1), axis=-1).sum(axis=1).mean()))
-            bend = np.diff(position, 2, axis=1) / mission.step**2
-            bends.append(float(np.linalg.norm(bend, axis=-1).mean()))
-            clearances.append(
-                min(check.margin for check in certificate.checks if check.name in ("obstacle", "separation"))
-            )
+            shapes.append(shape(outcome.trace))
+            clearances.append(min(check.margin for check in certificate.checks if check.name in BODIES))
         if not seconds:
-            print(f"| {name} | 0/{arguments.seeds} | | | | | | | | | | | {published or '–'} |", flush=True)
+            print(f"| {name} | 0/{arguments.seeds} | | | | | | | | | | | {published} |", flush=True)
             continue
         print(
             f"| {name} | {len(seconds)}/{arguments.seeds} | {statistics.mean(seconds):.2f} | "
             f"{statistics.median(seconds):.2f} | {max(seconds):.2f} | {statistics.mean(emitting):.2f} | "
             f"{statistics.mean(attempts):.2f} | "
             f"{' | '.join(f'{statistics.mean(values):.2f}' if values else '–' for values in searched.values())} | "
-            f"{statistics.mean(lengths):.2f} | {statistics.mean(bends):.2f} | {min(clearances):.3f} | "
-            f"{published or '–'} |",
+            f"{statistics.mean(length for length, _ in shapes):.2f} | "
+            f"{statistics.mean(smoothness for _, smoothness in shapes):.3f} | {min(clearances):.3f} | {published} |",
             flush=True,
         )
 

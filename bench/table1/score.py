@@ -42,16 +42,23 @@ class Score:
 
 def score(mission: Mission, kernel: Kernel, trace: Trace) -> Score:
     certificate = verify(mission, kernel, trace)
+    length, smoothness = shape(trace)
     elsewhere = all(check.passed for check in certificate.checks if check.name not in BODIES)
-    moved = np.diff(trace.position, axis=1)
     return Score(
         sampled=elsewhere and _room_at_steps(mission, trace) >= 0,
         solved=certificate.passed,
-        length=float(np.linalg.norm(moved, axis=-1).sum(axis=1).mean()),
-        smoothness=float(np.linalg.norm(np.diff(moved, axis=1) / mission.step, axis=-1).mean()),
+        length=length,
+        smoothness=smoothness,
         clearance=min(check.margin for check in certificate.checks if check.name in BODIES),
         refused="; ".join(f"{check.name} {check.subject} {check.margin:.3g}" for check in certificate.failures[:3]),
     )
+
+
+def shape(trace: Trace) -> tuple[float, float]:
+    """Length, m, and smoothness, m/s, of ``Score``."""
+    moved = np.diff(trace.position, axis=1)
+    turned = np.diff(moved, axis=1) / trace.step
+    return float(np.linalg.norm(moved, axis=-1).sum(axis=1).mean()), float(np.linalg.norm(turned, axis=-1).mean())
 
 
 def _room_at_steps(mission: Mission, trace: Trace) -> float:

@@ -20,7 +20,7 @@ from missionc.backends.clot.cost_graph.motion_batch import team
 from missionc.backends.clot.cost_weights import ProbeWeights
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.prefix import about
-from missionc.backends.clot.paper.prefix_check import prefix_margin
+from missionc.backends.clot.paper.prefix_check import prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.transport import transport
 from missionc.backends.clot.run.transport_settings import TransportSettings
@@ -95,7 +95,7 @@ class Batch:
     def margins(self) -> Tensor:
         crew = team(self.mission, self.device, self.dtype)
         around = Surroundings(self.mission, 4, self.device, self.dtype)
-        return prefix_margin(crew, 1, (0, 2), self.own, self.others, self.goals(None), around)
+        return prefix_margins(crew, 1, (0, 2), self.own, self.others, self.goals(None), around).amin(dim=0)
 
 
 def test_single_precision_costs_and_margins_are_those_of_double_precision_but_for_rounding() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -17,23 +18,32 @@ import torch
 
 from missionc.backends import load
 from missionc.backends.api import Budget, NotFound, Planned, Progress
-from missionc.backends.clot.backend import BACKEND
+from missionc.backends.clot.backend import BACKEND, Run
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.cost_weights import ProbeWeights
+from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.free_distance import Surroundings
-from missionc.backends.clot.paper.prefix import about
-from missionc.backends.clot.paper.prefix_check import prefix_margin
+from missionc.backends.clot.paper.expand_agent import Expansion
+from missionc.backends.clot.paper.first_motions import FirstMotions
+from missionc.backends.clot.paper.paper_rules import PaperRules
+from missionc.backends.clot.paper.planning_sequence import couplings
+from missionc.backends.clot.paper.prefix import about, spelled_out
+from missionc.backends.clot.paper.prefix_check import prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
+from missionc.backends.clot.paper.search_tree import Node as SearchNode
+from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
+from missionc.backends.clot.paper.tree_search import Candidate
 from missionc.backends.clot.run.presets import PRESETS, fewer_samples, preset
+from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.options import TRANSPORT_PRESETS as NAMES
 from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.diagnostics.code import NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Connected, InFormation, Mission
-from missionc.kernel.nodes import At, Neighbour
+from missionc.kernel.nodes import At, Neighbour, Node, UntilNode
 from missionc.kernel.walk import postorder
 from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
@@ -68,10 +78,15 @@ def test_the_command_line_and_the_backend_know_the_same_presets() -> None:
 
 
 @pytest.mark.slow
-def test_the_papers_preset_plans_its_first_scenario() -> None:
-    """Five robots, a chain outside two regions and a star in one of them, by Algorithms 1 and 2 alone."""
-    text = (Path(__file__).resolve().parents[2] / "missions" / "clot_star.mission").read_text(encoding="utf-8")
-    assert isinstance(planned(text, "paper", limit=600.0), Planned)
+@pytest.mark.parametrize(("name", "agents"), [("clot_star", 5), ("crazyflie_corridor", 3)])
+def test_the_papers_preset_plans_scenarios_of_the_paper_with_few_iterations_for_each_robot(
+    name: str, agents: int
+) -> None:
+    """A star and a chain in the plane, and a chain with momentum in a volume, by Algorithms 1 and 2 alone."""
+    text = (Path(__file__).resolve().parents[2] / "missions" / f"{name}.mission").read_text(encoding="utf-8")
+    outcome = planned(text, "paper", limit=600.0)
+    assert isinstance(outcome, Planned)
+    assert agents <= dict(outcome.report.sizes)["local iterations"] <= 2 * agents
 
 
 OPEN = PAIR.replace("obstacle rock = disc at (3.8, 2.8) radius 0.5\n", "").replace("proximity 1.5 m", "proximity 3 m")
@@ -125,19 +140,27 @@ def test_the_listener_hears_how_many_robots_are_planned() -> None:
 def test_an_unknown_preset_and_too_few_samples_are_named() -> None:
     with pytest.raises(ValueError, match="there is no preset `serach`"):
         preset("serach")
-    with pytest.raises(ValueError, match="few_samples = 0"):
+    with pytest.raises(ValueError, match="many_samples = 0"):
         preset("paper", 0)
 
 
 @pytest.mark.parametrize("name", ["paper", "fsot", "mpot"])
 def test_published_presets_take_as_many_trajectories_as_published_on_a_gpu_and_say_so_where_not(name: str) -> None:
     on_gpu, on_cpu = preset(name, None, "cuda"), preset(name, None, "cpu")
-    assert (on_gpu.search.few_samples, on_gpu.search.many_samples) == (800, 800)
+    assert (on_gpu.search.few_samples, on_gpu.search.many_samples) == (200 if name == "paper" else 800, 800)
     said = fewer_samples(on_cpu, None, "cpu")
     assert said is not None
     assert "96 trajectories at once, where the paper has 800" in said
     assert fewer_samples(on_gpu, None, "cuda") is None
     assert fewer_samples(preset(name, 24), 24, "cpu") is None
+
+
+def test_the_papers_preset_shares_its_trajectories_among_the_nodes_of_a_round() -> None:
+    for way in (preset("paper"), preset("paper", 40), preset("paper", None, "cuda")):
+        search = way.search
+        assert search.wide > search.narrow
+        assert search.few_samples * search.wide == search.many_samples * search.narrow
+    assert preset("paper", 1).search.few_samples == 1
 
 
 @pytest.mark.parametrize("name", ["sketch", "search"])
@@ -259,6 +282,29 @@ def test_what_asks_for_one_who_is_not_planned_asks_nothing_of_the_others() -> No
     assert about(roots, frozenset({0, 1}), {}, as_whole=True) == ()
 
 
+def test_until_spelled_out_is_worth_the_same_and_its_end_is_not_hidden_by_what_is_before() -> None:
+    """By the rule of the mean, half of a motion that never ends in the goal is what it lacks of that."""
+    mission, kernel = checked(TRIO + "require it: every drone: (not goal until[1 s, 3 s] goal)\n")
+    goals = about([wanted.formula for wanted in build(kernel).requirements], frozenset({0}), {})
+    spelt = spelled_out(goals, mission.steps)
+    assert not any(isinstance(node, UntilNode) for node in postorder(spelt))
+    generator = torch.Generator().manual_seed(4)
+    position = torch.rand((64, 3, mission.steps + 1, 2), generator=generator, dtype=torch.float64) * 8
+    states = States(position, velocities(position, mission.step))
+    values = Robustness(team(mission, dtype=torch.float64), states).values(postorder((*goals, *spelt)))
+    assert torch.equal(values[goals[0]][..., 0], values[spelt[0]][..., 0])
+    still = parked(mission, [(4.5, 4.5), (0.0, 0.0), (0.0, 0.0)])
+    probes = still[:, 0, :, None].clone()
+
+    def worth(goal: Node) -> float:
+        reads = sparsity_pattern([goal], 0, 3, mission.steps + 1)
+        return float(PaperRules(reads, team(mission), still, probes).goals()[0, 0, -1, 0])
+
+    lacking, before = -0.5, 0.5
+    assert worth(spelt[0]) == pytest.approx((lacking + before) / 2, abs=0.05)
+    assert worth(goals[0]) > 0.3
+
+
 # -------------------------------------------------------------- probes, checks
 
 
@@ -275,13 +321,57 @@ def test_the_check_of_a_partial_team_gives_the_worst_margin_in_metres() -> None:
 
     def margin(own: torch.Tensor, goals: bool) -> float:
         known = about(roots, frozenset({0, 1}), {}) if goals else ()
-        return float(prefix_margin(everyone, 0, (1,), own, still[:, 1:], known, around)[0])
+        return float(prefix_margins(everyone, 0, (1,), own, still[:, 1:], known, around).min())
 
     assert margin(still[:, 0], False) == pytest.approx(0.3, abs=1e-5)  # half a metre apart, discs of 0.1 m
     assert margin(still[:, 0], True) < -1.0  # nobody ever goes to the goal
     jump = still[:, 0].clone()
     jump[:, 5] += torch.tensor([0.0, 2.0])
     assert margin(jump, False) < 0  # through the other one, and faster than it may
+
+
+def test_the_check_judges_the_accelerations_that_are_flown_from_rest_to_rest() -> None:
+    text = PAIR.replace(
+        "single_integrator(speed <= 4 m/s)", "double_integrator(speed <= 4 m/s, acceleration <= 1 m/s^2)"
+    )
+    mission, _ = checked(text)
+    around, nobody = Surroundings(mission, 4), torch.zeros(1, 0, mission.steps + 1, 2)
+    own = torch.stack([torch.linspace(1.0, 3.0, mission.steps + 1), torch.ones(mission.steps + 1)], dim=1)[None]
+    flown = np.diff(splines(mission).through(own.double().numpy()), 2, axis=1)
+    spare = 1.0 * mission.step**2 - np.linalg.norm(flown, axis=-1).max()
+    assert spare < -0.1, "it is off at once"
+    waypoints, spline = (
+        float(prefix_margins(team(mission), 0, (), own, nobody, (), around, how).min()) for how in (False, True)
+    )
+    assert spline == pytest.approx(spare, abs=1e-5)
+    assert waypoints > 0.1
+
+
+def small_round(in_one_batch: bool) -> list[list[Candidate]]:
+    """What four pieces of work lead to, of which two have the same agents, by a few iterations on few samples."""
+    mission, kernel = checked(OPEN)
+    way = preset("paper", 8)
+    way = replace(way, transport=replace(way.transport, iterations=6), slack=100.0)
+    begun = Run(mission, kernel, Options(), Budget(time.monotonic() + 60)).begun(0, np.random.default_rng(0))
+    first = FirstMotions(mission, begun.key, None, None, Geodesics(mission), 1.5, follows=True)
+    goals = tuple(wanted.formula for wanted in build(kernel).requirements)
+    coupled = couplings(mission, kernel, begun.key[0].position)
+    cpu = torch.device("cpu")
+    expansion = Expansion(mission, way, goals, {}, first, coupled, cpu, lambda: True, lambda *_: None)
+    assert not expansion.in_one_batch, "on a CPU the pieces come one by one"
+    expansion.in_one_batch = in_one_batch
+    root, moved = SearchNode(0, (), np.zeros((0, 0, 0)), 0.0), begun.motion[:1]
+    nodes = [SearchNode(number, (0,), moved + 0.1 * number, 0.0) for number in (1, 2)]
+    return expansion([(root, 0), (nodes[0], 1), (root, 1), (nodes[1], 1)], 8, 5)
+
+
+def test_a_round_in_one_batch_gives_the_motions_that_its_pieces_give_one_by_one() -> None:
+    together, apart = small_round(True), small_round(False)
+    assert [len(each) for each in together] == [len(each) for each in apart] == [8] * 4
+    for ours, theirs in zip(together, apart, strict=True):
+        for one, other in zip(ours, theirs, strict=True):
+            assert np.abs(one.trajectory - other.trajectory).max() < 1e-4
+            assert one.cost == pytest.approx(other.cost, abs=1e-3)
 
 
 def test_a_probe_costs_less_away_from_an_obstacle_and_from_the_others() -> None:
@@ -305,3 +395,7 @@ def test_a_probe_towards_what_a_goal_asks_for_costs_less(reward: float) -> None:
     probes = own[:, :, None] + torch.tensor([[0.5, 0.0], [-0.5, 0.0]])
     towards, away = cost(own, probes, torch.zeros(1, 0, mission.steps + 1, 2))[0, 5].tolist()
     assert towards < away
+    share = replace(cost, shares=(0.25,), reward=0.0)
+    full, part = (of(own, probes, torch.zeros(1, 0, mission.steps + 1, 2))[0, 5] for of in (cost, share))
+    if not reward:
+        assert float(part[1] - part[0]) == pytest.approx(float(full[1] - full[0]) / 4, abs=1e-4)

@@ -196,6 +196,23 @@ def test_the_value_weighs_progress_against_cost() -> None:
     assert run.values() == pytest.approx([0.0, (1 - 2 * 0.25) / 4, (2 - 2 * 0.75) / 4])
 
 
+def test_the_value_as_printed_does_not_divide_the_cost() -> None:
+    run = search(answers((0, 0.5, True)), 4, replace(DEFAULT, eta=2.0, reward=0.0, printed=True))
+    run.tree.add(0, 0, motion(0), 0.25)
+    run.tree.add(1, 1, motion(0), 0.5)
+    assert run.values() == pytest.approx([0.0, 1 / 4 - 2 * 0.25, 2 / 4 - 2 * 0.75])
+
+
+@pytest.mark.parametrize(("printed", "first"), [(False, 1.0), (True, 2.0)])
+def test_solutions_as_printed_come_by_their_value_and_not_by_their_cost_alone(printed: bool, first: float) -> None:
+    """The cheaper leaf follows a node below which an expansion failed."""
+    run = search(answers((0, 0.5, True)), 2, replace(DEFAULT, eta=0.1, printed=printed))
+    for place, cost in ((1.0, 0.2), (2.0, 0.3)):
+        run.tree.add(run.tree.add(0, 0, motion(place), 0.0), 1, motion(place), cost)
+    run.tree.back_propagate(1, -0.5, 0.8)
+    assert [float(one.trajectories[0, 0, 0]) for one in run.solutions()] == [first, 3.0 - first]
+
+
 def test_the_best_nodes_are_chosen_each_with_an_agent_it_is_offered() -> None:
     run = search(answers((0, 0.5, True)), 5, replace(DEFAULT, wide=3, narrow=3, eta=1.0))
     for cost in (0.9, 0.1, 0.5, 0.3):
@@ -247,6 +264,16 @@ def test_what_failed_is_not_repeated_at_a_similar_node_with_the_same_agents() ->
         "the first failed, the second is like it, the third was tried"
     )
     assert run.expansions == 3, "the first node, the third, and the root"
+
+
+def test_as_printed_a_node_like_one_that_failed_is_closed_to_every_agent() -> None:
+    run = search(lambda work, samples, seed: [[] for _ in work], 3, replace(DEFAULT, delta=0.5, printed=True))
+    for place in (0.0, 0.4, 2.0):
+        run.tree.add(0, 1, motion(place), 0.0)
+    run._expand([(1, 0)])
+    assert run.pruned == 1
+    assert run.tree.tries[1:] == [{0: 1}, dict.fromkeys(range(3), DEFAULT.tries), {}]
+    assert 2 not in {node for node, _ in run.select()}
 
 
 def test_similar_means_every_agent_at_every_step() -> None:
@@ -415,7 +442,7 @@ def test_settings_outside_their_bounds_are_refused(wrong: dict[str, float]) -> N
 
 
 def test_the_presets_are_the_papers_batch_and_the_greedy_ablation() -> None:
-    assert (PAPER.few_samples, PAPER.many_samples) == (800, 800)
+    assert (PAPER.few_samples * PAPER.wide, PAPER.many_samples * PAPER.narrow) == (800, 800)
     assert (FSOT.wide, FSOT.narrow, FSOT.children, FSOT.tries) == (1, 1, 1, 1)
     greedy = search(lanes([EVERYWHERE] * 5), 5, FSOT, order=(2, 1, 3, 0, 4))
     (solution,) = greedy.run().solutions

@@ -200,6 +200,19 @@ def test_an_agent_needs_a_planned_neighbour_in_every_phase_that_couples_it() -> 
     assert found.next_agents(frozenset({2})) == (0, 1), "no valid sequence begins with it: each meets one phase"
 
 
+def test_a_valid_agent_is_coupled_in_every_phase_where_those_offered_may_only_meet_the_most() -> None:
+    crossed = of_phases([(0, 1, [(0, 1), (1, 2), (2, 3)]), (2, 3, [(0, 2), (2, 1), (1, 3)])], 4)
+    assert crossed.next_agents(frozenset({0})) == (1, 2)
+    assert crossed.valid_agents(frozenset({0})) == (), "1 and 2 have to be the first two"
+    assert crossed.valid_agents(frozenset()) == (1, 2)
+    assert crossed.valid_agents(frozenset({1, 2})) == (0, 3)
+
+
+def test_where_no_sequence_is_valid_those_that_meet_the_most_phases_are_offered_all_the_same() -> None:
+    hopeless = of_phases([(0, 1, [(0, 1), (1, 2), (2, 3)]), (2, 3, [(1, 3), (3, 0), (0, 2)])], 4)
+    assert hopeless.valid_agents(frozenset({0})) == hopeless.next_agents(frozenset({0})) == (1, 2, 3)
+
+
 def test_a_phase_without_edges_of_an_agent_does_not_bind_it() -> None:
     found = of_phases([(0, 4, [(0, 1)]), (5, 9, [(0, 1), (1, 2)])], 3)
     assert found.may_follow({1}, 2)

@@ -291,6 +291,18 @@ def test_the_same_seed_gives_the_same_bytes_and_another_one_does_not(coupling: C
     assert not torch.equal(runs[0], runs[2])
 
 
+@pytest.mark.parametrize("coupling", Coupling)
+def test_each_share_of_a_batch_is_moved_as_if_it_were_alone(coupling: Coupling) -> None:
+    """The second share needs more rounds of Sinkhorn's iteration than the first."""
+    target = torch.rand(4, 20, 2, generator=seeded())
+    weight = torch.tensor([0.01, 0.01, 9.0, 9.0])[:, None, None]
+    settings = TransportSettings(coupling=coupling, iterations=8)
+    whole = transport(straight(4), ENDS, towards(target, weight), settings, [seeded(1), seeded(2)])
+    for number, share in enumerate((slice(0, 2), slice(2, 4))):
+        alone = transport(straight(2), ENDS, towards(target[share], weight[share]), settings, seeded(number + 1))
+        assert torch.allclose(whole[share], alone, atol=1e-6)
+
+
 def test_a_candidate_that_costs_a_million_times_as_much_does_not_change_the_others() -> None:
     target = torch.rand(20, 2, generator=seeded())
     weight = torch.ones(4, 1, 1)

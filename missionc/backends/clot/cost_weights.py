@@ -92,6 +92,7 @@ class ProbeWeights:
     bend: float = _figure(2.4, "/m^2", "of half the squared second differences")
     room: float = _figure(0.08, "m", "beyond what bodies need, below which they cost: r_o and r_s")
     margin: float = _figure(0.1, "m", "of robustness above which a goal costs nothing, where goals cost what they lack")
+    later: float = _figure(0.3, "", "of what a goal lacks, where agents still to come may see to it")
 
 
 @dataclass(frozen=True, slots=True)

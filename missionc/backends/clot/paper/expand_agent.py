@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 import torch
@@ -24,8 +25,8 @@ from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.first_motions import FirstMotions
 from missionc.backends.clot.paper.planning_sequence import Couplings
-from missionc.backends.clot.paper.prefix import about
-from missionc.backends.clot.paper.prefix_check import prefix_margin
+from missionc.backends.clot.paper.prefix import asked, spelled_out
+from missionc.backends.clot.paper.prefix_check import goal_margins, prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.search_tree import Node
 from missionc.backends.clot.paper.transport import transport
@@ -40,6 +41,9 @@ from missionc.kernel import nodes as kernel
 
 TYPICAL = 10.0
 """Metres: the radii and deviations of presets are meant for a world of this size, and scaled for others."""
+
+TYPICAL_STEPS = 47
+"""Steps of the paper's missions, for which the widths of smoothing are meant; ``printed`` presets scale them."""
 
 PARTS = 4
 """Instants of a step at which candidates are checked for obstacles."""
@@ -58,6 +62,23 @@ class Piece:
     agent: int
     samples: int
     seed: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Crowd:
+    """Pieces with the same agents, and the same of them to plan: one cost serves for all.
+
+    ``planned`` are the motions of ``others``, (1 or batch, others, steps + 1, dim), metres.
+    """
+
+    agent: int
+    others: tuple[int, ...]
+    planned: Tensor
+    cost: ProbeCost
+
+
+Goals: TypeAlias = tuple[tuple[kernel.Node, kernel.Node], ...]
+"""Goals, each with what it asks of part of the team (``prefix.asked``)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -89,25 +110,32 @@ class Expansion:
     probed: Surroundings = field(init=False)
     checked: Surroundings = field(init=False)
     workers: Children[Piece, tuple[list[Candidate], float]] | None = field(init=False, default=None)
-    known: dict[tuple[frozenset[int], int | None, bool], tuple[kernel.Node, ...]] = field(
-        init=False, default_factory=dict
-    )
+    in_one_batch: bool = field(init=False)
+    """Whether the pieces of a round are one batch; on a CPU they are planned one by one, or each in a process."""
+    known: dict[tuple[frozenset[int], int | None, bool], Goals] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         self.team = team(self.mission, self.device)
         self.probed = Surroundings(self.mission, 2, self.device)
         self.checked = Surroundings(self.mission, PARTS, self.device)
+        self.in_one_batch = self.device.type != "cpu" and not self.preset.settled
         by, given = scale(self.mission), self.preset.transport
         self.settings = replace(given, first_radius=given.first_radius * by, last_radius=given.last_radius * by)
+        if self.preset.search.printed:
+            longer = self.mission.steps / TYPICAL_STEPS
+            first, last = given.first_width * longer, given.last_width * longer
+            self.settings = replace(self.settings, first_width=first, last_width=last)
 
     def __call__(self, work: Sequence[tuple[Node, int]], samples: int, seed: int, /) -> list[list[Candidate]]:
         """Candidates for each node and agent, those that hold."""
         pieces = [Piece(node, agent, samples, seed + number) for number, (node, agent) in enumerate(work)]
-        if self.workers is None:
-            answers = [self._one(piece) for piece in pieces]
-        else:
+        if self.workers is not None:
             by_place = dict(self.workers.answers(pieces))
             answers = [by_place[place] for place in range(len(pieces))]
+        elif self.in_one_batch:
+            answers = self._planned(pieces)
+        else:
+            answers = [answer for piece in pieces for answer in self._planned([piece])]
         for (node, _), (_, margin) in zip(work, answers, strict=True):
             self.tell(len(node.planned) + 1, margin)
         return [candidates for candidates, _ in answers]
@@ -119,7 +147,7 @@ class Expansion:
         if count == 1 or self.device.type != "cpu":
             yield
             return
-        with children(count, lambda piece, say: self._one(piece), ignore) as self.workers:
+        with children(count, lambda piece, say: self._planned([piece])[0], ignore) as self.workers:
             yield
         self.workers = None
 
@@ -135,8 +163,7 @@ class Expansion:
         first = [self.first.of(agent, None, samples, generator) for agent in agents]
         begin = torch.stack(first, dim=1).to(self.device)
         fixed = torch.stack([self.first.fixed(agent) for agent in agents]).repeat(samples, 1).to(self.device)
-        whole = self._goals(everyone, None, False)
-        costs = [self._cost(agent, tuple(everyone - {agent}), whole) for agent in agents]
+        costs = [self._cost(agent, tuple(sorted(everyone - {agent})), everyone, False) for agent in agents]
 
         def cost(waypoints: Tensor, probes: Tensor) -> Tensor:
             joint = waypoints.unflatten(0, (samples, len(agents)))
@@ -152,39 +179,77 @@ class Expansion:
 
         motions = transport(begin.flatten(0, 1), fixed, cost, self.settings, own, done)
         joint = motions.unflatten(0, (samples, len(agents)))
-        margins = [self._margin(agent, joint[:, agent], joint, everyone) for agent in agents]
+        margins = []
+        for agent, of in zip(agents, costs, strict=True):
+            one = Crowd(agent, of.others, joint[:, list(of.others)], of)
+            margins.append(self._margins(one, joint[:, agent], False)[0])
         margin = torch.stack(margins).amin(dim=0)
         self.tell(len(agents), float(margin.max()))
-        value = torch.stack([self._effort(joint[:, agent]) for agent in agents]).sum(dim=0)
-        return self._candidates(joint, margin, margin, value)
+        effort = torch.stack([self._effort(joint[:, agent]) for agent in agents]).sum(dim=0)
+        return self._candidates(joint, margin, effort - _spare(margin))
 
-    def _one(self, piece: Piece) -> tuple[list[Candidate], float]:
-        """The candidates of a piece that hold, and the best margin of any, metres."""
-        node, agent, samples = piece.node, piece.agent, piece.samples
-        generator, own = self._generators(piece.seed)
-        others = node.planned
-        known = frozenset((*others, agent))
-        begin = self.first.of(agent, self._parent(node, agent), samples, generator).to(self.device)
-        fixed = self.first.fixed(agent).to(self.device)
-        planned = torch.from_numpy(node.trajectories).float().reshape(1, len(others), *begin.shape[1:])
-        planned = planned.to(self.device)
-        of = self._cost(agent, others, self._goals(known, agent, True))
+    def _planned(self, pieces: Sequence[Piece]) -> list[tuple[list[Candidate], float]]:
+        """Of each piece the candidates that hold, and the best margin of any, metres; all are moved in one batch.
+
+        Source:
+            [clot] IV-C.2: the trajectories of all selected nodes are optimised as one batch.
+        """
+        samples = pieces[0].samples
+        drawn = [self._generators(piece.seed) for piece in pieces]
+        first = [
+            self.first.of(piece.agent, self._parent(piece.node, piece.agent), samples, generator)
+            for piece, (generator, _) in zip(pieces, drawn, strict=True)
+        ]
+        fixed = torch.cat([self.first.fixed(piece.agent).expand(samples, -1) for piece in pieces]).to(self.device)
+        alike: dict[tuple[int, tuple[int, ...]], list[int]] = {}
+        for number, piece in enumerate(pieces):
+            alike.setdefault((piece.agent, tuple(sorted(piece.node.planned))), []).append(number)
+        order = [number for numbers in alike.values() for number in numbers]
+        crowds = [self._crowd([pieces[number] for number in numbers]) for numbers in alike.values()]
+        sizes = [samples * len(numbers) for numbers in alike.values()]
 
         def cost(waypoints: Tensor, probes: Tensor) -> Tensor:
-            return of(waypoints, probes, planned)
+            shares = zip(crowds, waypoints.split(sizes), probes.split(sizes), strict=True)
+            return torch.cat([crowd.cost(own, moved, crowd.planned) for crowd, own, moved in shares])
 
         def done(waypoints: Tensor) -> bool:
             if not self.go_on():
                 return True
             if not self.preset.settled:
                 return False
-            margin = self._margin_among(agent, others, waypoints, planned, known, False)
-            return int((margin > 0.0).sum()) >= max(2, samples // 4)
+            return all(
+                int((self._margins(crowd, own, False)[0] > 0.0).sum()) >= max(2, samples // 4)
+                for crowd, own in zip(crowds, waypoints.split(sizes), strict=True)
+            )
 
-        motions = transport(begin, fixed, cost, self.settings, own, done)
-        margin = self._margin_among(agent, others, motions, planned, known, False)
-        as_whole = self._margin_among(agent, others, motions, planned, known, True)
-        return self._candidates(motions, margin, as_whole, self._effort(motions)), float(margin.max())
+        begin = torch.cat([first[number] for number in order]).to(self.device)
+        generators = [drawn[number][1] for number in order]
+        moved = transport(begin, fixed, cost, self.settings, generators, done)
+        answers: dict[int, tuple[list[Candidate], float]] = {}
+        for crowd, numbers, own in zip(crowds, alike.values(), moved.split(sizes), strict=True):
+            answers |= dict(zip(numbers, self._held(crowd, own, samples), strict=True))
+        return [answers[number] for number in range(len(pieces))]
+
+    def _crowd(self, pieces: Sequence[Piece]) -> Crowd:
+        """What pieces with the same agents, and the same of them to plan, have in common."""
+        agent, others = pieces[0].agent, tuple(sorted(pieces[0].node.planned))
+        each = [piece.node.trajectories[np.argsort(piece.node.planned)] for piece in pieces] if others else []
+        shape = len(pieces), len(others), self.mission.steps + 1, self.mission.dimension
+        joint = torch.from_numpy(np.array(each, dtype=np.float32)).reshape(shape)
+        joint = joint.repeat_interleave(pieces[0].samples, dim=0) if len(pieces) > 1 else joint
+        return Crowd(agent, others, joint.to(self.device), self._cost(agent, others, frozenset((*others, agent)), True))
+
+    def _held(self, crowd: Crowd, motions: Tensor, samples: int) -> list[tuple[list[Candidate], float]]:
+        """Of each of the crowd's pieces the candidates that hold, and the best margin, metres."""
+        margin, whole = self._margins(crowd, motions, True)
+        effort = self._effort(motions)
+        if self.preset.search.printed:
+            lacks = (ProbeWeights().room - whole[1:]).clamp_min(0.0).sum(dim=0)
+            cost = effort + lacks - _spare(torch.minimum(margin, whole.amin(dim=0)).clamp_min(0.0))
+        else:
+            cost = effort - _spare(whole.amin(dim=0))
+        shares = zip(motions.split(samples), margin.split(samples), cost.split(samples), strict=True)
+        return [(self._candidates(own, by, price), float(by.max())) for own, by, price in shares]
 
     def _generators(self, seed: int) -> tuple[torch.Generator, torch.Generator]:
         """For what is drawn on the CPU, and for what is drawn on the device; one and the same where that is the CPU."""
@@ -195,30 +260,34 @@ class Expansion:
         parent = self.couplings.parent(agent, node.planned, self.first.key[0].position)
         return None if parent is None else (parent, node.trajectories[node.planned.index(parent)])
 
-    def _goals(self, known: frozenset[int], newest: int | None, as_whole: bool) -> tuple[kernel.Node, ...]:
+    def _goals(self, known: frozenset[int], newest: int | None, as_whole: bool) -> Goals:
         key = known, newest, as_whole
         if key not in self.known:
-            self.known[key] = about(self.goals, known, self.choices, newest, as_whole)
+            self.known[key] = asked(self.goals, known, self.choices, newest, as_whole)
         return self.known[key]
 
-    def _cost(self, agent: int, others: tuple[int, ...], goals: tuple[kernel.Node, ...]) -> ProbeCost:
-        return ProbeCost(self.mission, self.team, agent, others, goals, self.probed, ProbeWeights(), self.preset.reward)
+    def _cost(self, agent: int, others: tuple[int, ...], known: frozenset[int], as_whole: bool) -> ProbeCost:
+        newest = agent if as_whole else None
+        goals = self._goals(known, newest, as_whole)
+        kept = {root for root, _ in self._goals(known, newest, False)}
+        forms, weights, reward = tuple(form for _, form in goals), ProbeWeights(), self.preset.reward
+        shares: tuple[float, ...] = ()
+        if self.preset.search.printed:
+            shares = tuple(1.0 if root in kept else weights.later for root, _ in goals)
+            forms = spelled_out(forms, self.mission.steps)
+        return ProbeCost(self.mission, self.team, agent, others, forms, self.probed, weights, reward, shares)
 
-    def _margin(self, agent: int, own: Tensor, joint: Tensor, known: frozenset[int]) -> Tensor:
-        others = tuple(sorted(known - {agent}))
-        return self._margin_among(agent, others, own, joint[:, list(others)], known, False)
-
-    def _margin_among(
-        self,
-        agent: int,
-        others: tuple[int, ...],
-        own: Tensor,
-        planned: Tensor,
-        known: frozenset[int],
-        as_whole: bool,
-    ) -> Tensor:
-        goals = self._goals(known, None, as_whole)
-        return prefix_margin(self.team, agent, others, own, planned, goals, self.checked)
+    def _margins(self, crowd: Crowd, own: Tensor, as_whole: bool) -> tuple[Tensor, Tensor]:
+        """By how much candidates hold, whatever those do who are still to come, (batch,), metres; and what they are
+        worth were those who are planned the whole team: bodies and limits first, then each goal, (1 + goals, batch).
+        """
+        known = frozenset((*crowd.others, crowd.agent))
+        hard, whole = (tuple(form for _, form in self._goals(known, None, how)) for how in (False, True))
+        among = self.team, crowd.agent, crowd.others, own, crowd.planned
+        as_flown = not self.preset.polished  # who polishes mends the ends
+        margins = prefix_margins(*among, hard, self.checked, as_flown)
+        worth = torch.cat([margins[:1], goal_margins(*among, whole)]) if as_whole else margins
+        return margins.amin(dim=0), worth
 
     def _effort(self, candidates: Tensor) -> Tensor:
         """Way against the size of the world, and a little for bends: without unit, about 1. Source: [clot] (2)."""
@@ -228,18 +297,22 @@ class Expansion:
         effort: Tensor = (way + bend) / size
         return effort
 
-    def _candidates(self, motions: Tensor, margin: Tensor, as_whole: Tensor, effort: Tensor) -> list[Candidate]:
-        """Those that hold but for the slack; room up to what is asked for makes up for a longer way.
+    def _candidates(self, motions: Tensor, margin: Tensor, cost: Tensor) -> list[Candidate]:
+        """Those that hold but for the slack.
 
         Args:
-            margin: by which candidates hold, whatever those do who are still to come, metres.
-            as_whole: the same, were those who are planned the whole team: what costs.
+            margin: by which candidates hold, metres.
         """
-        room = ProbeWeights().room
-        cost = effort - (as_whole.clamp(max=room) / room)
         feasible = margin > -self.preset.slack
         motions, cost, feasible = motions.cpu(), cost.cpu(), feasible.cpu()
         return [
             Candidate(motion.double().numpy(), float(price), True)
             for motion, price in zip(motions[feasible], cost[feasible], strict=True)
         ]
+
+
+def _spare(margin: Tensor) -> Tensor:
+    """What room is worth, up to what is asked for: it makes up for a longer way."""
+    room = ProbeWeights().room
+    worth: Tensor = margin.clamp(max=room) / room
+    return worth

@@ -42,6 +42,7 @@ class FirstMotions:
     sketch: (agents, steps + 1, dim), metres; None for none.
     guide: of the mission, for ways round what stands still.
     deviation: of the prior half-way between two ends, metres.
+    follows: without a sketch, half of the candidates of an agent with a parent are drawn around the parent's motion.
     """
 
     mission: Mission
@@ -50,6 +51,7 @@ class FirstMotions:
     sketch: Array | None
     geodesics: Geodesics
     deviation: float
+    follows: bool = False
 
     def fixed(self, agent: int) -> Tensor:
         """Which waypoints keep their place, (steps + 1,): the first; the last where the mission has a finish."""
@@ -68,7 +70,11 @@ class FirstMotions:
         one, the sketch, which keeps its shape, does not fit and the others may.
         """
         if self.sketch is None:
-            return self._from_prior(agent, samples, generator)
+            beside = samples // 2 if self.follows and parent is not None else 0
+            drawn = self._from_prior(agent, samples - beside, generator)
+            if parent is None or not beside:
+                return drawn
+            return torch.cat([self._beside(agent, parent[1]) + self._from_prior(agent, beside, generator, True), drawn])
         count = (samples + 3) // 4
         around = torch.from_numpy(self.sketch[agent]).float().expand(count, -1, -1)
         noise = self._from_prior(agent, 3 * count, generator, still=True)
@@ -78,6 +84,13 @@ class FirstMotions:
         begun = torch.cat([around, own, along]) + noise
         begun[:, 0] = around[0, 0]
         return torch.cat([begun, self._from_prior(agent, count, generator)])[:samples]
+
+    def _beside(self, agent: int, motion: Array) -> Tensor:
+        """The parent's motion from the agent's own start, and to its own finish if it has one: (1, steps + 1, dim)."""
+        begin, end = (frame.position[agent] - motion[place] for frame, place in ((self.key[0], 0), (self.key[-1], -1)))
+        share = np.linspace(0.0, 1.0, len(motion))[:, None]
+        last = end if self.mission.agents[agent].finish is not None else begin
+        return torch.from_numpy(motion + (1 - share) * begin + share * last).float()[None]
 
     def _own_way(self, agent: int, count: int, generator: torch.Generator) -> Tensor:
         """From key frame to key frame round what stands there, early or late between them: (count, steps + 1, dim)."""

@@ -41,26 +41,18 @@ Reading: TypeAlias = tuple[Tensor, Flags]
 class PaperRules(Perturbed):
     """Values of formulas by the paper's four rules."""
 
-    def leaf(self, node: Node) -> bool:
-        return node in self.patterns.leaves
-
     def conjunction(self, node: All | WindowNode | UntilNode, pattern: NodePattern) -> Tensor:
         if isinstance(node, UntilNode):
             return self._until(node, pattern)
-        if isinstance(node, All) and self.leaf(node):
+        if isinstance(node, All) and self.is_leaf(node):
             return self._full(reduce(torch.minimum, [self.laid(part, pattern) for part in node.parts]), pattern)
-        if isinstance(node, WindowNode) and self._at_moment(node.body):
+        if isinstance(node, WindowNode) and self.at_moment(node.body):
             return self._passed(node, pattern)
         whole = self._conjunction(pattern)
         for part in children(node):
             for ahead in (0,) if isinstance(node, All) else self.ahead(node, pattern):
-                whole.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), self.leaf(part))
+                whole.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), self.is_leaf(part))
         return whole.value()
-
-    def _at_moment(self, part: Node) -> bool:
-        """Whether a part is a leaf whose every value reads the waypoint at its own moment and at no other."""
-        below = self.patterns.of.get(part)
-        return self.leaf(part) and below is not None and below.low == below.high == 0 and bool(below.nonzero.all())
 
     def _passed(self, node: WindowNode, pattern: NodePattern) -> Tensor:
         """``always`` over such a part, by rule II alone: what the part is worth at the waypoint's moment."""
@@ -89,7 +81,7 @@ class PaperRules(Perturbed):
 
     def _and(self, part: Node, ahead: int, pattern: NodePattern, later: Tensor, nonzero: Flags) -> Reading:
         both = self._conjunction(pattern)
-        both.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), self.leaf(part))
+        both.add(self.laid(part, pattern, ahead=ahead), self._reads(part, pattern, ahead), self.is_leaf(part))
         both.add(later, nonzero, False)
         return both.value(), both.nonzero
 

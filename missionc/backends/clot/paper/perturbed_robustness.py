@@ -150,13 +150,34 @@ class Perturbed(ABC):
                     whole[:, rows.index(row), :, start : start + size] = new[:, index]
         return whole
 
+    def is_leaf(self, node: Node) -> bool:
+        return node in self.patterns.leaves
+
+    def at_moment(self, part: Node) -> bool:
+        """Whether a part is a leaf whose every value reads the waypoint at its own moment and at no other."""
+        below = self.patterns.of.get(part)
+        return self.is_leaf(part) and below is not None and below.low == below.high == 0 and bool(below.nonzero.all())
+
     def _eventually(self, node: WindowNode, pattern: NodePattern) -> Tensor:
+        if pattern.steps == 1 and self.at_moment(node.body):
+            return self._greatest_of_moments(node.body, pattern)
         greatest = self.everywhere(-inf, pattern)
         for ahead in self.ahead(node, pattern):
             later = self.laid(node.body, pattern, ahead=ahead)
             here = greatest[:, :, : later.shape[2]]
             here.copy_(torch.maximum(here, later))
         return greatest
+
+    def _greatest_of_moments(self, part: Node, pattern: NodePattern) -> Tensor:
+        """``eventually`` over such a part, asked at one step: the moved moment, or the best of the others."""
+        moments = slice(pattern.first + pattern.low, pattern.first + pattern.high + 1)
+        still = self.unmoved.spread(self._rows(self.standard[part], pattern.rows))[:, :, moments]
+        best = still.topk(min(2, still.shape[2]), dim=2)
+        number = torch.arange(still.shape[2], device=still.device)
+        rest = torch.where(number == best.indices[:, :, :1], best.values[:, :, -1:], best.values[:, :, :1])
+        first = moments.start - self.patterns.of[part].first
+        moved = self.values[part][:, :, first : first + len(number), 0]
+        return (torch.maximum(rest[..., None], moved) if len(number) > 1 else moved)[:, :, None]
 
     def everywhere(self, value: float, pattern: NodePattern) -> Tensor:
         return self.position.new_full((self.probes.shape[0], *pattern.nonzero.shape, self.probes.shape[2]), value)

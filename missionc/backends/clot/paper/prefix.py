@@ -37,6 +37,7 @@ from missionc.kernel.nodes import (
     Node,
     Not,
     RouteNode,
+    Until,
     UntilNode,
     WindowNode,
 )
@@ -65,9 +66,46 @@ def about(
             becomes a link of its own to any other, which takes a fraction of
             the work and is the same where the others are connected already.
     """
+    return tuple(form for _, form in asked(goals, planned, choices, newest, as_whole))
+
+
+def asked(
+    goals: Iterable[Node],
+    planned: frozenset[int],
+    choices: Choices,
+    newest: int | None = None,
+    as_whole: bool = False,
+) -> tuple[tuple[Node, Node], ...]:
+    """The same, each with the goal that it comes of before it."""
     roots = tuple(goals)
     made = _Prefix(postorder(roots), roots, planned, choices, newest, as_whole).made
-    return tuple(goal for root in roots if (goal := made[root]) is not HOLDS)
+    return tuple((root, form) for root in roots if (form := made[root]) is not HOLDS)
+
+
+def spelled_out(goals: tuple[Node, ...], steps: int) -> tuple[Node, ...]:
+    """The same goals, with no ``until``: some moment has the end, and what is to hold before does so at every moment.
+
+    Of the rules for a moved waypoint, the mean then is of these two, and not of one step and all that follow it, in
+    which the end is halved at each step. One that is asked at a later moment up to the last step is left as it is.
+
+    Args:
+        steps: of the mission.
+
+    Source:
+        [clot] IV-A.1: ``until`` expands into a recursive combination.
+    """
+    made: dict[Node, Node] = {}
+    for node in postorder(goals):
+        parts = tuple(made[part] for part in children(node))
+        made[node] = rebuilt(node, parts)
+        if isinstance(node, Until) and node.low >= 0 and (node.high is not None or node in goals):
+            hold, end = parts
+            window = range(node.low, (steps if node.high is None else node.high) + 1)
+            held = [(Always(hold, 0, moment - 1), Always(end, moment, moment)) for moment in window]
+            made[node] = Any(
+                tuple(All(both if moment else both[1:]) for moment, both in zip(window, held, strict=True))
+            )
+    return tuple(made[goal] for goal in goals)
 
 
 class _Prefix:

@@ -16,11 +16,12 @@ from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.kept_distance import kept_from
 from missionc.backends.clot.torch_device import places
+from missionc.ir import Mission
 from missionc.kernel.nodes import Node
 from missionc.kernel.walk import postorder
 
 
-def prefix_margin(
+def prefix_margins(
     team: Team,
     agent: int,
     others: tuple[int, ...],
@@ -28,8 +29,9 @@ def prefix_margin(
     planned: Tensor,
     goals: tuple[Node, ...],
     around: Surroundings,
+    as_flown: bool = False,
 ) -> Tensor:
-    """The least margin of each candidate: obstacles, bounds, separation, limits and goals.
+    """The margins of each candidate: the least of obstacles, bounds, separation and limits first, then of each goal.
 
     Args:
         candidates: (batch, steps, dim), metres.
@@ -37,16 +39,45 @@ def prefix_margin(
             (batch or 1, others, steps, dim), metres.
         goals: ``prefix.about`` the planned agents and this one.
         around: obstacles are looked at so many times in each step.
+        as_flown: whether accelerations are those of the spline that an agent with momentum flies between rest and rest
+            (``control_points.Splines.through``), and not the second differences of the candidate alone.
 
     Returns:
-        (batch,), metres; of speed and acceleration, in the metres they move in a step. Positive where all hold.
+        (1 + goals, batch), metres; of speed and acceleration, in the metres they move in a step. Positive where all
+        hold.
 
     Source:
         [clot] IV-D.1; II-B for the goals.
     """
-    mission, count = team.mission, len(team.mission.agents)
+    bodies = _body_margin(team.mission, agent, others, candidates, planned, around, as_flown)
+    return torch.cat([bodies[None], goal_margins(team, agent, others, candidates, planned, goals)])
+
+
+def goal_margins(
+    team: Team, agent: int, others: tuple[int, ...], candidates: Tensor, planned: Tensor, goals: tuple[Node, ...]
+) -> Tensor:
+    """The robustness of each goal, by the standard semantics: (goals, batch), metres. Arguments: ``prefix_margins``."""
+    if not goals:
+        return candidates.new_zeros(0, len(candidates))
+    position = candidates.new_zeros(len(candidates), len(team.mission.agents), *candidates.shape[1:])
+    position[:, places(others, candidates.device)] = planned
+    position[:, agent] = candidates
+    states = States(position, velocities(position, float(team.mission.step)))
+    values = Robustness(team, states).values(postorder(goals))
+    return torch.stack([values[goal][:, 0, 0].expand(len(candidates)) for goal in goals])
+
+
+def _body_margin(
+    mission: Mission,
+    agent: int,
+    others: tuple[int, ...],
+    candidates: Tensor,
+    planned: Tensor,
+    around: Surroundings,
+    as_flown: bool,
+) -> Tensor:
     step, one = float(mission.step), mission.agents[agent]
-    parts, batch = around.parts, len(candidates)
+    parts = around.parts
     share = (torch.arange(parts, device=candidates.device) / parts)[:, None].to(candidates)
     between = candidates[:, :-1, None] * (1 - share) + candidates[:, 1:, None] * share
     fine = torch.cat([between.flatten(1, 2), candidates[:, -1:]], dim=1)
@@ -59,20 +90,21 @@ def prefix_margin(
     far = torch.linalg.vector_norm(moved, dim=-1).amax(dim=1)
     margin = torch.minimum(margin, one.dynamics.top_speed * step - far)
     if math.isfinite(one.dynamics.top_acceleration):
-        bend = torch.linalg.vector_norm(moved.diff(dim=1), dim=-1).amax(dim=1)
+        leg = _spline(candidates).diff(dim=1) if as_flown and one.dynamics.has_momentum else moved
+        bend = torch.linalg.vector_norm(leg.diff(dim=1), dim=-1).amax(dim=1)
         margin = torch.minimum(margin, one.dynamics.top_acceleration * step * step - bend)
     if others:
         need, factors = kept_from(mission, agent, others, candidates)
         apart = _approach(candidates[:, None], planned, factors[:, None]).amin(dim=-1) - need
         margin = torch.minimum(margin, apart.amin(dim=1))
-    if goals:
-        position = candidates.new_zeros(batch, count, *candidates.shape[1:])
-        position[:, places(others, candidates.device)] = planned
-        position[:, agent] = candidates
-        values = Robustness(team, States(position, velocities(position, step))).values(postorder(goals))
-        for goal in goals:
-            margin = torch.minimum(margin, values[goal][:, 0, 0].expand(batch))
     return margin
+
+
+def _spline(candidates: Tensor) -> Tensor:
+    """The control points of the splines that are flown: (batch, steps, dim) -> (batch, steps + 1, dim), metres."""
+    begin, end = candidates[:, :1], candidates[:, -1:]
+    halves = (candidates[:, 1:] + candidates[:, :-1]) / 2
+    return torch.cat([begin, begin, halves[:, 1:-1], end, end], dim=1)
 
 
 def _approach(one: Tensor, other: Tensor, factors: Tensor) -> Tensor:

@@ -44,6 +44,7 @@ class ProbeCost:
         goals: ``prefix.about`` these and this one.
         around: with two parts to a step.
         reward: what a metre of the goals' mean robustness is worth, beside a metre of margin that one of them lacks.
+        shares: by what counts what each of them lacks; 1 where there are none.
     """
 
     mission: Mission
@@ -54,13 +55,18 @@ class ProbeCost:
     around: Surroundings
     weights: ProbeWeights
     reward: float
+    shares: tuple[float, ...] = ()
     reads: SparsityPattern = field(init=False)
+    counts: Tensor = field(init=False)
 
     def __post_init__(self) -> None:
         count, steps = len(self.mission.agents), self.mission.steps + 1
         every = sparsity_pattern(self.goals, self.agent, count, steps)
-        mine = tuple(goal for goal in self.goals if goal in every.of)
-        object.__setattr__(self, "reads", sparsity_pattern(mine, self.agent, count, steps))
+        mine = [place for place, goal in enumerate(self.goals) if goal in every.of]
+        reads = sparsity_pattern([self.goals[place] for place in mine], self.agent, count, steps)
+        object.__setattr__(self, "reads", reads)
+        counts = torch.tensor([self.shares[place] if self.shares else 1.0 for place in mine])
+        object.__setattr__(self, "counts", counts.to(self.team.radius))
 
     def __call__(self, waypoints: Tensor, probes: Tensor, planned: Tensor) -> Tensor:
         """(batch, steps, probes).
@@ -144,7 +150,7 @@ class ProbeCost:
         position[:, at(self.others, waypoints.device)] = planned
         position[:, self.agent] = waypoints
         values = PaperRules(self.reads, self.team, position, probes).goals().clamp(-UNLIMITED, UNLIMITED)
-        lacks = (self.weights.margin - values).clamp_min(0.0).sum(dim=0)
+        lacks = ((self.weights.margin - values).clamp_min(0.0) * self.counts[:, None, None, None]).sum(dim=0)
         return self.weights.task * (lacks - self.reward * values.mean(dim=0))
 
 

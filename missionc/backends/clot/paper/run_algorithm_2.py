@@ -81,6 +81,7 @@ def run_algorithm_2(
         begun.motion if preset.seeded else None,
         geodesics,
         preset.deviation * scale(mission),
+        preset.search.printed,
     )
     coupled = couplings(mission, kernel, starts)
     expansion = Expansion(
@@ -123,6 +124,6 @@ def run_algorithm_2(
 def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
     """Who may be planned next; a fixed sequence begins with the agent nearest to the middle of all."""
     if preset.order is SequenceChoice.SEARCHED:
-        return coupled.next_agents
+        return coupled.valid_agents if preset.search.printed else coupled.next_agents
     middle = np.linalg.norm(starts - starts.mean(axis=0), axis=1)
     return in_order(coupled.breadth_first(int(middle.argmin())))

@@ -24,11 +24,11 @@ LEAST_EXPONENT = 40.0
 """Costs that differ by more regularisers than this are scaled as logarithms; exp(-40) squared is still a float32."""
 
 
-def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: int = 200) -> Tensor:
+def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: int = 200, shares: int = 1) -> Tensor:
     """The plan of least cost minus entropy whose marginals are both uniform.
 
     Sinkhorn's iteration, by scaling rows and columns of exp(-costs / regulariser); on logarithms where that would
-    underflow. The whole batch stops at once.
+    underflow. Each share of the batch stops at once, as if it were alone.
 
     Args:
         costs: (batch, steps, directions), finite.
@@ -36,6 +36,7 @@ def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: 
         tolerance: stop when what all directions together receive is off by no
             more than this in every candidate; the whole mass is 1.
         limit: rounds at most.
+        shares: of the batch, of equal size.
 
     Returns:
         (batch, steps, directions), at least 0: a waypoint's weights sum to
@@ -44,37 +45,52 @@ def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: 
     """
     kernel = (costs - costs.amin(2, keepdim=True)) / -regulariser
     if float(kernel.min()) > -LEAST_EXPONENT:
-        return _by_scaling(kernel.exp(), tolerance, limit)
-    return _by_logarithms(kernel, tolerance, limit)
+        return _by_scaling(kernel.exp(), tolerance, limit, shares)
+    return _by_logarithms(kernel, tolerance, limit, shares)
 
 
-def _by_scaling(kernel: Tensor, tolerance: float, limit: int) -> Tensor:
+def _by_scaling(kernel: Tensor, tolerance: float, limit: int, shares: int = 1) -> Tensor:
     steps, ways = kernel.shape[1:]
     turned = kernel.mT.contiguous()
     row = kernel.new_full((len(kernel), steps, 1), 1.0 / steps)
-    column = torch.zeros_like(turned[:, :, :1])
+    column, settled = torch.zeros_like(turned[:, :, :1]), None
     for done in range(1, limit + 1):
-        column = 1.0 / (ways * (turned @ row))
-        row = 1.0 / (steps * (kernel @ column))
+        column = _advanced(column, 1.0 / (ways * (turned @ row)), settled)
+        row = _advanced(row, 1.0 / (steps * (kernel @ column)), settled)
         if done % CHECKED_EVERY == 0:
-            received = column * (turned @ row)
-            if float((received - 1 / ways).abs().sum(1).max()) <= tolerance:
+            settled = _settled((column * (turned @ row))[..., 0], tolerance, shares)
+            if bool(settled.all()):
                 break
     return kernel * row * column.mT
 
 
-def _by_logarithms(kernel: Tensor, tolerance: float, limit: int) -> Tensor:
+def _by_logarithms(kernel: Tensor, tolerance: float, limit: int, shares: int = 1) -> Tensor:
     steps, ways = kernel.shape[1:]
     row = torch.zeros_like(kernel[:, :, :1])
-    column = torch.zeros_like(kernel[:, :1, :])
+    column, settled = torch.zeros_like(kernel[:, :1, :]), None
     for done in range(1, limit + 1):
-        column = -math.log(ways) - torch.logsumexp(kernel + row, dim=1, keepdim=True)
-        row = -math.log(steps) - torch.logsumexp(kernel + column, dim=2, keepdim=True)
+        column = _advanced(column, -math.log(ways) - torch.logsumexp(kernel + row, dim=1, keepdim=True), settled)
+        row = _advanced(row, -math.log(steps) - torch.logsumexp(kernel + column, dim=2, keepdim=True), settled)
         if done % CHECKED_EVERY == 0:
-            received = (kernel + row + column).exp().sum(1)
-            if float((received - 1 / ways).abs().sum(1).max()) <= tolerance:
+            settled = _settled((kernel + row + column).exp().sum(1), tolerance, shares)
+            if bool(settled.all()):
                 break
     return (kernel + row + column).exp()
+
+
+def _settled(received: Tensor, tolerance: float, shares: int) -> Tensor:
+    """Whether all of a candidate's share are done: (batch, 1, 1).
+
+    Args:
+        received: of each direction, (batch, directions).
+    """
+    off = (received - 1 / received.shape[1]).abs().sum(1)
+    done = off.reshape(shares, -1).amax(1) <= tolerance
+    return done.repeat_interleave(len(received) // shares)[:, None, None]
+
+
+def _advanced(before: Tensor, after: Tensor, settled: Tensor | None) -> Tensor:
+    return after if settled is None else torch.where(settled, before, after)
 
 
 def row_softmax(costs: Tensor, regulariser: float) -> Tensor:

@@ -21,7 +21,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeAlias, assert_never
 
 import torch
@@ -48,7 +48,7 @@ def transport(
     fixed: Tensor,
     cost: Cost,
     settings: TransportSettings,
-    generator: torch.Generator,
+    generator: torch.Generator | Sequence[torch.Generator],
     done: Callable[[Tensor], bool] | None = None,
 ) -> Tensor:
     """The waypoints after the iterations of Algorithm 1.
@@ -60,7 +60,8 @@ def transport(
         fixed: (steps,) or (batch, steps), bool: waypoints that keep their place,
             bit by bit.
         cost: see ``Cost``. It may differ from call to call.
-        generator: the same seed gives the same bytes, on one kind of device.
+        generator: the same seed gives the same bytes, on one kind of device. Several are for one equal share of the
+            batch each, which is moved as if it were alone.
         done: asked about the waypoints, at the beginning too; true ends it.
 
     Returns:
@@ -79,6 +80,8 @@ def transport(
         come to rest, which they do in bad places too.
     """
     batch, steps, dim = waypoints.shape
+    generators = [generator] if isinstance(generator, torch.Generator) else generator
+    shares = len(generators)
     corners = directions(settings.polytope, dim).to(waypoints)
     moved_to = len(corners) * settings.probes
     numbers = batch * steps * (dim * dim * 2 + dim * (len(corners) + moved_to) + ARRAYS * moved_to)
@@ -91,11 +94,12 @@ def transport(
             if done is not None and iteration % settings.check_every == 0 and done(waypoints):
                 break
             radius, width = _schedule(settings, iteration)
-            turned = corners @ rotations((batch, steps), dim, generator).to(waypoints).mT
+            turns = torch.cat([rotations((batch // shares, steps), dim, each) for each in generators])
+            turned = corners @ turns.to(waypoints).mT
             offsets = turned[..., None, :] * (radius * fractions)[:, None]
             probes = waypoints[:, :, None] + offsets.flatten(2, 3)
             costs = cost(waypoints, probes).reshape(offsets.shape[:-1]).mean(3).masked_fill(fixed[..., None], 0.0)
-            weights = _weights(_scaled(costs, settings.flat * radius), settings)
+            weights = _weights(_scaled(costs, settings.flat * radius), settings, shares)
             step = (radius * steps) * (weights[..., None, :] @ turned).squeeze(-2)  # equation (8)
             moved = waypoints + smoother(fixed, width).to(waypoints) @ step
             waypoints = torch.where(fixed[..., None], waypoints, moved)
@@ -115,11 +119,11 @@ def _scaled(costs: Tensor, least: float) -> Tensor:
     return above / above.amax(-1, keepdim=True).clamp(min=least)
 
 
-def _weights(costs: Tensor, settings: TransportSettings) -> Tensor:
+def _weights(costs: Tensor, settings: TransportSettings, shares: int) -> Tensor:
     match settings.coupling:
         case Coupling.SOFTMAX:
             return row_softmax(costs, settings.regulariser)
         case Coupling.SINKHORN:
-            return sinkhorn(costs, settings.regulariser)
+            return sinkhorn(costs, settings.regulariser, shares=shares)
         case _:
             assert_never(settings.coupling)

@@ -145,14 +145,16 @@ class TreeSearch:
             self._expand(work)
 
     def values(self) -> Array:
-        """χ of every node, (nodes,): progress, minus the cost for each agent of the mission, plus ψ.
+        """χ of every node, (nodes,): progress, minus the weighted cost, plus ψ.
 
         Source:
-            [clot] (9), ξ the cost of the motions so far, divided as progress is.
+            [clot] (9), ξ the cost of the motions so far; divided as progress is, unless ``printed``.
         """
         planned = np.array([len(planned) for planned in self.tree.planned])
         cost, psi = np.array(self.tree.cost), np.array(self.tree.psi(self.settings.reward))
-        values: Array = (planned - self.settings.eta * cost) / self.agents + psi
+        cost *= self.settings.eta
+        values: Array = planned / self.agents - cost if self.settings.printed else (planned - cost) / self.agents
+        values += psi
         return values
 
     def select(self) -> list[tuple[int, int]]:
@@ -174,16 +176,17 @@ class TreeSearch:
         return list(islice(self._turns(chain((best,), ranked)), size))
 
     def solutions(self) -> tuple[Solution, ...]:
-        """The leaves, cheapest first, less those within ``delta`` of a cheaper one.
+        """The leaves, best first, less those within ``delta`` of a better one.
 
-        That is the order of (9): all leaves have the same progress, and ψ says
-        nothing of a node that is never expanded.
+        The best is the cheapest; where ``printed``, the one of the highest value: all leaves have the same progress,
+        and the ψ of one, which is never expanded, is its parent's.
 
         Source:
             [clot] IV-C.1 (IV).
         """
         tree, distinct_leaves = self.tree, list[int]()
-        for leaf in sorted(tree.leaves(self.agents), key=lambda node: (tree.cost[node], node)):
+        order = -self.values() if self.settings.printed else np.array(tree.cost)
+        for leaf in sorted(tree.leaves(self.agents), key=lambda node: (order[node], node)):
             if not near(tree.motions[leaf], [tree.motions[other] for other in distinct_leaves], self.settings.delta):
                 distinct_leaves.append(leaf)
         return tuple(map(self._solution, distinct_leaves))
@@ -270,12 +273,14 @@ class TreeSearch:
         return all(self.tree.cost[other] > cost for other in similar)
 
     def _prune(self, node: int, agent: int) -> None:
-        """Nodes like one that failed are not expanded by that agent.
+        """Nodes like one that failed are not expanded by that agent; where ``printed``, by nobody.
 
         Source:
-            [clot] IV-C.2, of the nodes it removes the expansions that failed: another agent may do.
+            [clot] IV-C.2, which removes the nodes; of the expansions, not ``printed``, that which failed: another
+            agent may do.
         """
+        barred = range(self.agents) if self.settings.printed else (agent,)
         for other in self.tree.twins(node, self.settings.delta):
-            if self._may(other, agent):
-                self.tree.tries[other][agent] = self.settings.tries
+            if any(self._may(other, each) for each in barred):
+                self.tree.tries[other].update(dict.fromkeys(barred, self.settings.tries))
                 self.pruned += 1

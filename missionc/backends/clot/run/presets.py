@@ -2,16 +2,18 @@
 
     sketch   schedule, key frames, one joint sketch, joint polish; every eighth attempt is a ``search``. The default.
     search   Algorithm 2 over Algorithm 1, seeded with the sketch and its schedule; joint polish at the end.
-    paper    Algorithm 2 over Algorithm 1 as published: the four rules, exact Sinkhorn, the prior alone, no polish.
-    fsot     ``paper`` with one fixed sequence, breadth first, and nothing ever taken back.
-    mpot     ``paper`` without a sequence: the waypoints of all agents are transported at once.
+    paper    Algorithm 2 over Algorithm 1 as published: the four rules, exact Sinkhorn, motions from the prior, (9) and
+             the sequences as printed, no polish.
+    fsot     the same but for (9), with one fixed sequence, breadth first, and nothing ever taken back.
+    mpot     without a sequence: the waypoints of all agents are transported at once.
 
 What ``paper`` keeps of ours: positions for states, a rotation for each waypoint, steps smoothed over
 time (without that next to nothing is found, see ``transport``), scores normalised by visits, and starts
 and finishes that are regions taken from a key frame, for the paper has none of those.
 
 The paper optimises 800 to 1000 trajectories at once on a GPU; ``samples`` is how many here. Where it is not said
-(``--samples``), it is 96 on a CPU, and the paper's 800 on a GPU.
+(``--samples``), it is 96 on a CPU, and the paper's 800 on a GPU. ``paper`` shares them among the nodes of a round, so
+that the fewer nodes there are, the more trajectories each has.
 
 Source:
     [clot] Algorithms 1 and 2; V-A.3 (I) and (II) for ``mpot`` and ``fsot``.
@@ -72,7 +74,8 @@ class Preset:
             samples = self.published or None
         if samples is None:
             return self
-        return replace(self, search=replace(self.search, few_samples=samples, many_samples=samples))
+        few = max(1, samples * self.search.narrow // self.search.wide) if self.search.printed else samples
+        return replace(self, search=replace(self.search, few_samples=few, many_samples=samples))
 
 
 _PUBLISHED = TransportSettings(iterations=40, coupling=Coupling.SINKHORN)
@@ -81,7 +84,7 @@ _PAPER = Preset(
     "paper",
     reward=0.5,
     published=PAPER.many_samples,
-    search=SearchSettings(few_samples=96, many_samples=96),
+    search=replace(PAPER, few_samples=24, many_samples=96),
     transport=_PUBLISHED,
 )
 
@@ -101,7 +104,9 @@ PRESETS = {
         ),
         _PAPER,
         replace(_PAPER, name="fsot", order=SequenceChoice.FIXED, search=replace(FSOT, few_samples=96, many_samples=96)),
-        replace(_PAPER, name="mpot", order=SequenceChoice.TOGETHER),
+        replace(
+            _PAPER, name="mpot", order=SequenceChoice.TOGETHER, search=SearchSettings(few_samples=96, many_samples=96)
+        ),
     )
 }
 

@@ -43,6 +43,9 @@ class SearchSettings:
     """The budget for each agent of the mission, at least 1."""
     improvement: int = 0
     """Further expansions after the first solution, at least 0."""
+    printed: bool = False
+    """Whether (9), the choice among solutions and the pruning are as printed: the cost in (9) is not divided by the
+    number of agents, a solution is chosen by (9) and not by its cost, and nodes like one that failed are closed."""
 
     def __post_init__(self) -> None:
         sound = {
@@ -64,8 +67,9 @@ class SearchSettings:
                 raise ValueError(f"the search cannot use {name} = {getattr(self, name)}")
 
 
-PAPER = SearchSettings(few_samples=800, many_samples=800)
-"""As many trajectories as scenarios 1 and 2 optimise at once; scenario 3 takes 1000.
+PAPER = SearchSettings(few_samples=200, many_samples=800, children=800, printed=True, eta=0.01)
+"""As many trajectories as scenarios 1 and 2 optimise at once, shared by the nodes of a round; scenario 3 takes 1000.
+Each that is feasible makes a node.
 
 Source:
     [clot] V-A.1.
