@@ -8,9 +8,7 @@ from __future__ import annotations
 import hashlib
 import platform
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 from missionc.base.trace import Plan
@@ -100,11 +98,12 @@ def sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-@cache
 def versions() -> dict[str, str]:
     """The version of this package, and of those installed that may change a plan."""
     installed = {"missionc": __version__}
     for package in PACKAGES:
-        with suppress(PackageNotFoundError):
+        try:
             installed[package] = version(package)
+        except PackageNotFoundError:
+            continue
     return installed
