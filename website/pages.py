@@ -55,7 +55,7 @@ def navigation() -> tuple[Page | Section, ...]:
                             Page("A patrol", "docs/howto_patrol.md"),
                             Page("A map from ROS", "docs/howto_ros_map.md"),
                             Page("From plan to flight", "docs/howto_flight.md"),
-                            Page("Read a refusal", "docs/howto_refusal.md"),
+                            Page("Read an infeasibility report", "docs/howto_refusal.md"),
                         ),
                     ),
                     Page("Gallery", "docs/gallery.md"),
