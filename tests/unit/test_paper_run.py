@@ -139,7 +139,7 @@ def test_the_time_limit_ends_an_encoding() -> None:
 
 @pytest.mark.slow
 def test_the_memory_limit_ends_an_encoding() -> None:
-    outcome = planned(MANY_ROUTES, limit=600.0, memory_limit=700 << 20).outcome
+    outcome = planned(MANY_ROUTES, limit=600.0, memory_limit=320 << 20).outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.MEMORY
 
