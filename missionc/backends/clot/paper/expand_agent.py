@@ -240,7 +240,11 @@ class Expansion:
         return Crowd(agent, others, joint.to(self.device), self._cost(agent, others, frozenset((*others, agent)), True))
 
     def _held(self, crowd: Crowd, motions: Tensor, samples: int) -> list[tuple[list[Candidate], float]]:
-        """Of each of the crowd's pieces the candidates that hold, and the best margin, metres."""
+        """Of each of the crowd's pieces the candidates that hold, and the best margin, metres.
+
+        A motion costs its effort, less the room it keeps were those who are planned the whole team. Where ``printed``,
+        what goals lack costs as many metres, so that ξ of (9) stays about as large as the number of robots.
+        """
         margin, whole = self._margins(crowd, motions, True)
         effort = self._effort(motions)
         if self.preset.search.printed:
