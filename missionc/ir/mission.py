@@ -135,6 +135,11 @@ class Mission:
     Of missions that are planned for (``lower.tighten``); of all others nobody's is known."""
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the agents, in their order."""
+        return tuple(agent.name for agent in self.agents)
+
+    @property
     def dimension(self) -> int:
         return self.world.dimension
 

@@ -96,7 +96,9 @@ OPEN = PAIR.replace("obstacle rock = disc at (3.8, 2.8) radius 0.5\n", "").repla
 @pytest.mark.parametrize("name", NAMES)
 def test_every_preset_plans_a_small_mission_and_the_verifier_agrees(name: str) -> None:
     samples = {} if name in ("sketch", "search") else {"samples": 48 if name == "mpot" else 16}
-    assert isinstance(planned(OPEN, name, **samples), Planned)
+    outcome = planned(OPEN, name, **samples)
+    assert isinstance(outcome, Planned)
+    assert [each.by for each in outcome.report.solved] == ["sketch" if name == "sketch" else "transport"]
 
 
 @pytest.mark.parametrize("name", ["search", pytest.param("fsot", marks=pytest.mark.slow)])

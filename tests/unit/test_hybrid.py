@@ -57,6 +57,10 @@ def test_hops_and_a_total_tolerance_are_planned_together_by_auto() -> None:
     assert outcome.plan.backend == "hybrid"
     assert outcome.certificate.passed
     assert "discrete" in dict(outcome.report.seconds)
+    *on_roadmap, last = outcome.plan.solved
+    assert {each.by for each in on_roadmap} <= {"z3", "cadical", "search"}
+    assert sorted(name for each in on_roadmap for name in each.agents) == sorted(last.agents)
+    assert last.by == "polish"
 
 
 def test_the_same_seed_gives_the_same_bytes() -> None:

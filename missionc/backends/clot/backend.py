@@ -145,10 +145,6 @@ class Run:
         """How large a motion is."""
         return len(self.mission.agents) * self.mission.steps
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(agent.name for agent in self.mission.agents)
-
     def __post_init__(self) -> None:
         self.preset = preset(self.options.preset, self.options.samples, self.options.device)
         with self.account.stage("lower"):
@@ -226,8 +222,7 @@ class Run:
         for motion in motions:
             reached = self.polished(motion, begun.schedule.choices, number, way, replace(begun, motion=motion))
             if reached is not None:
-                method = TRANSPORT if way.local else SKETCH
-                return replace(reached, solved=(Solved(method, self.names),))
+                return replace(reached, solved=(Solved(TRANSPORT if way.local else SKETCH, self.mission.names),))
         return None
 
     def searched(

@@ -71,9 +71,9 @@ class Repair:
         if found is None:
             reason = Reason.SOLVER if in_time() else Reason.TIME
             return NotFound(reason, "no plan was found near the motion", account.report())
-        before, names = self.found, (agent.name for agent in mission.agents)
+        before = self.found
         report = replace(account.report(), sizes=before.sizes, texts=before.texts, roadmaps=before.roadmaps)
-        return Planned(found, replace(report, solved=then_polished(before.solved, names)))
+        return Planned(found, replace(report, solved=then_polished(before.solved, mission.names)))
 
     def _repaired(self, mission: Mission, kernel: Kernel, go_on: Callable[[], bool], account: Account) -> Trace | None:
         made = splines(mission)

@@ -76,8 +76,7 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
         account.cut()
     report, more = planned.report, account.report()
     seconds, notes = (*report.seconds, *more.seconds), (*report.notes, *more.notes)
-    names = (agent.name for agent in mission.agents)
-    solved = report.solved if straight is planned.trace else then_polished(report.solved, names)
+    solved = report.solved if straight is planned.trace else then_polished(report.solved, mission.names)
     return Planned(straight, replace(report, seconds=seconds, notes=notes, cut_short=more.cut_short, solved=solved))
 
 

@@ -133,7 +133,7 @@ class Run:
         reached = self.smooth.polished(start.position, start.choices, number)
         if reached is None:
             return None
-        return replace(reached, solved=then_polished(start.solved, self.smooth.names))
+        return replace(reached, solved=then_polished(start.solved, self.mission.names))
 
     def start(self, number: int) -> Start | None:
         """A plan of Z3's for what is discrete, with the choices it makes, if there is one."""

@@ -123,11 +123,6 @@ class Run(PacedRun):
         self.given, self.kernel = self.kernel, bounded_above(self.kernel)
         self.measured = measured_goals(self.given.goals)
 
-    @property
-    def jointly(self) -> bool:
-        """Whether only a solver may answer, for all agents in one problem."""
-        return self.options.require_solver
-
     def turns(self, attempts: Iterable[Attempt] | None = None) -> Turns:
         """The run in turns, on all roadmaps or on some."""
         if attempts is None:
@@ -227,7 +222,7 @@ class Run(PacedRun):
                 self.budget,
                 self.account,
                 solvers,
-                self.options.certify or self.jointly,
+                self.options.certify or self.options.require_solver,
             )
             return questions.smallest(conflict, refused)
 
@@ -246,7 +241,7 @@ class Run(PacedRun):
 
     def refused_alone(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> NoPlan | None:
         """A refusal of one requirement for what single agents can do, where no clauses are asked for."""
-        if self.options.certify or self.options.captures or self.jointly:
+        if self.options.certify or self.options.captures or self.options.require_solver:
             return None
         goals = [goal for goal in self.kernel.requirements if goal.name not in self.measured]
         names = infeasible_alone(goals, self.mission, roadmaps, self.account)
@@ -305,7 +300,7 @@ class Run(PacedRun):
         """A plan made for few agents at a time, if there is one: with the work of a turn, then with all it may take."""
         mission, kernel = self.mission, self.kernel
         better = bool(kernel.preferences) or mission.objective is not Objective.NONE
-        if self.jointly or mission.steps == 0 or (better and whole_moves(roadmaps) < WHOLE):
+        if self.options.require_solver or mission.steps == 0 or (better and whole_moves(roadmaps) < WHOLE):
             return None
         self.layer = FEW
         least, most = FEW_EACH * len(mission.agents), max(PRIORITIZED, PRIORITIZED_EACH * len(mission.agents))
@@ -370,14 +365,14 @@ class Run(PacedRun):
             solvers.relieve()
             result = search.find(required, self.effort(search))
         if isinstance(result, JointMotion):
-            account.solved = self.by_solver(solvers)
+            account.solved = (Solved(solvers.answered, self.mission.names),)
             if kernel.preferences or self.mission.objective is not Objective.NONE:
                 hold()
                 self.budget.found(
                     Planned(lift(result.states, problem.motion.own_roadmaps, self.mission), account.report())
                 )
             result = improve(result, kernel, lowered.goals, search, self.budget.enough)
-            account.solved = self.by_solver(solvers)
+            account.solved = (Solved(solvers.answered, self.mission.names),)
             if solvers.cut:
                 account.cut()
         elif isinstance(result, Unsatisfiable) and not lowered.shortened:
@@ -394,10 +389,6 @@ class Run(PacedRun):
                 return Unsettled() if self.measured.intersection(conflict) else NoPlan(conflict, search.clauses, core)
             case Stopped(reason, detail):
                 return self.not_found(reason, detail)
-
-    def by_solver(self, solvers: Solvers) -> tuple[Solved, ...]:
-        """All agents, as planned by the solver that had the last model."""
-        return (Solved(solvers.answered, tuple(agent.name for agent in self.mission.agents)),)
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
         refused = f"roadmaps of {all_listed([*map(str, self.refused)])} nodes hold no plan" if self.refused else ""

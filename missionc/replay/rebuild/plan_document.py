@@ -38,7 +38,7 @@ def _solved(opened: OutputFolder) -> tuple[Solved, ...]:
     match parse_json(opened.text(PLAN), finite=False):
         case {"solved": records}:
             with suppress(ValueError):
-                return read_solved(records, (agent.name for agent in opened.mission.agents))
+                return read_solved(records, opened.mission.names)
     return ()
 
 

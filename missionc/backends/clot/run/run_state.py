@@ -153,7 +153,7 @@ def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Missio
         search = Searching(own, str(fields["text"]), _count(fields["planned"]), _margin(fields["margin"]))
     if words["reached"]:
         chosen = _choices(arrays["reached.choices"], mission, graph)
-        solved = read_solved(words["solved"], (agent.name for agent in mission.agents))
+        solved = read_solved(words["solved"], mission.names)
         reached = Reached(_shaped(arrays["reached.control"], control), chosen, solved=solved)
     notes = tuple(map(str, words["notes"]))
     beside = {str(name): str(word) for name, word in dict(words["beside"]).items()}

@@ -81,5 +81,5 @@ def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart
     if not judged.is_plan:
         leaves = "" if apart else ", which leaves out collisions,"
         return not_found(Reason.METHOD, f"the model of the encoding{leaves} is no plan", judged)
-    account.solved = (Solved("z3", tuple(agent.name for agent in mission.agents)),)
+    account.solved = (Solved("z3", mission.names),)
     return Planned(trace, replace(account.report(), roadmaps=graphs_of(mission, prms)))
