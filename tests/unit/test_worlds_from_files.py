@@ -37,8 +37,8 @@ from missionc.diagnostics.code import (
     WRONG_DIMENSION,
     Code,
 )
+from missionc.lsp.background_checks import diagnostics
 from missionc.lsp.goto import definition
-from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.rename import RefusedError, rename
 from missionc.maps import libraries
 from missionc.pipeline.driver import check

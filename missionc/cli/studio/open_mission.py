@@ -15,7 +15,7 @@ from missionc.cli.studio.mission_lists import SUFFIX, Shelf, taken
 from missionc.cli.studio.text_file import TextFile, opened
 from missionc.diagnostics.code import UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.lsp.scene.pieces import Json
+from missionc.lsp.scene.scene import Json
 from missionc.output.folder.unwritable import cannot_write
 from missionc.output.folder.write_file import write_file
 from missionc.syntax.parse import read

@@ -27,9 +27,9 @@ from missionc.diagnostics.code import OUTPUT_EXISTS
 from missionc.diagnostics.defect import defect
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import counts
+from missionc.lsp.background_checks import diagnostics
 from missionc.lsp.open_text import LIMITS, OpenText
-from missionc.lsp.publish_diagnostics import diagnostics
-from missionc.lsp.scene.pieces import Json
+from missionc.lsp.scene.scene import Json
 from missionc.syntax import ast
 
 if TYPE_CHECKING:

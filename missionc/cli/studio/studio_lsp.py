@@ -6,8 +6,7 @@ import asyncio
 from collections.abc import Callable
 
 from missionc.lsp.open_text import LIMITS, OpenText
-from missionc.lsp.scene.pieces import Json
-from missionc.lsp.scene.scene import scene
+from missionc.lsp.scene.scene import Json, scene
 from missionc.lsp.server import Server, made
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missionc.base.units import UNITS
-from missionc.lsp.scene.pieces import Json
+from missionc.lsp.scene.scene import Json
 from missionc.syntax.tokens import DECLARATIONS, STATES, WORDS
 
 COLOURS = {
