@@ -40,9 +40,9 @@ from missionc.kernel.nodes import (
 from missionc.kernel.walk import more_than, postorder
 from missionc.language.walk_formulas import bits_of
 from missionc.monitoring.end_columns import MOST_NODES
+from missionc.world import plain_floats
 from missionc.world.area import SURE
 from missionc.world.configuration_space import covers
-from missionc.world.plain_floats import Place
 
 FEW = 256
 """Agents that are looked at; of larger teams nothing is said."""
@@ -58,7 +58,9 @@ def check_first_step(
     """
     if len(mission.agents) > FEW:
         return
-    joint = tuple(Place(each.start.point) if isinstance(each.start, Exactly) else None for each in mission.agents)
+    joint = tuple(
+        plain_floats.Place(each.start.point) if isinstance(each.start, Exactly) else None for each in mission.agents
+    )
     starts = Starts(mission, ground, (1 << len(mission.agents)) - 1, joint)
     for requirement, goal in undecided:
         awaited = _awaited(goal)

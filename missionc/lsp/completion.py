@@ -128,9 +128,7 @@ def _nothing() -> Callable[..., object]:
     return lambda span, *parts: None
 
 
-MEASURES: dict[str, Dimension] = {
-    name: figure.dimension for name, figure in (FIGURES | PAD_FIGURES).items()
-} | {
+MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in (FIGURES | PAD_FIGURES).items()} | {
     **dict.fromkeys(("altitude", "spacing", "tolerance", "proximity", "beacons", "sight"), Dimension.LENGTH),
     **dict.fromkeys(("separation", "clearance", "distance"), Dimension.LENGTH),
     **dict.fromkeys(("step", "horizon", "delay"), Dimension.TIME),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from missionc.base.late_dataclass import dataclass
 
 CONFIDENCE = 0.95
 

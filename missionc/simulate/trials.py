@@ -10,10 +10,10 @@ nothing is drawn all flights are one and the same, and one is flown.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import dataclass
 from missionc.base.trace import Array
 from missionc.curves.crazyflie_csv import Pieces
 from missionc.ir import Mission

@@ -29,8 +29,8 @@ from missionc.output.folder.manifest import sha256
 from missionc.pipeline import driver
 from missionc.pipeline.results import Compiled, Refused, Verified
 from missionc.pipeline.run_limited import Ended, within
+from missionc.sweep.run_answer import ERROR, RunResult, Value
 from missionc.sweep.run_request import Flights, Request
-from missionc.sweep.run_result import ERROR, RunResult, Value
 from missionc.syntax.read_file import LINK
 
 if TYPE_CHECKING:

@@ -6,6 +6,12 @@
 
 Whichever it is, a text goes to it and a text comes back; it is Dask's scheduler
 that knows who has time, and gives the runs of a worker that dies to others.
+
+The worker's side of a run: a text goes to a process of this thread's own, and its answer comes back.
+
+What an executor calls takes a text and gives one, so that nothing else has to
+travel. The process (``run_server``) stays for the next run; where it dies,
+another one takes the run over, once.
 """
 
 from __future__ import annotations
@@ -14,6 +20,8 @@ import logging
 import os
 import re
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
@@ -21,14 +29,129 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from missionc.diagnostics.code import CLUSTER_UNREACHABLE, EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
-from missionc.sweep import run_process
+from missionc.sweep import run_answer
 
 if TYPE_CHECKING:
     from distributed import Client
+
+
+TRIES = 2
+"""Processes that a run is given to, one after the other, where they die."""
+PROCESS_PATIENCE = 5.0
+"""Seconds that a process may take to end once nobody asks it any more."""
+SERVER = "missionc.sweep.run_server"
+HOME = Path(__file__).resolve().parents[2]
+"""Where this package lies: the process is to have the same one."""
+
+
+class RunProcess:
+    """A process that answers requests one after the other; it is started with the first."""
+
+    def __init__(self) -> None:
+        self._room = TemporaryDirectory(prefix="missionc-sweep-", ignore_cleanup_errors=True)
+        self._process = _started_process(self._room.name)
+
+    def ask(self, request: str) -> str:
+        """The answer; empty where the process died first."""
+        process = self._process
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            process.stdin.write(request.encode("ascii") + b"\n")
+            process.stdin.flush()
+            line = process.stdout.readline()
+        except (OSError, ValueError):  # it has died, or was ended from another thread
+            return ""
+        return line.decode("ascii").removesuffix("\n") if line.endswith(b"\n") else ""
+
+    def end(self) -> None:
+        """End it, with the run under way; from whichever thread."""
+        process = self._process
+        process.terminate()
+        try:
+            process.wait(PROCESS_PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        for stream in (process.stdin, process.stdout):
+            with suppress(OSError, ValueError):
+                assert stream is not None
+                stream.close()
+        self._room.cleanup()
+
+
+class RunProcesses:
+    """The processes of some threads, one each: none before its thread asks, and none once they are ended."""
+
+    def __init__(self) -> None:
+        self._own = threading.local()
+        self._all: set[RunProcess] = set()
+        self._lock = threading.Lock()
+        self._ended = False
+
+    def answer_to(self, request: str) -> str:
+        """The answer to a request (``run_request.written``), as a text that ``run_answer.read`` reads."""
+        for _ in range(TRIES):
+            process = self._of_this_thread()
+            if process is None:
+                return run_answer.failed("the run was interrupted")
+            answer = process.ask(request)
+            if answer:
+                return answer
+            self._forget(process)
+        return run_answer.failed(f"the process of the run died, {TRIES} times")
+
+    def end(self) -> None:
+        """End them all, with the runs under way."""
+        with self._lock:
+            self._ended = True
+            left, self._all = self._all, set()
+        for process in left:
+            process.end()
+
+    def _of_this_thread(self) -> RunProcess | None:
+        process: RunProcess | None = getattr(self._own, "process", None)
+        with self._lock:
+            if self._ended:
+                return None
+            if process is None:
+                process = self._own.process = RunProcess()
+                self._all.add(process)
+        return process
+
+    def _forget(self, process: RunProcess) -> None:
+        self._own.process = None
+        with self._lock:
+            mine = process in self._all
+            self._all.discard(process)
+        if mine:
+            process.end()
+
+
+def _started_process(room: str) -> subprocess.Popen[bytes]:
+    path = os.pathsep.join(filter(None, (str(HOME), os.environ.get("PYTHONPATH", ""))))
+    return subprocess.Popen(  # noqa: S603 (our own interpreter, and our own module)
+        [sys.executable, "-P", "-m", SERVER, room],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": path, "TMPDIR": room},
+        start_new_session=True,  # Ctrl-C is the parent's to act on
+    )
+
+
+_here = RunProcesses()
+
+
+def answer_to(request: str) -> str:
+    """``RunProcesses.answer_to`` of this process, for a worker that is told no more than a function's name."""
+    return _here.answer_to(request)
+
 
 LOCAL = re.compile(r"local:(\d+)")
 ADDRESS = re.compile(r"[a-z][a-z+]*://\S+")
@@ -38,7 +161,7 @@ UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.tic
 """Settings of a cluster that is started here: nobody looks at a profile of workers that wait for a process."""
 AGAIN = 4
 """Times that a request is given to a cluster once more that gave it up."""
-PATIENCE = 10.0
+CONNECTION_PATIENCE = 10.0
 """Seconds to reach a scheduler, and then for its first worker."""
 
 
@@ -79,7 +202,7 @@ def understood(cluster: str) -> bool:
 @contextmanager
 def on_this_machine(count: int) -> Iterator[Pool]:
     """So many threads, each of which waits for a process of its own; they end with this."""
-    processes = run_process.RunProcesses()
+    processes = RunProcesses()
     executor = ThreadPoolExecutor(count, thread_name_prefix="run")
     try:
         yield Pool(executor, processes.answer_to, lambda: count)
@@ -113,24 +236,24 @@ def on_cluster(cluster: str) -> Iterator[Pool | Diagnostic]:
     assert isinstance(client, Client)
     try:
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=CONNECTION_PATIENCE)
         except TimeoutError:
             yield _unreachable(cluster, "it has no worker")
             return
-        yield Pool(client.get_executor(pure=False), run_process.answer_to, lambda: _threads(client))
+        yield Pool(client.get_executor(pure=False), answer_to, lambda: _threads(client))
     finally:
         own = client.cluster
         for each in (client, own):
             with suppress(Exception):  # whatever is wrong with it, nobody asks it any more
                 if each is not None:
-                    each.close(timeout=PATIENCE)
+                    each.close(timeout=CONNECTION_PATIENCE)
 
 
 def _connected(cluster: str) -> Client:
     from distributed import Client
 
     known: dict[str, Any] = {"address": cluster} if ADDRESS.fullmatch(cluster) else {"scheduler_file": cluster}
-    return Client(**known, timeout=PATIENCE, set_as_default=False)
+    return Client(**known, timeout=CONNECTION_PATIENCE, set_as_default=False)
 
 
 def _started(count: int) -> Client:

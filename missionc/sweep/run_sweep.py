@@ -27,10 +27,9 @@ from missionc.output.folder.write_folder import write_folder
 from missionc.sweep import executors, run_answer, run_request
 from missionc.sweep.append_journal import Journal
 from missionc.sweep.executors import Pool
-from missionc.sweep.run_answer import Answer
+from missionc.sweep.run_answer import ERROR, Answer, RunResult
 from missionc.sweep.run_grid import Combination, Run
 from missionc.sweep.run_request import Request, Settings
-from missionc.sweep.run_result import ERROR, RunResult
 from missionc.sweep.sweep_folder import JOURNAL, PLANS, Row
 
 AHEAD = 4

@@ -28,7 +28,7 @@ from missionc.replay.simulate_folder import fly_here
 from missionc.simulate.judge_flight import Flight
 from missionc.simulate.trial_bounds import QUADROTOR
 from missionc.simulate.trials import Trial, Trials
-from missionc.sweep import executors, flight_records, run_answer, trial_request
+from missionc.sweep import executors, flights_journal, run_answer, trial_request
 from missionc.sweep.carry_out_trials import FLOWN, RECORDS
 from missionc.sweep.executors import Pool
 from missionc.sweep.flights_journal import FlightsJournal
@@ -142,7 +142,7 @@ class SpreadTrials:
         if answer.result.outcome != FLOWN:
             raise NotFlown(executors.not_done(str(answer.result.values.get("says"))))
         records = dict(answer.result.files)[RECORDS]
-        flights = flight_records.read(records, shown.flights[0].trace)
+        flights = flights_journal.read(records, shown.flights[0].trace)
         wrong = self.journal.add(part.first, records, flights) if self.journal else None
         if wrong:
             raise NotFlown(wrong)

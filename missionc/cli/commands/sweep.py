@@ -40,8 +40,7 @@ from missionc.pipeline import driver
 from missionc.simulate.trial_bounds import MOST_FLIGHTS
 
 if TYPE_CHECKING:
-    from missionc.sweep.carry_out_sweep import SweepRequest
-    from missionc.sweep.remaining_time import RemainingTime
+    from missionc.sweep.carry_out_sweep import RemainingTime, SweepRequest
     from missionc.sweep.run_grid import Run
     from missionc.sweep.sweep_folder import Row
 
@@ -132,9 +131,8 @@ def command(
     if not trials and (any(amounts.values()) or lost):
         raise click.UsageError("disturbances are of flights; add `--simulate N`")
     from missionc.sweep.carry_out_sweep import SweepRequest, carry_out_sweep
-    from missionc.sweep.run_grid import Grid
+    from missionc.sweep.run_grid import Grid, read_varied
     from missionc.sweep.run_request import Flights, Settings
-    from missionc.sweep.varied_values import read_varied
 
     throughout = Throughout.REQUIRED if continuous else Throughout.AT_STEPS if at_steps else Throughout.WANTED
     values = read_varied(varied, [name for name, _ in overrides])
@@ -195,7 +193,7 @@ class _Told:
         self._say(f"checking: {done}/{self._total} combinations")
 
     def _began(self, left: list[Run], rows: Mapping[Run, Row]) -> None:
-        from missionc.sweep.remaining_time import RemainingTime
+        from missionc.sweep.carry_out_sweep import RemainingTime
 
         self._left, self._total = len(left), len(left) + len(rows)
         self._known = RemainingTime(Counter(run.values for run in left), rows)

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from missionc.base.late_dataclass import dataclass
 from missionc.maps.dxf.curves import Arc, Curve, Points, Spline, Straight, UnusableError
 
 Edge: TypeAlias = Straight | Arc
@@ -33,7 +34,7 @@ FRAME_POINT, SMOOTHED, ROUND_START, ROUND_END = 16, 4, 64, 1024
 """Flags: of a vertex that is not drawn, of a smoothed mesh, and of the half discs at the ends of a multiline."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Shape:
     """Everything that one entity draws.
 
