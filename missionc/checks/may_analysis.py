@@ -38,8 +38,7 @@ from missionc.kernel.nodes import (
 )
 from missionc.kernel.walk import children, postorder
 from missionc.language.walk_formulas import bits_of
-from missionc.world.area import Area
-from missionc.world.configuration_space import disjoint, empty
+from missionc.world.configuration_space import Area, disjoint, empty
 
 MOST_ASKED = 20_000
 """Pairs of a node and an agent that it is asked of; of a goal with more nothing is said."""

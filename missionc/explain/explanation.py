@@ -2,6 +2,13 @@
 
 in   Mission, and the backend that was chosen for it
 out  Explained, lines, a JSON document
+
+Sentences on teams that come from the floor: where they stand, how high they rise, how fast, and where they land.
+
+Traps of a formula: conventions it hangs on that other tools have otherwise, and the example of each.
+
+in   a formula
+out  Traps of ``convention_examples``, in their order
 """
 
 from __future__ import annotations
@@ -17,16 +24,16 @@ from missionc.base.figures import counted
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Turn
 from missionc.checks.check_horizons import steps_ahead
-from missionc.explain.convention_examples import Trap
-from missionc.explain.flights import flights_said
-from missionc.explain.indexed import for_each_index, with_indices
+from missionc.explain import convention_examples
+from missionc.explain.convention_examples import Example, Trap
 from missionc.explain.phrases import names
-from missionc.explain.sentences import Sentences, sentences
-from missionc.explain.traps import table, traps_of
+from missionc.explain.sentences import Sentences, for_each_index, sentences, with_indices
 from missionc.explain.window_diagram import WIDTH, Span, draw, windows
 from missionc.ir import (
+    Agent,
     Apply,
     Compare,
+    Exactly,
     Flag,
     Flagged,
     Formation,
@@ -42,12 +49,111 @@ from missionc.ir import (
     Resource,
     Sight,
     Weight,
+    Window,
 )
 from missionc.ir.pair_ranges import directed
-from missionc.ir.wording import all_listed, listed, seconds
-from missionc.language.walk_formulas import as_written, bottom_up, goals
+from missionc.ir.wording import all_listed, listed, metres, seconds
+from missionc.language.operators import by_name
+from missionc.language.walk_formulas import as_written, bottom_up, goals, reaches_back
 from missionc.lower.choose_backend import Choice, needs_of
-from missionc.resolve.show_ir_formula import number
+from missionc.resolve.show_ir import number
+
+
+def flights_said(mission: Mission) -> list[str]:
+    """One for each team that says ``flight``."""
+    teams: dict[str, list[Agent]] = {}
+    for agent in mission.agents:
+        if agent.pad is not None:
+            teams.setdefault(agent.team, []).append(agent)
+    return [_said(mission, name, agents) for name, agents in teams.items()]
+
+
+def _said(mission: Mission, name: str, agents: list[Agent]) -> str:
+    pad = agents[0].pad
+    assert pad is not None
+    where = "from below where it starts" if pad.point is None else "from pads of its own"
+    heights = {_height(mission, agent) for agent in agents}
+    high = heights.pop() if len(heights) == 1 else None
+    up = "to the height of its starts" if high is None else f"to {metres(high)}"
+    fast = "" if math.isinf(pad.rise) else f" at {number(pad.rise)} m/s at most"
+    slow = "" if math.isinf(pad.land) else f" at {number(pad.land)} m/s at most"
+    return f"`{name}` rises {where} {up}{fast}, and comes back to land there{slow}"
+
+
+def _height(mission: Mission, agent: Agent) -> float | None:
+    """None where only a plan can tell."""
+    if mission.dimension < 3:
+        return float(agent.altitude)
+    if agent.pad is not None and agent.pad.hover is not None:
+        return agent.pad.hover
+    return agent.start.point[2] if isinstance(agent.start, Exactly) else None
+
+
+def traps_of(formula: Formula) -> tuple[Trap, ...]:
+    """Every trap that the formula touches, once."""
+    names: set[str] = set()
+    windowed: set[Formula] = set()
+    for part in bottom_up([formula], as_written):
+        names.update(_touched(part))
+        below = any(operand in windowed for operand in as_written(part))
+        window = isinstance(part, Apply) and isinstance(part.bounds, Window) and not reaches_back(part)
+        if window and below:
+            names.add(convention_examples.CLIPPING.name)
+        if window or below:
+            windowed.add(part)
+    return tuple(trap for trap in convention_examples.TRAPS if trap.name in names)
+
+
+def _touched(part: Formula) -> Iterator[str]:
+    match part:
+        case Holds(predicate):
+            if predicate.region:
+                yield convention_examples.BORDER.name
+            if predicate.graph:
+                yield convention_examples.LINK.name
+        case Apply(operator, _, bounds):
+            yield from by_name[operator.name].traps(part)
+            if isinstance(bounds, Length):
+                yield convention_examples.LINK.name
+            elif isinstance(bounds, Window) and bounds.high is not None:
+                yield convention_examples.CLOSED_WINDOW.name
+        case _:
+            return
+
+
+def table(example: Example) -> list[str]:
+    """The run, a line for each formula, a column for each step or agent; then the two readings of it."""
+    count = len(example.places) if example.agents else len(example.places[0])
+    heads = [f"a[{index}]" if example.agents else f"{index} s" for index in range(count)]
+    wide = max(len(name) for name, _ in example.rows)
+    lines = [f"{'':{wide}}  {'  '.join(f'{head:>4}' for head in heads)}"]
+    for name, cells in example.rows:
+        lines.append(f"{name:{wide}}  {'  '.join(f'{_word(cell):>4}' for cell in cells)}")
+    if example.agents:
+        lines.append(f"{'linked':{wide}}  {', '.join(linked(example)) or 'nobody'}")
+    first, second = (example.holds, not example.holds)
+    asked, otherwise = _shown(example.asked), _shown(example.otherwise)
+    wide = max(len(asked), len(otherwise))
+    lines.append(f"{asked:{wide}}  {'holds' if first else 'fails'}, as it is here")
+    lines.append(f"{otherwise:{wide}}  {'holds' if second else 'fails'}, the other reading")
+    return lines
+
+
+def _shown(formula: str) -> str:
+    """A formula of a run as a table shows it: asked at `a[0]`, on the one graph there is."""
+    bare = formula.removeprefix("a[0]: ").replace(" on radio", "")
+    return bare[1:-1] if bare != formula and bare.startswith("(") and bare.endswith(")") else bare
+
+
+def linked(example: Example) -> list[str]:
+    """The links of a run at one step, strictly under 1 m."""
+    places = [path[0] for path in example.places]
+    pairs = [(one, other) for other in range(len(places)) for one in range(other)]
+    return [f"a[{one}]-a[{other}]" for one, other in sorted(pairs) if math.dist(places[one], places[other]) < 1]
+
+
+def _word(cell: str) -> str:
+    return "yes" if cell == "T" else "no"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,8 +22,7 @@ from missionc.base.source import Span
 from missionc.diagnostics.code import UNUSED_NAME, Severity
 from missionc.diagnostics.model import Diagnostic
 from missionc.lsp.open_text import LIMITS, OpenText
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import check
+from missionc.pipeline.front_end import Checked, check
 
 SEVERITIES = {Severity.ERROR: types.DiagnosticSeverity.Error, Severity.WARNING: types.DiagnosticSeverity.Warning}
 _INCLUDE = re.compile(r'^[ \t]*include\s+"[^"\n]*"', re.MULTILINE)

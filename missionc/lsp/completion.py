@@ -29,12 +29,12 @@ from missionc.ir import FIGURES, PAD_FIGURES
 from missionc.language.predicates import CALLED
 from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.lsp.word_help import meaning
-from missionc.resolve.names import AGENTS, STATE_WORDS, Kind
-from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
+from missionc.resolve.context import AGENTS, STATE_WORDS, Kind
+from missionc.resolve.resolve_agents import SETTINGS as DYNAMICS
 from missionc.resolve.resolve_formations import SETTINGS as FORMATIONS
 from missionc.resolve.resolve_formulas import FORMULAS
 from missionc.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS, ROADMAP
-from missionc.resolve.resolve_resources import MARKS, RATES
+from missionc.resolve.resolve_graphs import MARKS, RATES
 from missionc.syntax import parse_table
 from missionc.syntax.machine import Machine
 from missionc.syntax.parse import feed

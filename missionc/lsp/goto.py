@@ -12,8 +12,7 @@ from pathlib import Path, PurePosixPath
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
-from missionc.lsp.open_text import OpenText
-from missionc.lsp.outline import Name
+from missionc.lsp.open_text import Name, OpenText
 from missionc.syntax.read_file import strange
 from missionc.syntax.tokens import TEXT
 

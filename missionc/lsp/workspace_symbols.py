@@ -16,7 +16,7 @@ from missionc.base.source import Source, Span
 from missionc.diagnostics.model import Diagnostic
 from missionc.lsp.open_text import LIMITS, OpenText
 from missionc.output.folder.file_names import MANIFEST
-from missionc.resolve.names import Kind, Named, kind_of
+from missionc.resolve.context import Kind, Named, kind_of
 from missionc.syntax import ast
 from missionc.syntax.read_file import read_source
 

@@ -74,7 +74,7 @@ class CoverSide:
         if not isinstance(self.answer, Refused):
             return None
         if self.options.certify and not self.account.files:
-            from missionc.pipeline.certify_refusal import certify_refusal
+            from missionc.pipeline.claim_cover import certify_refusal
 
             certify_refusal(self.answer, self.mission, self.meant, self.budget, self.account)
         report = replace(self._report(after or Report()), files=tuple(self.account.files.items()))

@@ -9,6 +9,11 @@ Values in, values out: nothing is printed, and only ``read_file`` opens files. A
 stage that finds errors is the last to run; the checks of the mission as meant
 run together, so that one run reports all they find. Whatever loads a solver
 or a large library is imported where it is used, so that ``check`` stays quick.
+
+A backend asked within the limits of a compilation: its answer, or the best plan that it had when a limit came.
+
+in   a backend, Mission, Kernel, Options, Budget
+out  its Outcome
 """
 
 from __future__ import annotations
@@ -25,8 +30,10 @@ from missionc.backends.api import (
     CutShort,
     Impossible,
     NotFound,
+    Outcome,
     Planned,
     Progress,
+    Report,
     Tried,
     UnusableSnapshot,
     ignore,
@@ -47,20 +54,84 @@ from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
 from missionc.lower.choose_backend import Choice
 from missionc.pipeline import no_plan
-from missionc.pipeline.ask_backend import ask_backend, not_found
 from missionc.pipeline.ask_bound import BoundSide
-from missionc.pipeline.certify_plan import certify_plan, reserved_time
+from missionc.pipeline.certify_plan import certify_plan, reserved_time, to_draw
 from missionc.pipeline.check_preset import check_preset
-from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
-from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
-from missionc.pipeline.incumbent import Incumbent, cut_short, discard, improved
+from missionc.pipeline.front_end import ANY_BACKEND, Checked, Stopwatch, check
+from missionc.pipeline.incumbent import CUT_SHORT, Incumbent, cut_short, discard, improved
 from missionc.pipeline.judge_motion import live_session, monitor
 from missionc.pipeline.plan_calmly import plan_calmly
 from missionc.pipeline.plan_throughout import acceptable, falls_short, plan_throughout
+from missionc.pipeline.plan_with_margin import plan_with_margin
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.results import Compiled, CompileOutcome, Refused, Unverified, Verified
 from missionc.pipeline.run_limited import Ended, within
+
+KEPT_BACK = 0.25
+"""The share kept back from a search that refuses nothing, and so may take all the time: for why it found no plan."""
+
+
+def ask_backend(
+    backend: Backend,
+    mission: Mission,
+    kernel: Kernel,
+    options: Options,
+    budget: Budget,
+    explain_limit: Seconds,
+    moment: float,
+    incumbent: Incumbent,
+    covers: bool = True,
+    calm: float = 1.0,
+) -> Outcome:
+    """A backend's answer; the last plan that it had, if a limit or a defect ended the search for a better one.
+
+    Args:
+        incumbent: receives each plan that the search goes on to improve.
+
+    Raises:
+        UnusableSnapshot: the run to be resumed cannot be.
+    """
+    now = Progress("lower")
+
+    def listen(progress: Progress) -> None:
+        nonlocal now
+        now = progress
+        budget.listen(progress)
+        incumbent.look()
+
+    until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
+    asked_of = replace(budget, deadline=until, listen=listen, found=incumbent.found)
+    work = partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=covers, calm=calm)
+    try:
+        answer = within(moment, work)
+    except UnusableSnapshot:
+        raise
+    except Exception as error:
+        if incumbent.latest is None:
+            raise
+        incumbent.failed("improving the plan", error)
+        return _cut_short(incumbent.latest, CutShort.DEFECT)
+    if incumbent.latest and isinstance(answer, Ended | NotFound):
+        return _cut_short(incumbent.latest, CUT_SHORT.get(answer.reason, CutShort.UNFINISHED))
+    return not_found(answer, now) if isinstance(answer, Ended) else answer
+
+
+def _cut_short(plan: Planned, why: CutShort) -> Planned:
+    return replace(plan, report=replace(plan.report.noting(why.note), cut_short=why))
+
+
+def not_found(ended: Ended, now: Progress) -> NotFound:
+    """A limit came before there was a plan, or a candidate for one; with the stage that was under way."""
+    engine = f" of the backend `{now.engine}`" if now.engine else ""
+    which = f" (round {now.round})" if now.round > 1 else ""
+    return NotFound(ended.reason, f"{ended.during(now.stage)}{engine}{which}; no candidate was finished", Report())
+
+
+def _to_search(deadline: float, explain_limit: Seconds) -> float:
+    """Until when a search goes on that nothing but a plan or the deadline ends: some time is left to explain it."""
+    return deadline - min(explain_limit, KEPT_BACK * max(0.0, deadline - time.monotonic()))
+
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
 NO_EXPLANATION = Seconds(0.0)
@@ -212,7 +283,7 @@ def plan(
         if alternatives == 1 or not isinstance(first.outcome, Verified):
             return first
         keep(first)
-        from missionc.pipeline.alternatives.ranked_plans import with_alternatives  # for those who ask for them
+        from missionc.pipeline.alternatives.search_alternatives import with_alternatives  # for those who ask for them
 
         more = partial(with_alternatives, first, alternatives, options, budget, exports, throughout)
         return improved("planning alternatives", first, more)

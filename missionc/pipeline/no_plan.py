@@ -27,7 +27,7 @@ from missionc.diagnostics.code import (
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Mission
 from missionc.lower.choose_backend import choose_backend
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.results import Explained, Trial
 from missionc.pipeline.run_limited import Ended
 

@@ -32,8 +32,8 @@ from missionc.base.units import Metres
 from missionc.checks.check_world import check_world
 from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
-from missionc.kernel.constants import constant
 from missionc.kernel.nodes import Kernel
+from missionc.kernel.normal_form import constant
 from missionc.kernel.walk import reads_headings
 from missionc.language.operator import TooLarge
 from missionc.lower.ahead_of_time import ahead_of_time, with_room_for_delays

@@ -144,7 +144,7 @@ def _flown(compiled: Compiled, outcome: Verified, flights: Flights, request: Req
 
 
 def _fly(compiled: Compiled, outcome: Verified, flights: Flights, seed: int) -> Trials:
-    from missionc.curves.crazyflie_csv import Pieces, read
+    from missionc.curves.piecewise_polynomials import Pieces, read
     from missionc.simulate.disturbance import Disturbance
     from missionc.simulate.trials import Trial, run
 

@@ -33,19 +33,17 @@ from missionc.ir import Mission
 from missionc.output.folder.manifest import sha256
 from missionc.output.folder.write_file import write_file, write_inside
 from missionc.output.plot import plot
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import check
+from missionc.pipeline.front_end import Checked, check
 from missionc.pipeline.provenance import inputs
 from missionc.sweep import results_table, run_answer
 from missionc.sweep.append_journal import Journal
 from missionc.sweep.compare_sweeps import Comparison, compare_sweeps, refuse
-from missionc.sweep.executors import Pool
 from missionc.sweep.plot_sweep import sweep_figure
 from missionc.sweep.results_table import Group, groups
 from missionc.sweep.run_answer import ERROR
 from missionc.sweep.run_grid import Combination, Grid, Run, too_many, words
 from missionc.sweep.run_request import Settings
-from missionc.sweep.run_sweep import run_sweep
+from missionc.sweep.run_sweep import Pool, run_sweep
 from missionc.sweep.sweep_folder import PLANS, Row, SweepFolder, at_work, begin, over, read_sweep
 from missionc.sweep.sweep_html import Page, place_of, sweep_html
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from missionc.curves.crazyflie_csv import polynomials
+from missionc.curves.piecewise_polynomials import polynomials
 from missionc.output.folder.file_names import flights_in
-from missionc.replay.folder_files import FolderFiles, check_mission
+from missionc.replay.read_folder import FolderFiles, check_mission
 from missionc.simulate.trials import run
 from missionc.sweep import flights_journal
 from missionc.sweep.run_answer import RunResult

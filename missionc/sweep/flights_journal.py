@@ -30,7 +30,7 @@ from missionc.base.strict_json import NotJsonError, parse_json, parse_record
 from missionc.base.trace import Trace
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.unwritable import ANOTHER_FILE, cannot_write, reason, shown
+from missionc.output.folder.ownership import ANOTHER_FILE, cannot_write, reason, shown
 from missionc.pipeline.checkpoint_file import Identity, difference
 from missionc.simulate.judge_flight import Error, Flight
 from missionc.sweep import run_answer

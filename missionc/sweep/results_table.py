@@ -19,7 +19,7 @@ import numpy as np
 
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
-from missionc.simulate.confidence_interval import Fraction, fraction
+from missionc.simulate.trials import Fraction, fraction
 from missionc.sweep.run_answer import ERROR, OUTCOMES, Value
 from missionc.sweep.run_grid import Combination, Run, number_of
 from missionc.sweep.sweep_folder import Row

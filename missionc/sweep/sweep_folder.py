@@ -20,8 +20,8 @@ from typing import Any
 from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.diagnostics.code import OTHER_SWEEP, SWEEP_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.ownership import cannot_write, exists, reason, shown
 from missionc.output.folder.staging import NAME, sweep
-from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
 from missionc.output.folder.write_file import write_inside
 from missionc.sweep import run_answer
 from missionc.sweep.append_journal import LARGEST, Journal, locked

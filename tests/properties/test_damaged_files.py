@@ -19,8 +19,8 @@ from missionc.closed_loop.scenario import read_scenario
 from missionc.diagnostics.model import Diagnostic
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.live.mcap_poses import FOXGLOVE, McapPoses
-from missionc.monitoring.live.read_samples import SampleReader, UnusableError
-from missionc.monitoring.read_flown import read_flown
+from missionc.monitoring.live.samples import SampleReader, UnusableError
+from missionc.monitoring.read_trace import read_flown
 from missionc.output.documents.safe_end_json import read_safe_end
 from missionc.pipeline.checkpoint_file import from_bytes, to_bytes
 from missionc.progression.past_document import Flown, Past, past_json, read_past

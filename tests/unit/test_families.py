@@ -19,10 +19,9 @@ from missionc.lsp.completion import completion
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.folder.file_names import file_names
 from missionc.pipeline import driver
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import check
+from missionc.pipeline.front_end import Checked, check
 from missionc.pipeline.relax.edits import changes
-from missionc.pipeline.relax.relax_formulas import without
+from missionc.pipeline.relax.relax_world import without
 from missionc.resolve.show_ir import show_ir as show_ir
 from tests.support.flat_families import HEAD, MOVES, flat
 from tests.support.open_texts import edited, marked, opened

@@ -20,8 +20,8 @@ from missionc.simulate.judge_flight import Flight
 from missionc.simulate.trials import Trial
 from missionc.sweep import flights_journal, run_answer, spread_trials, trial_request
 from missionc.sweep.carry_out_trials import carry_out
-from missionc.sweep.executors import Pool
 from missionc.sweep.flights_journal import FlightsJournal
+from missionc.sweep.run_sweep import Pool
 from missionc.sweep.spread_trials import NotFlown, SpreadTrials
 from tests.support.small_missions import SMALL
 

@@ -29,7 +29,6 @@ from missionc.ir import (
     Vector,
 )
 from missionc.ir.pair_ranges import all_ranges, range_of
-from missionc.kernel.constants import YES
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -44,6 +43,7 @@ from missionc.kernel.nodes import (
     ReachNode,
     RouteNode,
 )
+from missionc.kernel.normal_form import YES
 from missionc.kernel.walk import bottom_up, rebuilt
 
 MOST_PAIRS = 300

@@ -101,7 +101,7 @@ def command(
     shown = None
     if page:
         from missionc.cli.browser import said
-        from missionc.cli.show_loop import ShownLoop
+        from missionc.cli.fly_folder import ShownLoop
 
         shown = ShownLoop(mission, kernel, flying.trace, pace)
     flown: list[LoopFlight] = []

@@ -19,8 +19,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import values
+from missionc.curves.piecewise_polynomials import Pieces, values
 from missionc.ir import (
     Agent,
     Exactly,
@@ -34,7 +33,7 @@ from missionc.ir import (
     velocity_chosen_anew,
 )
 from missionc.kernel.nodes import Kernel
-from missionc.verify.tolerances import MOTION
+from missionc.verify.certificate import MOTION
 from missionc.world.displacement import displaced, moved
 from missionc.world.grown_shape import grown_shape
 

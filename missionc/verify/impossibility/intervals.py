@@ -34,7 +34,7 @@ from missionc.ir import (
     Shape,
     Union,
 )
-from missionc.verify.tolerances import CERTAIN, MOTION
+from missionc.verify.certificate import CERTAIN, MOTION
 from missionc.world.signed_distance import signed_distance
 
 Boxes: TypeAlias = tuple[Array, Array]
