@@ -33,13 +33,7 @@ from missionc.base.units import Dimension
 from missionc.checks.check_goals import requirements_out_of_reach
 from missionc.checks.free_space import FreeSpace
 from missionc.data.vehicles import profiles
-from missionc.diagnostics.code import (
-    FASTER_THAN_VEHICLE,
-    NO_FLYING_ROOM,
-    OUTLASTS_VEHICLE,
-    OUTSIDE_FLYING_ROOM,
-    TRACKING_NOT_MEASURED,
-)
+from missionc.diagnostics import code as codes
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import FIGURES, Agent, Exactly, Mission, Place, Vector
 from missionc.ir.wording import listed, metres, number, speed
@@ -66,7 +60,7 @@ def _tracking_beyond(agent: Agent) -> list[Diagnostic]:
     unit = SI[FIGURES[name].dimension]
     return [
         Diagnostic(
-            TRACKING_NOT_MEASURED,
+            codes.TRACKING_NOT_MEASURED,
             f"`{agent.team}` may fly with {_words(name)} of {number(getattr(own, name))}{unit}; the tracking margin of "
             f"`{profile.name}` was measured up to {number(getattr(profile, name))}{unit}",
             Label(agent.span, f"flown as `{own.name}`"),
@@ -201,7 +195,7 @@ def _meets(first: tuple[Vector, Vector], second: tuple[Vector, Vector]) -> bool:
 def _faster(agent: Agent, word: str, verb: str, planned: float, flown: float, dimension: Dimension) -> Diagnostic:
     unit = SI[dimension]
     return Diagnostic(
-        FASTER_THAN_VEHICLE,
+        codes.FASTER_THAN_VEHICLE,
         f"`{agent.team}` may {verb} at {number(planned)}{unit}; its vehicle flies at most {number(flown)}{unit}",
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
         notes=("a plan that makes use of it can be flown only in more time",),
@@ -212,7 +206,7 @@ def _faster(agent: Agent, word: str, verb: str, planned: float, flown: float, di
 def _outlasted(mission: Mission, agent: Agent) -> Diagnostic:
     flies = f"{number(agent.vehicle.endurance)}{SI[Dimension.TIME]}"
     return Diagnostic(
-        OUTLASTS_VEHICLE,
+        codes.OUTLASTS_VEHICLE,
         f"`{agent.team}` flies {flies} on one charge; the mission lasts {number(mission.horizon)}{SI[Dimension.TIME]}",
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
         (Label(mission.time_span, "from the first state to the last"),) if mission.time_span else (),
@@ -223,7 +217,7 @@ def _outlasted(mission: Mission, agent: Agent) -> Diagnostic:
 
 def _no_room(mission: Mission, agent: Agent) -> Diagnostic:
     return Diagnostic(
-        NO_FLYING_ROOM,
+        codes.NO_FLYING_ROOM,
         f"the world leaves `{agent.team}` no room to fly",
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
         (Label(mission.world.span, f"the world is {_box(mission.world.low, mission.world.high)}"),),
@@ -235,7 +229,7 @@ def _no_room(mission: Mission, agent: Agent) -> Diagnostic:
 def _wrong_altitude(agent: Agent) -> Diagnostic:
     band = agent.vehicle.height
     return Diagnostic(
-        NO_FLYING_ROOM,
+        codes.NO_FLYING_ROOM,
         f"`{agent.team}` flies at {metres(agent.altitude)}; its vehicle keeps between {metres(band.low)}"
         f" and {metres(band.high)}",
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
@@ -248,7 +242,7 @@ def _beyond_the_fence(mission: Mission, verb: str, there: list[tuple[Agent, Plac
     others = [f"`{other.name}`" for other, _ in there[1:]]
     where = f"at {_point(place.point)}" if isinstance(place, Exactly) else f"in `{place.region.name}`"
     return Diagnostic(
-        OUTSIDE_FLYING_ROOM,
+        codes.OUTSIDE_FLYING_ROOM,
         f"`{agent.name}` {verb} {where}, outside the room of its vehicle, {_box(*mission.room(agent.index))}",
         Label(place.span),
         (Label(agent.span, f"flown as `{agent.vehicle.name}`"),),

@@ -42,21 +42,7 @@ from missionc.checks.check_resources import check_resources
 from missionc.checks.check_starts import check_starts
 from missionc.checks.check_vehicles import check_flown_speeds, check_tracking, check_vehicles
 from missionc.checks.free_space import FreeSpace, Lies
-from missionc.diagnostics.code import (
-    FILE_OUTSIDE_WORLD,
-    FORMATION_TOO_SMALL,
-    FORMATION_TOO_TIGHT,
-    GRAPH_TOO_SMALL,
-    LANE_BLOCKED,
-    LANE_NODE_MISPLACED,
-    NO_AREA,
-    NOT_ON_LANES,
-    ONE_WAY_LAMBDA2,
-    PLACE_OUTSIDE_WORLD,
-    REGION_IN_OBSTACLE,
-    REGION_OUTSIDE_WORLD,
-    SIGHT_PAST_MOTION,
-)
+from missionc.diagnostics import code as codes
 from missionc.diagnostics.model import Diagnostic, Label, has_errors
 from missionc.diagnostics.text_order import in_text_order
 from missionc.ir import (
@@ -155,7 +141,7 @@ def _reaches(formation: Formation) -> Iterator[tuple[int, int, float | tuple[flo
 
 def _small_graph(graph: Graph) -> Diagnostic:
     return Diagnostic(
-        GRAPH_TOO_SMALL,
+        codes.GRAPH_TOO_SMALL,
         f"graph `{graph.name}` is over {_agents(len(graph.agents))}; a link takes two",
         Label(graph.span),
         help="name more agents after `over`, or leave the graph out",
@@ -167,7 +153,7 @@ def _past_motion(graph: Graph, moving: list[Obstacle]) -> Diagnostic:
     verbs = ["grow" if isinstance(each.motion, Still) else "move" for each in moving]
     does = " or ".join(sorted(set(verbs), reverse=True))
     return Diagnostic(
-        SIGHT_PAST_MOTION,
+        codes.SIGHT_PAST_MOTION,
         f"graph `{graph.name}` looks past obstacles, and {names} {does}{'s' if len(moving) == 1 else ''}",
         Label(graph.span),
         tuple(Label(obstacle.span, f"{verb}s") for obstacle, verb in zip(moving, verbs, strict=True)),
@@ -178,7 +164,7 @@ def _past_motion(graph: Graph, moving: list[Obstacle]) -> Diagnostic:
 
 def _one_way(graph: Graph) -> Diagnostic:
     return Diagnostic(
-        ONE_WAY_LAMBDA2,
+        codes.ONE_WAY_LAMBDA2,
         f"`connectivity = lambda2` is of links that lead both ways; those of graph `{graph.name}` lead one way",
         Label(graph.span),
         notes=("λ₂ is an eigenvalue of the Laplacian, which is symmetric where every link leads back",),
@@ -188,7 +174,7 @@ def _one_way(graph: Graph) -> Diagnostic:
 
 def _small_formation(formation: Formation) -> Diagnostic:
     return Diagnostic(
-        FORMATION_TOO_SMALL,
+        codes.FORMATION_TOO_SMALL,
         f"formation `{formation.name}` is of {_agents(len(formation.agents))}; it takes two",
         Label(formation.span),
         help="form it of more agents, or leave the formation out",
@@ -210,7 +196,7 @@ def _forbidden(mission: Mission, formation: Formation, first: int, second: int, 
         takes = f"what their vehicles keep from each other takes {spaced(needed)}, from centre to centre"
     more = () if pairs == 1 else (f"{pairs - 1:,} more {'pair' if pairs == 2 else 'pairs'} of it would be too close",)
     return Diagnostic(
-        FORMATION_TOO_TIGHT,
+        codes.FORMATION_TOO_TIGHT,
         f"formation `{formation.name}` keeps `{one.name}` and `{other.name}` within {metres(apart)} of each other",
         Label(formation.span, f"with its tolerance of {metres(formation.tolerance)}"),
         notes=(takes, *more),
@@ -291,7 +277,7 @@ def _all_outside(mission: Mission, file: PlacesFile, asked: Asked, extents: Exte
         return error.finding
     every = f"the {file.kind}" if len(file.names) == 1 else f"all {len(file.names)} {file.kind}s"
     return Diagnostic(
-        FILE_OUTSIDE_WORLD,
+        codes.FILE_OUTSIDE_WORLD,
         f"{every} of `{file.path}` lie{'s' if len(file.names) == 1 else ''} outside the world, from {point(low)} to "
         f"{point(high)} m",
         Label(asked.span),
@@ -304,7 +290,7 @@ def _some_outside(mission: Mission, file: PlacesFile, asked: Asked, outside: lis
     first = outside[0].span
     beside = () if first == asked.span else (Label(first, f"`{outside[0].name}`"),)
     return Diagnostic(
-        PLACE_OUTSIDE_WORLD,
+        codes.PLACE_OUTSIDE_WORLD,
         f"{len(outside)} of {len(file.names)} {file.kind}s of `{file.path}` lie outside the world",
         Label(asked.span),
         (Label(mission.world.span, "the world"), *beside),
@@ -315,7 +301,7 @@ def _some_outside(mission: Mission, file: PlacesFile, asked: Asked, outside: lis
 def _one_outside(mission: Mission, place: Place) -> Diagnostic:
     kind = type(place).__name__.lower()
     return Diagnostic(
-        PLACE_OUTSIDE_WORLD,
+        codes.PLACE_OUTSIDE_WORLD,
         f"{kind} `{place.name}` lies outside the world, {metres(round(_away(mission, place), 1))} away",
         Label(place.span),
         (Label(mission.world.span, "the world"),),
@@ -377,7 +363,7 @@ def _regions(mission: Mission, lanes: Lanes) -> list[Diagnostic]:
 def _node_outside(lanes: Lanes, node: int) -> Diagnostic:
     where = ", ".join(map(number, lanes.nodes[node].position))
     return Diagnostic(
-        LANE_NODE_MISPLACED,
+        codes.LANE_NODE_MISPLACED,
         f"node `{lanes.nodes[node].name}` of the roadmap is at ({where}), outside the world",
         Label(lanes.nodes[node].span),
         (Label(lanes.span, "the roadmap is asked for here"),),
@@ -391,7 +377,7 @@ def _blocked_node(mission: Mission, lanes: Lanes, node: int, agent: Agent) -> Di
     place = lanes.nodes[node].position
     obstacle = in_the_way(mission, agent, place, place)
     return Diagnostic(
-        LANE_NODE_MISPLACED,
+        codes.LANE_NODE_MISPLACED,
         f"at node `{lanes.nodes[node].name}` of the roadmap `{agent.name}` is too near to `{obstacle.name}`",
         Label(lanes.nodes[node].span),
         (Label(obstacle.span, "the obstacle"), Label(lanes.span, "the roadmap is asked for here")),
@@ -406,7 +392,7 @@ def _blocked_lane(mission: Mission, lanes: Lanes, lane: int, agent: Agent) -> Di
     source, target = lanes.nodes[lanes.lanes[lane].source], lanes.nodes[lanes.lanes[lane].target]
     obstacle = in_the_way(mission, agent, source.position, target.position)
     return Diagnostic(
-        LANE_BLOCKED,
+        codes.LANE_BLOCKED,
         f"on the lane from `{source.name}` to `{target.name}` `{agent.name}` comes too near to `{obstacle.name}`",
         Label(lanes.lanes[lane].span),
         (Label(obstacle.span, "the obstacle"), Label(lanes.span, "the roadmap is asked for here")),
@@ -422,7 +408,7 @@ def _body(mission: Mission, agent: Agent) -> str:
 
 def _unjoined(lanes: Lanes, agent: Agent, verb: str, place: Exactly) -> Diagnostic:
     return Diagnostic(
-        NOT_ON_LANES,
+        codes.NOT_ON_LANES,
         f"`{agent.name}` {verb} where no straight clear way leads to a node of the roadmap",
         Label(place.span, f"{verb} here"),
         (Label(lanes.span, "the roadmap is here"),),
@@ -434,7 +420,7 @@ def _too_few(lanes: Lanes, region: Region, crowd: list[tuple[Agent, Anywhere]], 
     agents = f"`{crowd[0][0].name}` starts" if len(crowd) == 1 else f"{len(crowd)} agents start"
     has = {0: "no node", 1: "one node"}.get(nodes, f"{nodes} nodes")
     return Diagnostic(
-        NOT_ON_LANES,
+        codes.NOT_ON_LANES,
         f"{agents} in `{region.name}`, and the roadmap has {has} there",
         Label(crowd[0][1].span, "starts here"),
         (Label(lanes.span, "the roadmap is here"),),
@@ -503,7 +489,7 @@ def _around(mission: Mission, ground: FreeSpace, region: Region) -> list[Obstacl
 def _flat_world(mission: Mission) -> Diagnostic:
     low, high = (f"({', '.join(map(number, corner))})" for corner in (mission.world.low, mission.world.high))
     return Diagnostic(
-        NO_AREA,
+        codes.NO_AREA,
         f"the world from {low} to {high} has no room",
         Label(mission.world.span),
         help="let the second corner be larger in every coordinate",
@@ -512,7 +498,7 @@ def _flat_world(mission: Mission) -> Diagnostic:
 
 def _nothing_left(region: Region) -> Diagnostic:
     return Diagnostic(
-        NO_AREA,
+        codes.NO_AREA,
         f"region `{region.name}` is empty: the shapes it is made of leave nothing",
         Label(region.span),
         help="look at what it intersects or takes away",
@@ -521,7 +507,7 @@ def _nothing_left(region: Region) -> Diagnostic:
 
 def _elsewhere(mission: Mission, region: Region) -> Diagnostic:
     return Diagnostic(
-        REGION_OUTSIDE_WORLD,
+        codes.REGION_OUTSIDE_WORLD,
         f"region `{region.name}` lies outside the world",
         Label(region.span),
         (Label(mission.world.span, "the world"),),
@@ -532,7 +518,7 @@ def _elsewhere(mission: Mission, region: Region) -> Diagnostic:
 def _swallowed(region: Region, obstacles: list[Obstacle]) -> Diagnostic:
     names = listed([f"`{obstacle.name}`" for obstacle in obstacles])
     return Diagnostic(
-        REGION_IN_OBSTACLE,
+        codes.REGION_IN_OBSTACLE,
         f"region `{region.name}` lies inside {'obstacle' if len(obstacles) == 1 else 'obstacles'} {names}",
         Label(region.span, "no agent can be here"),
         tuple(Label(obstacle.span, f"`{obstacle.name}`") for obstacle in obstacles[:3]),

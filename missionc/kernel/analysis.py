@@ -13,20 +13,7 @@ import numpy as np
 
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Predicate
-from missionc.kernel.nodes import (
-    All,
-    Always,
-    At,
-    Atom,
-    Is,
-    LinkNode,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-)
+from missionc.kernel import nodes as k
 from missionc.kernel.walk import Ask, asks, bottom_up, children, postorder
 
 
@@ -34,8 +21,8 @@ class Conjunct(NamedTuple):
     """A formula that must hold of an agent, or of the team (None), throughout windows, the outermost first."""
 
     agent: int | None
-    windows: tuple[Always, ...]
-    formula: Node
+    windows: tuple[k.Always, ...]
+    formula: k.Node
 
     @property
     def steps(self) -> slice | None:
@@ -49,7 +36,7 @@ class Conjunct(NamedTuple):
                 return None
 
 
-def conjuncts(formulas: Iterable[Node]) -> Iterator[Conjunct]:
+def conjuncts(formulas: Iterable[k.Node]) -> Iterator[Conjunct]:
     """What all must hold so that these formulas do at step 0, in their order, each once."""
     work = [Conjunct(None, (), formula) for formula in formulas][::-1]
     seen: set[Conjunct] = set()
@@ -60,19 +47,19 @@ def conjuncts(formulas: Iterable[Node]) -> Iterator[Conjunct]:
         seen.add(what)
         agent, windows, node = what
         match node:
-            case All(parts):
+            case k.All(parts):
                 work.extend(Conjunct(agent, windows, part) for part in reversed(parts))
-            case Always(body):
+            case k.Always(body):
                 work.append(Conjunct(agent, (*windows, node), body))
-            case At(who, body):
+            case k.At(who, body):
                 work.append(Conjunct(who, windows, body))
             case _:
                 yield what
 
 
 def steps_ahead(
-    roots: Iterable[Node], to_end: int = 0, of_predicate: Callable[[Predicate], int] = lambda _: 0
-) -> dict[Node, int]:
+    roots: Iterable[k.Node], to_end: int = 0, of_predicate: Callable[[Predicate], int] = lambda _: 0
+) -> dict[k.Node, int]:
     """The look-ahead of every node, where the mission lasts long enough.
 
     Args:
@@ -82,9 +69,9 @@ def steps_ahead(
     Source:
         [strel] Definition 5.
     """
-    known: dict[Node, int] = {}
+    known: dict[k.Node, int] = {}
     for node in postorder(roots):
-        if isinstance(node, Atom):
+        if isinstance(node, k.Atom):
             known[node] = of_predicate(node.predicate)
         else:
             looks = (ask.low + to_end if ask.high is None else ask.high + known[ask.node] for ask in asks(node))
@@ -92,16 +79,16 @@ def steps_ahead(
     return known
 
 
-def robustness_unit(root: Node) -> str:
+def robustness_unit(root: k.Node) -> str:
     """The unit of a formula's robustness: ``m``; ``m/s`` where it compares speeds alone, nothing where units differ."""
-    units = {node.predicate.unit for node in postorder((root,)) if isinstance(node, Atom)} or {"m"}
+    units = {node.predicate.unit for node in postorder((root,)) if isinstance(node, k.Atom)} or {"m"}
     return units.pop() if len(units) == 1 else ""
 
 
-def agents_asked(root: Node) -> dict[Node, set[int]]:
+def agents_asked(root: k.Node) -> dict[k.Node, set[int]]:
     """The agents that each formula may be asked of, where the root is asked of the first."""
     order = postorder((root,))
-    asked: dict[Node, set[int]] = {node: set() for node in order}
+    asked: dict[k.Node, set[int]] = {node: set() for node in order}
     asked[root].add(0)
     for node in reversed(order):
         for ask in asks(node):
@@ -109,53 +96,53 @@ def agents_asked(root: Node) -> dict[Node, set[int]]:
     return asked
 
 
-def remembering(roots: Iterable[Node]) -> set[int]:
+def remembering(roots: Iterable[k.Node]) -> set[int]:
     """The agents of whom something may be asked that reads the past."""
     roots = tuple(roots)
-    past = {node for node in postorder(roots) if isinstance(node, Atom) and node.predicate.reads_past}
+    past = {node for node in postorder(roots) if isinstance(node, k.Atom) and node.predicate.reads_past}
     if not past:
         return set()
     asked = ((node, agents) for root in roots for node, agents in agents_asked(root).items())
     return {agent for node, agents in asked if node in past for agent in agents}
 
 
-def reads_lengths(node: Node) -> bool:
+def reads_lengths(node: k.Node) -> bool:
     """Whether it is about lengths in metres, itself or what it denies."""
-    return isinstance(node.body if isinstance(node, Not) else node, RouteNode | PathLength)
+    return isinstance(node.body if isinstance(node, k.Not) else node, k.RouteNode | k.PathLength)
 
 
-def linked_by(roots: Iterable[Node]) -> tuple[Graph, ...]:
+def linked_by(roots: Iterable[k.Node]) -> tuple[Graph, ...]:
     """The graphs whose links, lengths apart, some of these formulas read."""
-    nodes = (node for node in postorder(roots) if isinstance(node, NeighbourNode | ReachNode))
+    nodes = (node for node in postorder(roots) if isinstance(node, k.NeighbourNode | k.ReachNode))
     return tuple(dict.fromkeys(node.graph for node in nodes))
 
 
-def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
+def helped_by_more(roots: Iterable[k.Node]) -> dict[k.Node, bool]:
     """Whether agents that join can only make each node true."""
 
-    def is_helped(node: Node, below: tuple[bool, ...]) -> bool:
-        hindered = reads_lengths(node) or (isinstance(node, NeighbourNode | ReachNode) and node.every)
+    def is_helped(node: k.Node, below: tuple[bool, ...]) -> bool:
+        hindered = reads_lengths(node) or (isinstance(node, k.NeighbourNode | k.ReachNode) and node.every)
         return not hindered and all(below)
 
     return bottom_up(roots, is_helped)
 
 
-def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
+def same_for_all(roots: Iterable[k.Node]) -> dict[k.Node, bool]:
     """Whether the truth of each node is the same whichever agent it is asked of."""
 
-    def is_same(node: Node, below: tuple[bool, ...]) -> bool:
+    def is_same(node: k.Node, below: tuple[bool, ...]) -> bool:
         match node:
-            case Atom(predicate):
+            case k.Atom(predicate):
                 return predicate.about_team
-            case At():
+            case k.At():
                 return True
             case _:
-                return not isinstance(node, Is | LinkNode) and all(below)
+                return not isinstance(node, k.Is | k.LinkNode) and all(below)
 
     return bottom_up(roots, is_same)
 
 
-def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
+def about_whom(roots: Iterable[k.Node], agents: int) -> dict[k.Node, Flags]:
     """The agents whose motion may matter to every node.
 
     Args:
@@ -164,23 +151,23 @@ def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
     Returns:
         (agents, agents): the motion of the first may matter where the second is asked.
     """
-    known: dict[Node, Flags] = {}
+    known: dict[k.Node, Flags] = {}
     # What is the same of many nodes is one array: each has a flag for every two agents.
     nobody, itself = np.zeros((agents, agents), dtype=np.bool_), np.eye(agents, dtype=np.bool_)
     for node in postorder(roots):
         below = [known[child] for child in children(node)]
         about: Flags = reduce(np.logical_or, below) if below else nobody
         match node:
-            case Atom(predicate) if predicate.about_team or predicate.others:
+            case k.Atom(predicate) if predicate.about_team or predicate.others:
                 about = itself.copy()
                 about[list(range(agents) if predicate.about_team else predicate.others)] = True
-            case Atom():
+            case k.Atom():
                 about = itself
-            case At(agent):
+            case k.At(agent):
                 about = np.broadcast_to(about[:, [agent]], nobody.shape)
-            case ReachNode(graph) | RouteNode(graph):
+            case k.ReachNode(graph) | k.RouteNode(graph):
                 about = below[1] | _among(graph, about)
-            case NeighbourNode(graph) | PathLength(graph):
+            case k.NeighbourNode(graph) | k.PathLength(graph):
                 about = _among(graph, about)
             case _:
                 pass
@@ -198,7 +185,7 @@ def _among(graph: Graph, about: Flags) -> Flags:
     return found
 
 
-def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tuple[Node, Flags]]:
+def relevance(formulas: Iterable[k.Node], agents: int, last: int) -> Iterator[tuple[k.Node, Flags]]:
     """Every node of team formulas judged at step 0, and where it is asked, each node before those below it.
 
     Args:
@@ -220,8 +207,8 @@ def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tupl
 
 
 def relevance_below(
-    begin: Mapping[Node, Flags], within: Mapping[Node, Flags] | None = None
-) -> Iterator[tuple[Node, Flags]]:
+    begin: Mapping[k.Node, Flags], within: Mapping[k.Node, Flags] | None = None
+) -> Iterator[tuple[k.Node, Flags]]:
     """``relevance`` of formulas that are asked at these agents and steps, (agents, steps + 1).
 
     Args:

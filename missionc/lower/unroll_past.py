@@ -28,31 +28,8 @@ from dataclasses import replace
 from typing import assert_never
 
 from missionc.ir import Graph, Mission
+from missionc.kernel import nodes as k
 from missionc.kernel.analysis import steps_ahead
-from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
-    Eventually,
-    EveryNeighbour,
-    Is,
-    Kernel,
-    LeafNode,
-    Neighbour,
-    NeighbourNode,
-    Node,
-    Not,
-    Reach,
-    ReachNode,
-    Release,
-    RouteNode,
-    Until,
-    UntilNode,
-    WindowNode,
-    says_opposite,
-)
 from missionc.kernel.normal_form import constant, without_constants
 from missionc.kernel.walk import asked_between, asks, bottom_up, children, looks_back, postorder, rebuilt
 from missionc.language.operator import TooLarge
@@ -61,7 +38,7 @@ MOST_LINKS = 2000
 """Links that a formula about routes names one by one: agents, times agents, times hops."""
 
 
-def hold_throughout(mission: Mission, kernel: Kernel, names: Set[str]) -> Kernel:
+def hold_throughout(mission: Mission, kernel: k.Kernel, names: Set[str]) -> k.Kernel:
     """The kernel with the requirements of these names strengthened; the others are the same objects."""
     strengthening = _Strengthening(mission.steps)
     goals = tuple(
@@ -76,23 +53,23 @@ class _Strengthening:
 
     def __init__(self, last: int) -> None:
         self.last = last
-        self._lasting: dict[Node, Node] = {}
-        self._links: dict[tuple[Graph, int], Node] = {}
+        self._lasting: dict[k.Node, k.Node] = {}
+        self._links: dict[tuple[Graph, int], k.Node] = {}
 
-    def at_a_step(self, root: Node) -> Node:
+    def at_a_step(self, root: k.Node) -> k.Node:
         """The formula, asked at step 0."""
         asked = asked_between((root,), self.last)
 
-        def strengthened(node: Node, below: tuple[Node, ...]) -> Node:
+        def strengthened(node: k.Node, below: tuple[k.Node, ...]) -> k.Node:
             _, latest = asked.get(node, (0, 0))
             return self._at_a_step(node, below, latest)
 
         return bottom_up((root,), strengthened)[root]
 
-    def _at_a_step(self, node: Node, below: tuple[Node, ...], latest: int) -> Node:
+    def _at_a_step(self, node: k.Node, below: tuple[k.Node, ...], latest: int) -> k.Node:
         """What has to last up to the end of a window lasts from the step before it; ``latest``: its last step."""
         match node:
-            case Always(body, low, high) | Release(_, body, low, high) if low >= 0:
+            case k.Always(body, low, high) | k.Release(_, body, low, high) if low >= 0:
                 end = self.last if high is None and not latest else high
                 if end is None:
                     return node
@@ -101,14 +78,14 @@ class _Strengthening:
                 if end == 1:
                     return self.lasting(body)
                 return rebuilt(replace(node, high=end - 1), (*children(node)[:-1], self.lasting(body)))
-            case Until() if node.low >= 0:
+            case k.Until() if node.low >= 0:
                 return self._until(node, below[1], latest)
-            case All() | Any() | AtLeast() | At() | Eventually():
+            case k.All() | k.Any() | k.AtLeast() | k.At() | k.Eventually():
                 return rebuilt(node, below)
             case _:
                 return node
 
-    def _until(self, node: Until, end: Node, latest: int) -> Node:
+    def _until(self, node: k.Until, end: k.Node, latest: int) -> k.Node:
         """``hold`` lasts up to ``end``; from the step before the window's last on it may look past the mission's last.
 
         Then it is not asked between these two steps, and has to hold at the first of them alone.
@@ -119,13 +96,13 @@ class _Strengthening:
             return rebuilt(node, (lasting, end))
         if node.high is None and latest:
             return rebuilt(node, (node.hold, end))
-        stop = All((node.hold, Eventually(end, 1, 1)))
+        stop = k.All((node.hold, k.Eventually(end, 1, 1)))
         at_last = replace(node, hold=lasting, end=stop, low=high - 1, high=high - 1)
         if node.low == high:
             return at_last
-        return Any((replace(node, hold=lasting, end=end, high=high - 1), at_last), node.span, node.dual)
+        return k.Any((replace(node, hold=lasting, end=end, high=high - 1), at_last), node.span, node.dual)
 
-    def lasting(self, root: Node) -> Node:
+    def lasting(self, root: k.Node) -> k.Node:
         """The formula at every moment from the step it is asked at to the next."""
         for node in postorder((root,)):
             if node not in self._lasting:
@@ -133,46 +110,46 @@ class _Strengthening:
                 self._lasting[node] = self._made_lasting(node, below)
         return self._lasting[root]
 
-    def _made_lasting(self, node: Node, below: tuple[Node, ...]) -> Node:
+    def _made_lasting(self, node: k.Node, below: tuple[k.Node, ...]) -> k.Node:
         match node:
-            case Is() | Not(Is()) | All(()) | Any(()):
+            case k.Is() | k.Not(k.Is()) | k.All(()) | k.Any(()):
                 return node
-            case All() | Any() | AtLeast() | At():
+            case k.All() | k.Any() | k.AtLeast() | k.At():
                 return rebuilt(node, below)
-            case Always(low=low, high=high) if low >= 0 and high is not None:
+            case k.Always(low=low, high=high) if low >= 0 and high is not None:
                 return rebuilt(node, below)
-            case Eventually(_, low, high) if low >= 0 and high is not None:
+            case k.Eventually(_, low, high) if low >= 0 and high is not None:
                 return replace(node, low=low + 1) if low < high else replace(node, body=below[0])
-            case Until(_, _, low, high) if low >= 0 and high is not None:
+            case k.Until(_, _, low, high) if low >= 0 and high is not None:
                 if low < high:
                     return replace(node, hold=below[0], low=low + 1)
                 return replace(node, hold=below[0], end=below[1])
-            case Neighbour(graph) if len(graph.agents) ** 2 <= MOST_LINKS:
-                return Any(self._beside(graph, below[0]), node.span, node.dual)
-            case Reach(graph) if len(graph.agents) ** 2 * self._links_at_most(node) <= MOST_LINKS:
+            case k.Neighbour(graph) if len(graph.agents) ** 2 <= MOST_LINKS:
+                return k.Any(self._beside(graph, below[0]), node.span, node.dual)
+            case k.Reach(graph) if len(graph.agents) ** 2 * self._links_at_most(node) <= MOST_LINKS:
                 through, end = below
                 found = end
                 for _ in range(self._links_at_most(node)):
-                    onward = Any(self._beside(graph, found), node.span, node.dual)
-                    found = Any((end, All((through, onward), node.span)), node.span, node.dual)
+                    onward = k.Any(self._beside(graph, found), node.span, node.dual)
+                    found = k.Any((end, k.All((through, onward), node.span)), node.span, node.dual)
                 return found
             case _:
-                return Always(node, 0, 1, node.span, says_opposite(node))
+                return k.Always(node, 0, 1, node.span, k.says_opposite(node))
 
-    def _links_at_most(self, node: Reach) -> int:
+    def _links_at_most(self, node: k.Reach) -> int:
         return min(node.hops, len(node.graph.agents) - 1)
 
-    def _beside(self, graph: Graph, body: Node) -> tuple[Node, ...]:
+    def _beside(self, graph: Graph, body: k.Node) -> tuple[k.Node, ...]:
         """For each agent of the graph, that it is linked from this step to the next and has what lasts of the body."""
-        return tuple(All((self._linked(graph, agent), At(agent, body))) for agent in graph.agents)
+        return tuple(k.All((self._linked(graph, agent), k.At(agent, body))) for agent in graph.agents)
 
-    def _linked(self, graph: Graph, agent: int) -> Node:
+    def _linked(self, graph: Graph, agent: int) -> k.Node:
         if (graph, agent) not in self._links:
-            self._links[graph, agent] = Always(Neighbour(graph, Is(frozenset((agent,)))), 0, 1)
+            self._links[graph, agent] = k.Always(k.Neighbour(graph, k.Is(frozenset((agent,)))), 0, 1)
         return self._links[graph, agent]
 
 
-def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLarge:
+def looking_ahead(mission: Mission, kernel: k.Kernel, room: int) -> k.Kernel | TooLarge:
     """The kernel as planners get it: without operators of the past and, after that, without constants.
 
     A goal that is constant stays a goal of its name, ``All(())`` or ``Any(())``: a backend satisfies the first by any
@@ -182,7 +159,7 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
         room: how many nodes it may have.
     """
     order = postorder(kernel.formulas)
-    past: set[Node] = set()
+    past: set[k.Node] = set()
     for node in order:
         if looks_back(node) or any(child in past for child in children(node)):
             past.add(node)
@@ -190,7 +167,7 @@ def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLa
     if not past:
         return without_constants(kernel, agents)
     unrolling = _Unrolling(past, mission.steps)
-    asked: dict[Node, set[int]] = {node: set() for node in past}
+    asked: dict[k.Node, set[int]] = {node: set() for node in past}
     for formula in past.intersection(kernel.formulas):
         asked[formula].add(0)
     size = 0
@@ -222,14 +199,14 @@ def _stretches(window: range) -> Iterator[range]:
         first += size
 
 
-def _parts(node: Node, window: int) -> int:
+def _parts(node: k.Node, window: int) -> int:
     """How many formulas a node comes to, at most, for each that it asks."""
     match node:
-        case UntilNode():
+        case k.UntilNode():
             return 1 if looks_back(node) else window
-        case NeighbourNode(graph):
+        case k.NeighbourNode(graph):
             return 3 * len(graph.agents)
-        case ReachNode(graph):
+        case k.ReachNode(graph):
             return 3 * len(graph.agents) ** 2
         case _:
             return 1
@@ -238,73 +215,75 @@ def _parts(node: Node, window: int) -> int:
 class _Unrolling:
     """Formulas at a step, as they are asked at step 0; ``past`` are those with an operator of the past in them."""
 
-    def __init__(self, past: set[Node], last: int) -> None:
+    def __init__(self, past: set[k.Node], last: int) -> None:
         self.past, self.last = past, last
-        self.known: dict[tuple[Node, int], Node] = {}
-        self.stretches: dict[tuple[object, ...], Node] = {}
-        self.links: dict[tuple[Graph, int, bool], Node] = {}
+        self.known: dict[tuple[k.Node, int], k.Node] = {}
+        self.stretches: dict[tuple[object, ...], k.Node] = {}
+        self.links: dict[tuple[Graph, int, bool], k.Node] = {}
 
-    def window(self, node: WindowNode | UntilNode, step: int) -> range:
+    def window(self, node: k.WindowNode | k.UntilNode, step: int) -> range:
         """The steps of a window that stands at a step."""
         return asks(node)[-1].steps_from(step, self.last)
 
-    def at(self, node: Node, step: int) -> Node:
+    def at(self, node: k.Node, step: int) -> k.Node:
         """The formula at that step; of one with the past in it, it is known."""
         if node not in self.past and (node, step) not in self.known:
             self.known[node, step] = self.later(node, step)
         return self.known[node, step]
 
-    def later(self, node: Node, step: int) -> Node:
+    def later(self, node: k.Node, step: int) -> k.Node:
         """The same of a formula that looks ahead alone."""
-        if step == 0 or isinstance(node, Is) or constant(node) is not None:
+        if step == 0 or isinstance(node, k.Is) or constant(node) is not None:
             return node
-        if isinstance(node, WindowNode):
+        if isinstance(node, k.WindowNode):
             return replace(node, low=node.low + step, high=None if node.high is None else node.high + step)
-        return Eventually(node, step, step, node.span, says_opposite(node))
+        return k.Eventually(node, step, step, node.span, k.says_opposite(node))
 
-    def each(self, node: Node, steps: range, every: bool) -> Node:
+    def each(self, node: k.Node, steps: range, every: bool) -> k.Node:
         """The formula at every, or at some, of these steps."""
         if node not in self.past and steps:
-            return (Always if every else Eventually)(node, steps[0], steps[-1], node.span, says_opposite(node))
-        return (All if every else Any)(tuple(self.at(node, step) for step in steps), node.span, says_opposite(node))
+            return (k.Always if every else k.Eventually)(node, steps[0], steps[-1], node.span, k.says_opposite(node))
+        return (k.All if every else k.Any)(
+            tuple(self.at(node, step) for step in steps), node.span, k.says_opposite(node)
+        )
 
-    def made(self, node: Node, step: int) -> Node:
+    def made(self, node: k.Node, step: int) -> k.Node:
         """A formula with the past in it, of those below it."""
         match node:
-            case All() | Any() | AtLeast() | At():
+            case k.All() | k.Any() | k.AtLeast() | k.At():
                 return rebuilt(node, tuple(self.at(child, step) for child in children(node)))
-            case WindowNode(WindowNode() as inner) if self.may_begin_earlier(inner, self.window(node, step)):
+            case k.WindowNode(k.WindowNode() as inner) if self.may_begin_earlier(inner, self.window(node, step)):
                 window = self.window(node, step)
                 ahead = replace(inner, low=0, high=(inner.high or 0) - inner.low)
                 return replace(node, body=ahead, low=window[0] + inner.low, high=window[-1] + inner.low)
-            case WindowNode(body):
+            case k.WindowNode(body):
                 whole = self.each(body, self.window(node, step), node.every)
-                return replace(whole, span=node.span, dual=node.dual) if isinstance(whole, All | Any) else whole
-            case UntilNode():
+                return replace(whole, span=node.span, dual=node.dual) if isinstance(whole, k.All | k.Any) else whole
+            case k.UntilNode():
                 return self.since(node, step) if looks_back(node) else self.until(node, step)
-            case NeighbourNode(graph, body):
+            case k.NeighbourNode(graph, body):
                 return self.pair(
                     node, tuple(self.linked(node, agent, self.at(body, step), step) for agent in graph.agents)
                 )
-            case ReachNode():
+            case k.ReachNode():
                 return self.reach(node, step)
-            case RouteNode():
+            case k.RouteNode():
                 raise AssertionError("no backend offers to look back below a route in metres")
-            case LeafNode() | Not():
+            case k.LeafNode() | k.Not():
                 raise AssertionError("a leaf has no operator of the past in it")
             case _:
                 assert_never(node)
 
-    def may_begin_earlier(self, node: WindowNode, steps: range) -> bool:
+    def may_begin_earlier(self, node: k.WindowNode, steps: range) -> bool:
         """Whether windows that look back from these steps look ahead from earlier ones: none reaches before 0."""
         return looks_back(node) and node.body not in self.past and bool(steps) and steps[0] + node.low >= 0
 
-    def pair(self, node: Node, parts: tuple[Node, ...], *, contrary: bool = False) -> Node:
+    def pair(self, node: k.Node, parts: tuple[k.Node, ...], *, contrary: bool = False) -> k.Node:
         """Some of the parts, or all of them where ``node`` asks for every one; ``contrary``, the other way round."""
-        assert not isinstance(node, LeafNode | Not)
-        return (All if node.every is not contrary else Any)(parts, node.span, node.dual)
+        assert not isinstance(node, k.LeafNode | k.Not)
+        return (k.All if node.every is not contrary else k.Any)(parts, node.span, node.dual)
 
-    def until(self, node: UntilNode, step: int) -> Node:
+    def until(self, node: k.UntilNode, step: int) -> k.Node:
         """``end`` at some step of the window, with ``hold`` from here up to it; or the dual."""
         parts = []
         for when in self.window(node, step):
@@ -312,7 +291,7 @@ class _Unrolling:
             parts.append(self.pair(node, (self.at(node.end, when), *held), contrary=True))
         return self.pair(node, tuple(parts))
 
-    def since(self, node: UntilNode, step: int) -> Node:
+    def since(self, node: k.UntilNode, step: int) -> k.Node:
         """``end`` at some step of the window, with ``hold`` after it; or the dual.
 
         The window falls into stretches that other steps look back at too, so that few formulas do for all of them.
@@ -327,12 +306,12 @@ class _Unrolling:
         rest = range(window.stop, step + 1)
         return self.pair(node, (found, self.held(node, rest)), contrary=True) if rest else found
 
-    def after(self, node: UntilNode, before: Node, stretch: range) -> Node:
+    def after(self, node: k.UntilNode, before: k.Node, stretch: range) -> k.Node:
         """``end`` within a stretch of steps and ``hold`` after it, or what was so before and ``hold`` throughout."""
         lasting = self.pair(node, (self.held(node, stretch), before), contrary=True)
         return self.pair(node, (self.within(node, stretch), lasting))
 
-    def within(self, node: UntilNode, stretch: range) -> Node:
+    def within(self, node: k.UntilNode, stretch: range) -> k.Node:
         """``end`` at some step of a stretch and ``hold`` at those after it: of its halves, each known once."""
         if len(stretch) == 1:
             return self.at(node.end, stretch[0])
@@ -342,22 +321,22 @@ class _Unrolling:
             self.stretches[key] = self.after(node, self.within(node, stretch[:half]), stretch[half:])
         return self.stretches[key]
 
-    def held(self, node: UntilNode, steps: range) -> Node:
+    def held(self, node: k.UntilNode, steps: range) -> k.Node:
         """``hold`` at all of these steps; or the dual."""
         key = node.hold, steps, node.every
         if key not in self.stretches:
             self.stretches[key] = self.each(node.hold, steps, not node.every)
         return self.stretches[key]
 
-    def linked(self, node: NeighbourNode | ReachNode, agent: int, body: Node, step: int) -> Node:
+    def linked(self, node: k.NeighbourNode | k.ReachNode, agent: int, body: k.Node, step: int) -> k.Node:
         """That agent is linked to this one at the step, and has what stands for the body then; or the dual."""
         key = (node.graph, agent, node.every)
         if key not in self.links:
-            it = Is(frozenset((agent,)))
-            self.links[key] = EveryNeighbour(node.graph, Not(it)) if node.every else Neighbour(node.graph, it)
-        return self.pair(node, (self.at(self.links[key], step), At(agent, body, node.span)), contrary=True)
+            it = k.Is(frozenset((agent,)))
+            self.links[key] = k.EveryNeighbour(node.graph, k.Not(it)) if node.every else k.Neighbour(node.graph, it)
+        return self.pair(node, (self.at(self.links[key], step), k.At(agent, body, node.span)), contrary=True)
 
-    def reach(self, node: ReachNode, step: int) -> Node:
+    def reach(self, node: k.ReachNode, step: int) -> k.Node:
         """Routes of no link, then of one more at a time."""
         end, through = self.at(node.end, step), self.at(node.through, step)
         found = end

@@ -40,16 +40,7 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.read_trace import read_trace
 from missionc.output.documents.whole_flight_json import ways_in
-from missionc.output.folder.file_names import (
-    ALTERNATIVES_FOLDER,
-    MANIFEST,
-    MANIFEST_SCHEMA,
-    MISSION,
-    MOST_ALTERNATIVES,
-    PAST,
-    flights_in,
-    stops_in,
-)
+from missionc.output.folder import file_names
 from missionc.output.folder.walk_folder import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
 from missionc.pipeline.front_end import ANY_BACKEND, Checked, check
 from missionc.pipeline.provenance import POSES
@@ -102,7 +93,7 @@ class FolderFiles:
     @property
     def unlisted(self) -> tuple[str, ...]:
         """What lies beside them, files and folders without any."""
-        return unlisted_of(self.lying, [*self.files, MANIFEST])
+        return unlisted_of(self.lying, [*self.files, file_names.MANIFEST])
 
 
 def read_files(folder: Path, limits: Limits, wanted: str) -> FolderFiles | Diagnostic:
@@ -115,11 +106,11 @@ def read_files(folder: Path, limits: Limits, wanted: str) -> FolderFiles | Diagn
         return manifest
     inputs, listed = names_and_hashes(manifest.get("inputs")), names_and_hashes(manifest.get("files"))
     if not inputs or wanted not in listed:
-        return unusable(folder, f"its `{MANIFEST}` names no mission and no `{wanted}`")
-    missions = [f"{MISSION}/{name}" for name in inputs]
+        return unusable(folder, f"its `{file_names.MANIFEST}` names no mission and no `{wanted}`")
+    missions = [f"{file_names.MISSION}/{name}" for name in inputs]
     wrong = _misspelt(listed) or _misspelt(inputs) or _absent(lying, [*listed, *missions])
     if wrong:
-        return unusable(folder, f"its `{MANIFEST}` names {wrong}")
+        return unusable(folder, f"its `{file_names.MANIFEST}` names {wrong}")
     files: dict[str, bytes] = {}
     for name in dict.fromkeys((*listed, *missions)):
         content = read_inside(folder, name, limits.trace_bytes)
@@ -149,15 +140,15 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
     folder, inputs = found.path, names_and_hashes(found.manifest["inputs"])
     stretch = _stretch(found.manifest)
     if stretch is None:
-        return unusable(folder, f"the `{STRETCH}` in its `{MANIFEST}` is no number from 1 to {SLOWEST:g}")
+        return unusable(folder, f"the `{STRETCH}` in its `{file_names.MANIFEST}` is no number from 1 to {SLOWEST:g}")
     vehicle = option(found.manifest, VEHICLE) or ""
     if vehicle and vehicle not in profiles():
-        return unusable(folder, f"the `{VEHICLE}` in its `{MANIFEST}` is none that this version knows")
-    own = {name: found.files[f"{MISSION}/{name}"] for name in inputs}
+        return unusable(folder, f"the `{VEHICLE}` in its `{file_names.MANIFEST}` is none that this version knows")
+    own = {name: found.files[f"{file_names.MISSION}/{name}"] for name in inputs}
     poses = _poses(found, own_names=inputs)
     if isinstance(poses, Diagnostic):
         return poses
-    source, load = held(next(iter(inputs)), str(folder / MISSION), own, limits)
+    source, load = held(next(iter(inputs)), str(folder / file_names.MISSION), own, limits)
     if isinstance(source, Diagnostic):
         return source
     lasting = stretch if of_plan else 1.0
@@ -170,18 +161,18 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
         vehicle=vehicle,
         poses=poses,
         load=load,
-        begun=PAST in found.files,
+        begun=file_names.PAST in found.files,
     )
-    if PAST not in found.files or checked.mission is None or checked.kernel is None:
+    if file_names.PAST not in found.files or checked.mission is None or checked.kernel is None:
         return checked
     return _rest(found, checked, limits)
 
 
 def _rest(found: FolderFiles, checked: Checked, limits: Limits) -> Checked | Diagnostic:
     """The mission that begins after what was flown of it."""
-    past = read_past(found.files[PAST].decode("utf-8", errors="replace"), limits.magnitude)
+    past = read_past(found.files[file_names.PAST].decode("utf-8", errors="replace"), limits.magnitude)
     if isinstance(past, str):
-        return unusable(found.path, f"its `{PAST}` cannot be used: {past}")
+        return unusable(found.path, f"its `{file_names.PAST}` cannot be used: {past}")
     return remaining(checked, past, limits)
 
 
@@ -191,8 +182,8 @@ def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnos
     if name is None:
         return None
     if name not in own_names:
-        return unusable(found.path, f"the `{POSES}` in its `{MANIFEST}` is none of its inputs")
-    return data_of(found.files[f"{MISSION}/{name}"], str(found.path / MISSION / name))
+        return unusable(found.path, f"the `{POSES}` in its `{file_names.MANIFEST}` is none of its inputs")
+    return data_of(found.files[f"{file_names.MISSION}/{name}"], str(found.path / file_names.MISSION / name))
 
 
 # ------------------------------------------------------------------ what lies there
@@ -206,8 +197,8 @@ def lying_in(folder: Path, limits: Limits) -> dict[str, os.stat_result] | Diagno
         lying = contents(folder)
     except OSError as error:
         return cannot_read(FOLDER_UNREADABLE, printable(str(folder)), error)
-    if MANIFEST not in lying:
-        return unusable(folder, f"there is no `{MANIFEST}` in it")
+    if file_names.MANIFEST not in lying:
+        return unusable(folder, f"there is no `{file_names.MANIFEST}` in it")
     if len(lying) > MOST_ENTRIES:
         return unusable(folder, f"there are more than {MOST_ENTRIES} files in it")
     for name in sorted(lying):
@@ -249,15 +240,15 @@ def unlisted_of(lying: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
 
 def manifest_in(folder: Path, limits: Limits) -> dict[str, object] | Diagnostic:
     """The manifest, of whatever shape within."""
-    content = read_inside(folder, MANIFEST, limits.trace_bytes)
+    content = read_inside(folder, file_names.MANIFEST, limits.trace_bytes)
     return content if isinstance(content, Diagnostic) else parsed(folder, content)
 
 
 def parsed(folder: Path, content: bytes) -> dict[str, object] | Diagnostic:
     try:
-        return parse_record(content, MANIFEST_SCHEMA)
+        return parse_record(content, file_names.MANIFEST_SCHEMA)
     except NotJsonError as error:
-        return unusable(folder, f"its `{MANIFEST}` cannot be read: {error.reason}")
+        return unusable(folder, f"its `{file_names.MANIFEST}` cannot be read: {error.reason}")
 
 
 def names_and_hashes(listed: object) -> dict[str, str]:
@@ -342,12 +333,12 @@ class OutputFolder:
     @property
     def stops(self) -> Mapping[str, str]:
         """The text of what each agent flies until the plan begins, by the agent's name; empty where that is nothing."""
-        return stops_in(self.mission.agents, self.files)
+        return file_names.stops_in(self.mission.agents, self.files)
 
     @property
     def in_flight(self) -> bool:
         """Whether the plan begins in the air: something was flown before it."""
-        return PAST in self.files
+        return file_names.PAST in self.files
 
     def text(self, name: str) -> str:
         """A file as text; empty where there is none."""
@@ -369,24 +360,28 @@ def _with_alternatives(
 ) -> OutputFolder | tuple[Diagnostic, ...]:
     """The folder with those of further plans, each read from the files that are in hand."""
     inside: dict[str, OutputFolder] = {}
-    for rank in range(2, MOST_ALTERNATIVES + 1):
-        name = f"{ALTERNATIVES_FOLDER}/{rank}"
+    for rank in range(2, file_names.MOST_ALTERNATIVES + 1):
+        name = f"{file_names.ALTERNATIVES_FOLDER}/{rank}"
         own = {
             file.removeprefix(f"{name}/"): content
             for file, content in opened.files.items()
             if file.startswith(f"{name}/")
         }
-        if MANIFEST not in own:
+        if file_names.MANIFEST not in own:
             continue
         path = opened.path / name
-        manifest = parsed(path, own[MANIFEST])
+        manifest = parsed(path, own[file_names.MANIFEST])
         if isinstance(manifest, Diagnostic):
             return (manifest,)
         inputs, listed = names_and_hashes(manifest.get("inputs")), names_and_hashes(manifest.get("files"))
         there = {file.removeprefix(f"{name}/"): status for file, status in lying.items() if file.startswith(f"{name}/")}
-        wanted = [*listed, *(f"{MISSION}/{file}" for file in inputs)]
+        wanted = [*listed, *(f"{file_names.MISSION}/{file}" for file in inputs)]
         if not inputs or PLAN not in listed or any(file not in own for file in wanted):
-            return (unusable(path, f"its `{MANIFEST}` names no mission, no `{PLAN}`, or files that are not in it"),)
+            return (
+                unusable(
+                    path, f"its `{file_names.MANIFEST}` names no mission, no `{PLAN}`, or files that are not in it"
+                ),
+            )
         files = {file: own[file] for file in dict.fromkeys(wanted)}
         read = _read(FolderFiles(path, manifest, there, files), limits)
         if not isinstance(read, OutputFolder):
@@ -417,6 +412,6 @@ def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic
         mission=checked.mission,
         kernel=checked.kernel,
         trace=trace,
-        flights=flights_in(checked.mission.agents, files),
+        flights=file_names.flights_in(checked.mission.agents, files),
         ways=ways_in(checked.mission, files),
     )

@@ -28,31 +28,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from missionc import ir
 from missionc.backends.cover.bodies import SLACK, bodies, standing_room
 from missionc.base.trace import Array, Flags
-from missionc.ir import (
-    Agent,
-    Altitude,
-    Anywhere,
-    Ball,
-    Beacon,
-    Box,
-    Compare,
-    Coordinate,
-    Difference,
-    Disc,
-    DistanceTo,
-    Flagged,
-    Inside,
-    Intersection,
-    Mission,
-    Polygon,
-    Predicate,
-    Region,
-    Shape,
-    Touches,
-    Union,
-)
 from missionc.kernel.nodes import Atom, Kernel, Not
 from missionc.kernel.walk import postorder
 from missionc.world.distance_ranges import Range, length_range, signed_distance_range
@@ -65,7 +43,7 @@ BEYOND = 3e-5
 class Border:
     """All places so many metres outside of a shape; inside, where ``away`` is negative."""
 
-    shape: Shape
+    shape: ir.Shape
     away: float
 
     def crosses(self, low: Array, high: Array) -> bool:
@@ -87,19 +65,19 @@ class Border:
         return begin, end
 
 
-def borders_of_obstacles(mission: Mission, agent: Agent) -> tuple[Border, ...]:
+def borders_of_obstacles(mission: ir.Mission, agent: ir.Agent) -> tuple[Border, ...]:
     """Those beyond which there is no room beside a standing obstacle, each once."""
     away = agent.radius + mission.clearance - 2 * SLACK
     standing = (each.shape for each in mission.obstacles if each.constant)
     return tuple(dict.fromkeys(Border(body, away) for shape in standing for body in bodies(shape)))
 
 
-def borders_asked(mission: Mission, kernel: Kernel, agent: Agent) -> tuple[Border, ...]:
+def borders_asked(mission: ir.Mission, kernel: Kernel, agent: ir.Agent) -> tuple[Border, ...]:
     """Those of places where agents start and finish, and of what is asked, each once."""
     found: dict[Border, None] = {}
     for other in mission.agents:
         for place in (other.start, other.finish):
-            if isinstance(place, Anywhere):
+            if isinstance(place, ir.Anywhere):
                 found[Border(place.region.shape, BEYOND)] = None
     for node in postorder(goal.formula for goal in kernel.requirements):
         match node:
@@ -114,65 +92,67 @@ def borders_asked(mission: Mission, kernel: Kernel, agent: Agent) -> tuple[Borde
     return tuple(found)
 
 
-def _of_predicate(predicate: Predicate, mission: Mission, agent: Agent) -> Iterator[tuple[Shape, float, float]]:
+def _of_predicate(
+    predicate: ir.Predicate, mission: ir.Mission, agent: ir.Agent
+) -> Iterator[tuple[ir.Shape, float, float]]:
     """Shapes, by how many metres they are to be grown, and 1 where it holds inside of that, -1 where outside."""
     match predicate:
-        case Inside(region, body):
+        case ir.Inside(region, body):
             yield region.shape, -agent.radius if body else 0.0, 1.0
-        case Touches(region):
+        case ir.Touches(region):
             yield region.shape, agent.radius, 1.0
-        case Flagged(flag):
+        case ir.Flagged(flag):
             yield flag.set_in.shape, 0.0, 1.0
             if flag.cleared_in is not None:
                 yield flag.cleared_in.shape, 0.0, -1.0
-        case Compare(((weight, feature),), constant) if weight:
+        case ir.Compare(((weight, feature),), constant) if weight:
             bound, side = -constant / weight, -math.copysign(1.0, weight)
             match feature:
-                case Coordinate(axis):
+                case ir.Coordinate(axis):
                     yield _below(mission, axis, bound), 0.0, side
-                case Altitude() if mission.dimension == 3:
+                case ir.Altitude() if mission.dimension == 3:
                     yield _below(mission, 2, bound), 0.0, side
-                case DistanceTo(Region(shape=shape)):
+                case ir.DistanceTo(ir.Region(shape=shape)):
                     yield shape, bound, side
-                case DistanceTo(Beacon(position=centre)):
-                    yield Ball(centre, 0.0) if mission.dimension == 3 else Disc(centre, 0.0), bound, side
+                case ir.DistanceTo(ir.Beacon(position=centre)):
+                    yield ir.Ball(centre, 0.0) if mission.dimension == 3 else ir.Disc(centre, 0.0), bound, side
                 case _:
                     pass
         case _:
             pass
 
 
-def _below(mission: Mission, axis: int, bound: float) -> Box:
+def _below(mission: ir.Mission, axis: int, bound: float) -> ir.Box:
     """A box over all of the world where a coordinate is less than a bound."""
     low, high = mission.world.low, mission.world.high
     far = max(one - other for one, other in zip(high, low, strict=True)) + 1.0
     begin, end = [each - far for each in low], [each + far for each in high]
     begin[axis], end[axis] = min(low[axis], bound) - far, bound
-    return Box(tuple(begin), tuple(end))
+    return ir.Box(tuple(begin), tuple(end))
 
 
-def _edges(shape: Shape, away: float, axis: int) -> Iterator[float]:
+def _edges(shape: ir.Shape, away: float, axis: int) -> Iterator[float]:
     match shape:
-        case Box(low, high):
+        case ir.Box(low, high):
             yield low[axis] - away
             yield high[axis] + away
-        case Polygon(corners) if axis < 2:
+        case ir.Polygon(corners) if axis < 2:
             ends = sorted({corner[axis] for corner in corners})
             yield from (each - away for each in ends)
             yield from (each + away for each in ends)
-        case Disc(centre, radius) if axis < 2:
+        case ir.Disc(centre, radius) if axis < 2:
             yield centre[axis] - radius - away
             yield centre[axis] + radius + away
-        case Ball(centre, radius):
+        case ir.Ball(centre, radius):
             yield centre[axis] - radius - away
             yield centre[axis] + radius + away
-        case Polygon(_, band) | Disc(_, _, band) if band is not None:
+        case ir.Polygon(_, band) | ir.Disc(_, _, band) if band is not None:
             yield band.low - away
             yield band.high + away
-        case Union(left, right) | Intersection(left, right):
+        case ir.Union(left, right) | ir.Intersection(left, right):
             yield from _edges(left, away, axis)
             yield from _edges(right, away, axis)
-        case Difference(left, right):
+        case ir.Difference(left, right):
             yield from _edges(left, away, axis)
             yield from _edges(right, -away, axis)
         case _:
@@ -238,7 +218,7 @@ def distance_range(one: Cells, other: Cells) -> Range:
     )
 
 
-def cells_of(mission: Mission, agent: Agent, borders: Sequence[Border], count: int) -> Cells:
+def cells_of(mission: ir.Mission, agent: ir.Agent, borders: Sequence[Border], count: int) -> Cells:
     """So many boxes or fewer over all places where the centre of such an agent may be."""
     standing = [each for each in mission.obstacles if each.constant]
     heap: list[tuple[float, int, Array, Array, tuple[Border, ...]]] = []

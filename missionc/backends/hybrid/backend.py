@@ -27,18 +27,7 @@ from math import ceil, floor
 
 import numpy as np
 
-from missionc.backends.api import (
-    Budget,
-    Impossible,
-    NotFound,
-    Outcome,
-    Planned,
-    Turns,
-    forget,
-    ignore,
-    open_ended,
-    unheard,
-)
+from missionc.backends import api
 from missionc.backends.clot.backend import ATTEMPTS
 from missionc.backends.clot.backend import Run as Smooth
 from missionc.backends.clot.optimise.active_set import Choices
@@ -195,11 +184,11 @@ class HybridBackend:
         """What to say where the solver or the device asked for is not there."""
         return solver_missing(options) or device_missing(options)
 
-    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
         """A joint motion that satisfies every requirement."""
         return driven(self.turns(mission, kernel, options, budget), budget)
 
-    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
         """The same in turns, of whole attempts."""
         yield 0.0
         with one_thread(), enough_memory():
@@ -222,7 +211,7 @@ class Run:
     mission: Mission
     kernel: Kernel
     options: Options
-    budget: Budget
+    budget: api.Budget
     smooth: Smooth = field(init=False)
     asked: Discrete = field(init=False)
     on_roadmap: Mission = field(init=False)
@@ -244,9 +233,9 @@ class Run:
         if not self.asked.kernel.requirements:
             self.refused = "no requirement is one for a roadmap"
 
-    def turns(self) -> Turns:
+    def turns(self) -> api.Turns:
         outcome = yield from self.smooth.turns(self.attempt)
-        if not isinstance(outcome, NotFound):
+        if not isinstance(outcome, api.NotFound):
             return outcome
         return replace(outcome, statement="; ".join(part for part in (outcome.statement, self.refused) if part))
 
@@ -265,19 +254,19 @@ class Run:
             asked = replace(
                 budget,
                 seed=seed,
-                listen=ignore,
-                found=unheard,
-                enough=open_ended,
-                keep=forget,
+                listen=api.ignore,
+                found=api.unheard,
+                enough=api.open_ended,
+                keep=api.forget,
                 resume=None,
                 work=DISCRETE,
             )
             outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, Options(self.options.solver), asked)
             account.work += outcome.report.work
         match outcome:
-            case Planned(trace, report):
+            case api.Planned(trace, report):
                 account.sizes |= {name: size for name, size in report.sizes if name in ("nodes", "clauses")}
-            case Impossible(_, statement) | NotFound(_, statement):
+            case api.Impossible(_, statement) | api.NotFound(_, statement):
                 self.refused = statement
                 account.notes.append(f"the discrete part was left to the transport: {statement}")
                 return None

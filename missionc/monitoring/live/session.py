@@ -25,18 +25,8 @@ from missionc.base.figures import counted
 from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.ir import Graph, Mission
+from missionc.kernel import nodes as k
 from missionc.kernel.analysis import robustness_unit
-from missionc.kernel.nodes import (
-    Atom,
-    Kernel,
-    NeighbourNode,
-    Node,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
 from missionc.kernel.walk import postorder
 from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.live.bounds import of_measure
@@ -56,12 +46,12 @@ class PlanForecast:
     steps there is another one, so many that they take about a tenth of a core; one, for missions of a usual size.
     """
 
-    def __init__(self, mission: Mission, kernel: Kernel, plan: Trace) -> None:
+    def __init__(self, mission: Mission, kernel: k.Kernel, plan: Trace) -> None:
         self.mission = mission
         self.formulas = kernel.formulas
         self.trace = Trace(plan.step, plan.position.copy(), plan.velocity.copy(), plan.heading.copy())
         self.margins: dict[int, float] = {}
-        spread = Atom | WindowNode | UntilNode | NeighbourNode | ReachNode | RouteNode | PathLength
+        spread = k.Atom | k.WindowNode | k.UntilNode | k.NeighbourNode | k.ReachNode | k.RouteNode | k.PathLength
         count = sum(isinstance(node, spread) for node in postorder(self.formulas))
         work = count * plan.position[:, :, 0].size * SECONDS
         self.every = max(1, math.ceil(work / (SHARE * float(mission.step))))
@@ -99,7 +89,7 @@ class _Past:
 
     changed: NDArray[np.int64]
     number: int = 0
-    found: dict[Node, tuple[int, list[Values], Values]] = field(default_factory=dict)
+    found: dict[k.Node, tuple[int, list[Values], Values]] = field(default_factory=dict)
 
 
 class _Again(Evaluation):
@@ -111,21 +101,21 @@ class _Again(Evaluation):
     def __init__(self, mission: Mission, trace: Trace, past: _Past) -> None:
         super().__init__(ROBUSTNESS, mission, trace)
         self.past = past
-        self.node: Node | None = None
+        self.node: k.Node | None = None
 
-    def neighbour(self, node: NeighbourNode, body: Values) -> Values:
+    def neighbour(self, node: k.NeighbourNode, body: Values) -> Values:
         self.node = node
         return super().neighbour(node, body)
 
-    def reach(self, node: ReachNode, through: Values, end: Values) -> Values:
+    def reach(self, node: k.ReachNode, through: Values, end: Values) -> Values:
         self.node = node
         return super().reach(node, through, end)
 
-    def route(self, node: RouteNode, through: Values, end: Values) -> Values:
+    def route(self, node: k.RouteNode, through: Values, end: Values) -> Values:
         self.node = node
         return super().route(node, through, end)
 
-    def path_length(self, node: PathLength, holds: bool) -> Values:
+    def path_length(self, node: k.PathLength, holds: bool) -> Values:
         self.node = node
         return super().path_length(node, holds)
 
@@ -261,7 +251,7 @@ class Session:
     def __init__(
         self,
         mission: Mission,
-        kernel: Kernel,
+        kernel: k.Kernel,
         limits: Limits | None = None,
         wait: float | None = None,
         skew: Mapping[int, float] | None = None,

@@ -35,18 +35,8 @@ from missionc.kernel.nodes import Kernel
 from missionc.language.margins.links import are_linked, link_margin
 from missionc.language.margins.predicate_margins import formation_margin
 from missionc.language.walk_formulas import goals
+from missionc.monitoring.live import session
 from missionc.monitoring.live.samples import StepState
-from missionc.monitoring.live.session import (
-    Breach,
-    Change,
-    Event,
-    Forecast,
-    Implausible,
-    Judged,
-    Outrun,
-    Presence,
-    Unusable,
-)
 from missionc.monitoring.live.verdicts import Standing, Verdict
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.render_page import SCRIPTS, asset, scripts
@@ -304,7 +294,7 @@ class FlightRecord:
         self._effect = np.zeros((count, self.columns), dtype=np.int8)
         self._news: deque[News] = deque(maxlen=MOST_NEWS)
         self._known = Seen()
-        self._now: Judged | None = None
+        self._now: session.Judged | None = None
         self._since = [0.0] * count
         self._heard: float | None = None
         self._heard_at = time.monotonic()
@@ -327,36 +317,36 @@ class FlightRecord:
         self._plan = trace
         self._known = replace(self._known, plan=self._known.plan + 1)
 
-    def take(self, event: Event) -> None:
+    def take(self, event: session.Event) -> None:
         """What a session says."""
         seconds = float(self.mission.step)
         match event:
-            case Judged():
+            case session.Judged():
                 self._judged(event)
-            case Forecast(step, name, margin, unit):
+            case session.Forecast(step, name, margin, unit):
                 says = f"{name} is lost by the plan" if margin < 0 else f"{name} is kept by the plan again"
                 number = f"{says}: {decimals(margin)} {unit}".rstrip()
                 self.tell(
                     f"{number}, if everybody goes on as planned", "risk" if margin < 0 else "plain", step * seconds
                 )
-            case Change(step, standing, unit):
+            case session.Change(step, standing, unit):
                 if standing.verdict is not Verdict.OPEN:
                     self._since[self._index(standing.name)] = step * seconds
                 if step or standing.verdict is not Verdict.OPEN or standing.at_risk:
                     self.tell(*_change(standing, unit, seconds), step * seconds)
-            case Presence(step, missing, back):
+            case session.Presence(step, missing, back):
                 if missing:
                     self.tell(f"{', '.join(missing)} missing", "bad", step * seconds)
                 if back:
                     self.tell(f"{', '.join(back)} seen again", "plain", step * seconds)
-            case Outrun(step, agents):
+            case session.Outrun(step, agents):
                 says = f"{', '.join(agents)} faster than the top speed: what rested on it is taken back"
                 self.tell(says, "bad", step * seconds)
-            case Breach(step, constraint):
+            case session.Breach(step, constraint):
                 self.tell(f"violated: {constraint.violation()}", "bad", step * seconds)
-            case Implausible(line, agent, time):
+            case session.Implausible(line, agent, time):
                 self.tell(f"line {line} is set aside: {time:g} s of {agent} is far ahead of all others", "risk")
-            case Unusable(line, reason):
+            case session.Unusable(line, reason):
                 self.tell(f"line {line} cannot be used: {reason}", "plain")
 
     def tell(self, says: str, tone: Tone = "plain", t: float | None = None) -> None:
@@ -372,7 +362,7 @@ class FlightRecord:
         """Nothing more will come; ``says`` why, in words."""
         self._ended = says
 
-    def _judged(self, judged: Judged) -> None:
+    def _judged(self, judged: session.Judged) -> None:
         self._now, state, standings = judged, judged.state, judged.standings
         reached = state.step * float(self.mission.step)
         self.hear(reached if self._heard is None else max(self._heard, reached))
@@ -466,7 +456,7 @@ def _world(mission: Mission, kernel: Kernel, stride: int, columns: int) -> dict[
     }
 
 
-def _now(judged: Judged, since: list[float], seconds: float) -> dict[str, Any]:
+def _now(judged: session.Judged, since: list[float], seconds: float) -> dict[str, Any]:
     state = judged.state
     return {
         "t": state.step * seconds,

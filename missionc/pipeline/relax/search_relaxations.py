@@ -24,19 +24,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from missionc.backends.api import (
-    Attempt,
-    Backend,
-    Budget,
-    Impossible,
-    NotFound,
-    Planned,
-    Progress,
-    Scope,
-    forget,
-    ignore,
-    open_ended,
-)
+from missionc.backends import api
 from missionc.backends.options import Options
 from missionc.base.signals import asked
 from missionc.base.trace import Trace
@@ -191,9 +179,9 @@ class Explaining:
     checked: Checked
     mission: Mission
     kernel: Kernel
-    backend: Backend
+    backend: api.Backend
     options: Options
-    budget: Budget
+    budget: api.Budget
     first: float
     share: float
     begin: float = field(default_factory=time.monotonic)
@@ -230,7 +218,7 @@ class Explaining:
     def solve(self, edit: Edit, part: float) -> Tried:
         """The variant checked from its text on, planned in that part of all the time, and verified."""
         self.count += 1
-        self.budget.listen(Progress("explain", self.count, edit.says))
+        self.budget.listen(api.Progress("explain", self.count, edit.says))
         variant = self.variant(edit)
         if variant is None:
             return Tried("wrong")
@@ -259,16 +247,16 @@ class Explaining:
             self.budget,
             deadline=min(self.budget.deadline, now + LONGEST * part * (self.budget.deadline - self.begin)),
             work=part * self.units,
-            listen=ignore,
-            keep=forget,
+            listen=api.ignore,
+            keep=api.forget,
             resume=None,
-            enough=open_ended,
+            enough=api.open_ended,
         )
         came = plan_with_margin(self.backend, mission, kernel, self.options, budget)
         self.spent += max(CHECKED, came.report.work)
-        if isinstance(came, Impossible):
+        if isinstance(came, api.Impossible):
             return Tried("impossible")
-        if isinstance(came, Planned) and verify(mission, kernel, came.trace).passed:
+        if isinstance(came, api.Planned) and verify(mission, kernel, came.trace).passed:
             return Tried("planned", Remedy(variant, came.trace))
         return Tried("undecided")
 
@@ -348,41 +336,46 @@ class Explaining:
 
 
 def explain(
-    checked: Checked, refusal: Impossible | NotFound, backend: Backend, options: Options, budget: Budget, limit: Seconds
+    checked: Checked,
+    refusal: api.Impossible | api.NotFound,
+    backend: api.Backend,
+    options: Options,
+    budget: api.Budget,
+    limit: Seconds,
 ) -> Explained:
     """Who is to blame and what helps, as far as can be told within ``limit``, seconds, and the budget's deadline."""
     mission, kernel = checked.valid_mission, checked.valid_kernel
     now = time.monotonic()
-    drawn = to_draw(limit) if isinstance(refusal, NotFound) else 0.0
+    drawn = to_draw(limit) if isinstance(refusal, api.NotFound) else 0.0
     short = replace(budget, deadline=min(budget.deadline - drawn, now + limit))
     quick = replace(options, certify=False, captures=frozenset(), margin=0.0, brief=True)
-    best = refusal.best if isinstance(refusal, NotFound) else None
+    best = refusal.best if isinstance(refusal, api.NotFound) else None
     first, share = (SEARCHED, SEARCHED) if best else (FIRST, SHARE)
-    proofs = isinstance(refusal, Impossible) and refusal.scope is Scope.MISSION
+    proofs = isinstance(refusal, api.Impossible) and refusal.scope is api.Scope.MISSION
     until = short.deadline
     if proofs:
         short = replace(short, deadline=now + (1 - PROOFS) * max(0.0, until - now))
     run = Explaining(checked, mission, kernel, backend, quick, short, first, share, now)
     run.units = UNITS * max(0.0, short.deadline - now)
-    conflict = refusal.conflict if isinstance(refusal, Impossible) else _violated(best)
+    conflict = refusal.conflict if isinstance(refusal, api.Impossible) else _violated(best)
     without = run.trial(relax_world.without(checked, mission, conflict))
     if len(conflict) > 1 and not any(trial.outcome == "planned" for trial in without):
         without += run.trial(relax_world.without_all(checked, mission, conflict))
     longer = run.trial(relax_world.horizon(checked, mission))
-    scope = refusal.scope if isinstance(refusal, Impossible) else None
+    scope = refusal.scope if isinstance(refusal, api.Impossible) else None
     nodes = dict(refusal.report.sizes).get("nodes", 0)
-    finer = run.trial(relax_world.roadmap(checked, nodes), FINER) if scope is not Scope.MISSION else []
+    finer = run.trial(relax_world.roadmap(checked, nodes), FINER) if scope is not api.Scope.MISSION else []
     run.refine(_knobs(checked, mission, kernel, conflict))
     cut_short = run.over
     run.budget = replace(run.budget, deadline=until)
     relaxations = run.relaxations(proofs=proofs)
-    blame = _blame(without, longer, finer) if isinstance(refusal, Impossible) else Blame.UNKNOWN
+    blame = _blame(without, longer, finer) if isinstance(refusal, api.Impossible) else Blame.UNKNOWN
     trials = (*without, *longer, *finer)
     missed = near_miss(checked, backend.name, budget.seed, relaxations, best, scope, Advice(conflict, trials))
     return Explained(blame, trials, tuple(relaxation for relaxation, _ in relaxations), missed, cut_short)
 
 
-def _violated(best: Attempt | None) -> tuple[str, ...]:
+def _violated(best: api.Attempt | None) -> tuple[str, ...]:
     return tuple(each.name for each in best.violated) if best else ()
 
 

@@ -29,23 +29,7 @@ from numpy.typing import NDArray
 from missionc.base.trace import Flags
 from missionc.ir import BeaconCover, Compare, DistanceBetween, Flag, Flagged, Graph, Inside, Mission, Predicate
 from missionc.ir.pair_ranges import all_ranges
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Goal,
-    Is,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel import nodes as k
 from missionc.verify.certificate import MOTION
 from missionc.verify.impossibility.cnf import FALSE, TRUE, Cnf
 from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover
@@ -178,7 +162,7 @@ class Labels(Protocol):
         """A link that leads from the one to the other, by their cells: (cells, cells) each."""
 
 
-def refutation(mission: Mission, goals: tuple[Goal, ...], cover: ClaimedCover, labels: Labels) -> Cnf:
+def refutation(mission: Mission, goals: tuple[k.Goal, ...], cover: ClaimedCover, labels: Labels) -> Cnf:
     """Clauses that some motion satisfies if one satisfies the goals: where they have no model, none does."""
     cnf = Cnf()
     formulas = _Formulas(mission, encode_motion(cover, cnf), cnf, labels)
@@ -198,42 +182,42 @@ class _Formulas:
         self.cnf, self.labels = cnf, labels
         self._known: dict[Hashable, int] = {}
 
-    def holds(self, node: Node, agent: int, step: int) -> int:
+    def holds(self, node: k.Node, agent: int, step: int) -> int:
         """A literal that implies that the formula may hold of an agent at a step."""
         key = node, agent, step
         if key not in self._known:
             self._known[key] = self._define(node, agent, step)
         return self._known[key]
 
-    def _define(self, node: Node, agent: int, step: int) -> int:
+    def _define(self, node: k.Node, agent: int, step: int) -> int:
         match node:
-            case Atom(predicate):
+            case k.Atom(predicate):
                 return self._atom(predicate, True, agent, step)
-            case Not(Atom(predicate)):
+            case k.Not(k.Atom(predicate)):
                 return self._atom(predicate, False, agent, step)
-            case Is(agents):
+            case k.Is(agents):
                 return TRUE if agent in agents else FALSE
-            case Not(Is(agents)):
+            case k.Not(k.Is(agents)):
                 return FALSE if agent in agents else TRUE
-            case PathLength() | Not():
+            case k.PathLength() | k.Not():
                 return TRUE
-            case All(parts):
+            case k.All(parts):
                 return self.cnf.all_of(self.holds(part, agent, step) for part in parts)
-            case Any(parts):
+            case k.Any(parts):
                 return self.cnf.any_of(self.holds(part, agent, step) for part in parts)
-            case AtLeast(count, parts):
+            case k.AtLeast(count, parts):
                 return self.cnf.at_least(count, [self.holds(part, agent, step) for part in parts])
-            case At(other, body):
+            case k.At(other, body):
                 return self.holds(body, other, step)
-            case WindowNode(body):
+            case k.WindowNode(body):
                 return self._window(node, body, agent, step)
-            case UntilNode():
+            case k.UntilNode():
                 return self._until(node, agent, step)
-            case NeighbourNode(graph, body):
+            case k.NeighbourNode(graph, body):
                 return self._neighbour(graph, body, node.every, agent, step)
-            case ReachNode():
+            case k.ReachNode():
                 return self._route(node, node.hops, math.inf, agent, step)
-            case RouteNode():
+            case k.RouteNode():
                 return TRUE if node.every else self._route(node, len(node.graph.agents), node.high, agent, step)
             case _:
                 assert_never(node)
@@ -247,14 +231,14 @@ class _Formulas:
             return None
         return range(max(step + low, 0), final + 1)
 
-    def _window(self, node: WindowNode, body: Node, agent: int, step: int) -> int:
+    def _window(self, node: k.WindowNode, body: k.Node, agent: int, step: int) -> int:
         steps = self._steps(node.low, node.high, step)
         if steps is None:
             return TRUE
         join = self.cnf.all_of if node.every else self.cnf.any_of
         return join(self.holds(body, agent, each) for each in steps)
 
-    def _until(self, node: UntilNode, agent: int, step: int) -> int:
+    def _until(self, node: k.UntilNode, agent: int, step: int) -> int:
         steps = self._steps(node.low, node.high, step)
         if steps is None:
             return TRUE
@@ -266,7 +250,7 @@ class _Formulas:
             cases.append(inner((self.holds(node.end, agent, end), held)))
         return outer(cases)
 
-    def _held(self, node: UntilNode, agent: int, step: int, end: int) -> int:
+    def _held(self, node: k.UntilNode, agent: int, step: int, end: int) -> int:
         """``hold`` from a step up to, not at, another one before or after it; at some of them, where ``every``."""
         join = self.cnf.any_of if node.every else self.cnf.all_of
         result = FALSE if node.every else TRUE
@@ -280,7 +264,7 @@ class _Formulas:
 
     # --------------------------------------------------------------- space
 
-    def _neighbour(self, graph: Graph, body: Node, every: bool, agent: int, step: int) -> int:
+    def _neighbour(self, graph: Graph, body: k.Node, every: bool, agent: int, step: int) -> int:
         if agent not in graph.agents:
             return TRUE if every else FALSE
         inner, outer = (self.cnf.any_of, self.cnf.all_of) if every else (self.cnf.all_of, self.cnf.any_of)
@@ -290,7 +274,7 @@ class _Formulas:
             if other != agent
         )
 
-    def _route(self, node: ReachNode | RouteNode, hops: int, metres: float, agent: int, step: int) -> int:
+    def _route(self, node: k.ReachNode | k.RouteNode, hops: int, metres: float, agent: int, step: int) -> int:
         """``_reach``, and that where it leads is no further than so many of the longest links, or so many metres."""
         graph = node.graph
         hops = min(hops, max(len(graph.agents) - 1, 0))
@@ -306,7 +290,7 @@ class _Formulas:
                 ends.append(self.cnf.all_of((self.holds(node.end, other, step), self._leaf(near, True, agent, step))))
         return self.cnf.all_of((leads, self.cnf.any_of(ends)))
 
-    def _reach(self, node: ReachNode | RouteNode, hops: int, agent: int, step: int) -> int:
+    def _reach(self, node: k.ReachNode | k.RouteNode, hops: int, agent: int, step: int) -> int:
         """Some route of so many links at most leads to ``end`` over ``through``; or each that must be there does."""
         key = "reach", node, hops, agent, step
         if key not in self._known:
@@ -318,7 +302,7 @@ class _Formulas:
             self._known[key] = self._define_reach(node, hops, agent, step)
         return self._known[key]
 
-    def _define_reach(self, node: ReachNode | RouteNode, hops: int, agent: int, step: int) -> int:
+    def _define_reach(self, node: k.ReachNode | k.RouteNode, hops: int, agent: int, step: int) -> int:
         here = self.holds(node.end, agent, step)
         if hops == 0 or agent not in node.graph.agents:
             return here
