@@ -22,7 +22,7 @@ from missionc.ir.wording import listed, metres, seconds
 from missionc.kernel.analysis import reads_lengths
 from missionc.kernel.nodes import Atom, Goal, Kernel, Node, Not, says_opposite
 from missionc.kernel.walk import asks, children, graph_of, window_of
-from missionc.monitoring.evaluate import FIRST
+from missionc.monitoring.end_columns import FIRST
 from missionc.monitoring.interval_robustness import Interval, Intervals
 from missionc.world.signed_distance import distance_between
 

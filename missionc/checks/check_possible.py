@@ -33,7 +33,7 @@ from missionc.diagnostics.code import DEAD_BRANCH, STUCK
 from missionc.diagnostics.model import Diagnostic, Label, has_errors
 from missionc.diagnostics.text_order import in_text_order
 from missionc.ir import Apply, Formation, Mission
-from missionc.kernel.analysis import conjuncts
+from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.nodes import All, Any, Atom, Goal, Kernel, Node, Until
 from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.world.configuration_space import Area

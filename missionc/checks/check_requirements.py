@@ -47,11 +47,11 @@ from missionc.diagnostics.model import Diagnostic, Label
 from missionc.diagnostics.text_order import in_text_order
 from missionc.ir.wording import listed, seconds
 from missionc.kernel import nodes as k
-from missionc.kernel.analysis import conjuncts
+from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.evaluate import Domain, evaluate
 from missionc.kernel.walk import more_than, postorder
 from missionc.language.walk_formulas import bits_of, bottom_up, formulas, goals, operands
-from missionc.monitoring.evaluate import MOST_NODES
+from missionc.monitoring.end_columns import MOST_NODES
 from missionc.syntax.tokens import MOST_FINDINGS
 from missionc.world import plain_floats
 from missionc.world.configuration_space import SURE, covers

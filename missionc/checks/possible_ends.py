@@ -25,9 +25,9 @@ from missionc.ir.pair_ranges import directed, range_of
 from missionc.kernel.evaluate import Domain, evaluate
 from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.kernel.walk import more_than
-from missionc.language.margins import links
+from missionc.language.margins import link
 from missionc.language.walk_formulas import bits_of
-from missionc.monitoring.evaluate import FIRST, LAST, MOST_NODES, columns
+from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
 from missionc.world import plain_floats
 from missionc.world.configuration_space import SURE
 from missionc.world.plain_floats import Place
@@ -228,7 +228,7 @@ def _link(graph: Graph, one: int, other: int, joint: Joint) -> float | None:
     return (
         None
         if here is None or there is None
-        else float(links.margin(plain_floats, graph, range_of(graph, one, other), here, there))
+        else float(link.margin(plain_floats, graph, range_of(graph, one, other), here, there))
     )
 
 

@@ -1,65 +1,32 @@
-"""The analysis of kernel formulas: look-ahead, relevance, and the agents each is about.
-
-The conjuncts of kernel formulas: what all must hold, each of an agent or the team, throughout windows.
-"""
+"""The analysis of kernel formulas: look-ahead, relevance, and the agents each is about."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import reduce
-from typing import NamedTuple
 
 import numpy as np
 
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Predicate
-from missionc.kernel import nodes as k
+from missionc.kernel.nodes import (
+    At,
+    Atom,
+    Is,
+    LinkNode,
+    NeighbourNode,
+    Node,
+    Not,
+    PathLength,
+    ReachNode,
+    RouteNode,
+)
 from missionc.kernel.walk import Ask, asks, bottom_up, children, postorder
 
 
-class Conjunct(NamedTuple):
-    """A formula that must hold of an agent, or of the team (None), throughout windows, the outermost first."""
-
-    agent: int | None
-    windows: tuple[k.Always, ...]
-    formula: k.Node
-
-    @property
-    def steps(self) -> slice | None:
-        """The steps at which it must hold; None where windows are nested, which are more than one range."""
-        match self.windows:
-            case ():
-                return slice(0, 1)
-            case (window,):
-                return asks(window)[0].steps
-            case _:
-                return None
-
-
-def conjuncts(formulas: Iterable[k.Node]) -> Iterator[Conjunct]:
-    """What all must hold so that these formulas do at step 0, in their order, each once."""
-    work = [Conjunct(None, (), formula) for formula in formulas][::-1]
-    seen: set[Conjunct] = set()
-    while work:
-        what = work.pop()
-        if what in seen:
-            continue
-        seen.add(what)
-        agent, windows, node = what
-        match node:
-            case k.All(parts):
-                work.extend(Conjunct(agent, windows, part) for part in reversed(parts))
-            case k.Always(body):
-                work.append(Conjunct(agent, (*windows, node), body))
-            case k.At(who, body):
-                work.append(Conjunct(who, windows, body))
-            case _:
-                yield what
-
-
 def steps_ahead(
-    roots: Iterable[k.Node], to_end: int = 0, of_predicate: Callable[[Predicate], int] = lambda _: 0
-) -> dict[k.Node, int]:
+    roots: Iterable[Node], to_end: int = 0, of_predicate: Callable[[Predicate], int] = lambda _: 0
+) -> dict[Node, int]:
     """The look-ahead of every node, where the mission lasts long enough.
 
     Args:
@@ -69,9 +36,9 @@ def steps_ahead(
     Source:
         [strel] Definition 5.
     """
-    known: dict[k.Node, int] = {}
+    known: dict[Node, int] = {}
     for node in postorder(roots):
-        if isinstance(node, k.Atom):
+        if isinstance(node, Atom):
             known[node] = of_predicate(node.predicate)
         else:
             looks = (ask.low + to_end if ask.high is None else ask.high + known[ask.node] for ask in asks(node))
@@ -79,16 +46,16 @@ def steps_ahead(
     return known
 
 
-def robustness_unit(root: k.Node) -> str:
+def robustness_unit(root: Node) -> str:
     """The unit of a formula's robustness: ``m``; ``m/s`` where it compares speeds alone, nothing where units differ."""
-    units = {node.predicate.unit for node in postorder((root,)) if isinstance(node, k.Atom)} or {"m"}
+    units = {node.predicate.unit for node in postorder((root,)) if isinstance(node, Atom)} or {"m"}
     return units.pop() if len(units) == 1 else ""
 
 
-def agents_asked(root: k.Node) -> dict[k.Node, set[int]]:
+def agents_asked(root: Node) -> dict[Node, set[int]]:
     """The agents that each formula may be asked of, where the root is asked of the first."""
     order = postorder((root,))
-    asked: dict[k.Node, set[int]] = {node: set() for node in order}
+    asked: dict[Node, set[int]] = {node: set() for node in order}
     asked[root].add(0)
     for node in reversed(order):
         for ask in asks(node):
@@ -96,53 +63,53 @@ def agents_asked(root: k.Node) -> dict[k.Node, set[int]]:
     return asked
 
 
-def remembering(roots: Iterable[k.Node]) -> set[int]:
+def remembering(roots: Iterable[Node]) -> set[int]:
     """The agents of whom something may be asked that reads the past."""
     roots = tuple(roots)
-    past = {node for node in postorder(roots) if isinstance(node, k.Atom) and node.predicate.reads_past}
+    past = {node for node in postorder(roots) if isinstance(node, Atom) and node.predicate.reads_past}
     if not past:
         return set()
     asked = ((node, agents) for root in roots for node, agents in agents_asked(root).items())
     return {agent for node, agents in asked if node in past for agent in agents}
 
 
-def reads_lengths(node: k.Node) -> bool:
+def reads_lengths(node: Node) -> bool:
     """Whether it is about lengths in metres, itself or what it denies."""
-    return isinstance(node.body if isinstance(node, k.Not) else node, k.RouteNode | k.PathLength)
+    return isinstance(node.body if isinstance(node, Not) else node, RouteNode | PathLength)
 
 
-def linked_by(roots: Iterable[k.Node]) -> tuple[Graph, ...]:
+def linked_by(roots: Iterable[Node]) -> tuple[Graph, ...]:
     """The graphs whose links, lengths apart, some of these formulas read."""
-    nodes = (node for node in postorder(roots) if isinstance(node, k.NeighbourNode | k.ReachNode))
+    nodes = (node for node in postorder(roots) if isinstance(node, NeighbourNode | ReachNode))
     return tuple(dict.fromkeys(node.graph for node in nodes))
 
 
-def helped_by_more(roots: Iterable[k.Node]) -> dict[k.Node, bool]:
+def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
     """Whether agents that join can only make each node true."""
 
-    def is_helped(node: k.Node, below: tuple[bool, ...]) -> bool:
-        hindered = reads_lengths(node) or (isinstance(node, k.NeighbourNode | k.ReachNode) and node.every)
+    def is_helped(node: Node, below: tuple[bool, ...]) -> bool:
+        hindered = reads_lengths(node) or (isinstance(node, NeighbourNode | ReachNode) and node.every)
         return not hindered and all(below)
 
     return bottom_up(roots, is_helped)
 
 
-def same_for_all(roots: Iterable[k.Node]) -> dict[k.Node, bool]:
+def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
     """Whether the truth of each node is the same whichever agent it is asked of."""
 
-    def is_same(node: k.Node, below: tuple[bool, ...]) -> bool:
+    def is_same(node: Node, below: tuple[bool, ...]) -> bool:
         match node:
-            case k.Atom(predicate):
+            case Atom(predicate):
                 return predicate.about_team
-            case k.At():
+            case At():
                 return True
             case _:
-                return not isinstance(node, k.Is | k.LinkNode) and all(below)
+                return not isinstance(node, Is | LinkNode) and all(below)
 
     return bottom_up(roots, is_same)
 
 
-def about_whom(roots: Iterable[k.Node], agents: int) -> dict[k.Node, Flags]:
+def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
     """The agents whose motion may matter to every node.
 
     Args:
@@ -151,23 +118,23 @@ def about_whom(roots: Iterable[k.Node], agents: int) -> dict[k.Node, Flags]:
     Returns:
         (agents, agents): the motion of the first may matter where the second is asked.
     """
-    known: dict[k.Node, Flags] = {}
+    known: dict[Node, Flags] = {}
     # What is the same of many nodes is one array: each has a flag for every two agents.
     nobody, itself = np.zeros((agents, agents), dtype=np.bool_), np.eye(agents, dtype=np.bool_)
     for node in postorder(roots):
         below = [known[child] for child in children(node)]
         about: Flags = reduce(np.logical_or, below) if below else nobody
         match node:
-            case k.Atom(predicate) if predicate.about_team or predicate.others:
+            case Atom(predicate) if predicate.about_team or predicate.others:
                 about = itself.copy()
                 about[list(range(agents) if predicate.about_team else predicate.others)] = True
-            case k.Atom():
+            case Atom():
                 about = itself
-            case k.At(agent):
+            case At(agent):
                 about = np.broadcast_to(about[:, [agent]], nobody.shape)
-            case k.ReachNode(graph) | k.RouteNode(graph):
+            case ReachNode(graph) | RouteNode(graph):
                 about = below[1] | _among(graph, about)
-            case k.NeighbourNode(graph) | k.PathLength(graph):
+            case NeighbourNode(graph) | PathLength(graph):
                 about = _among(graph, about)
             case _:
                 pass
@@ -185,7 +152,7 @@ def _among(graph: Graph, about: Flags) -> Flags:
     return found
 
 
-def relevance(formulas: Iterable[k.Node], agents: int, last: int) -> Iterator[tuple[k.Node, Flags]]:
+def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tuple[Node, Flags]]:
     """Every node of team formulas judged at step 0, and where it is asked, each node before those below it.
 
     Args:
@@ -207,8 +174,8 @@ def relevance(formulas: Iterable[k.Node], agents: int, last: int) -> Iterator[tu
 
 
 def relevance_below(
-    begin: Mapping[k.Node, Flags], within: Mapping[k.Node, Flags] | None = None
-) -> Iterator[tuple[k.Node, Flags]]:
+    begin: Mapping[Node, Flags], within: Mapping[Node, Flags] | None = None
+) -> Iterator[tuple[Node, Flags]]:
     """``relevance`` of formulas that are asked at these agents and steps, (agents, steps + 1).
 
     Args:

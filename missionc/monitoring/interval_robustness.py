@@ -23,7 +23,8 @@ from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, Ro
 from missionc.kernel.walk import more_than, postorder
 from missionc.language.margins.links import all_links
 from missionc.language.margins.predicate_margins import formation_margin, margin
-from missionc.monitoring.evaluate import FIRST, LAST, MOST_NODES, Evaluation, columns
+from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
+from missionc.monitoring.evaluate import Evaluation
 from missionc.monitoring.logic import ROBUSTNESS, Values, decided_at_border
 from missionc.world.configuration_space import Atlas
 

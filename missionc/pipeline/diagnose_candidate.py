@@ -30,7 +30,8 @@ from missionc.base.judgement import Judgement
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Agent, Mission, Still
 from missionc.ir.wording import listed
-from missionc.kernel.analysis import conjuncts, robustness_unit
+from missionc.kernel.analysis import robustness_unit
+from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.nodes import At, Kernel, Node
 from missionc.kernel.walk import awaited, postorder
 from missionc.monitoring.monitor import robustness

@@ -210,7 +210,7 @@ def _attempts(short: Short, engine: str, repair: Backend | None) -> Sequence[Att
 
 def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: Attempt) -> Kernel:
     """What is asked for, of which a plan keeps what the kernel says."""
-    from missionc.lower.unroll_past import hold_throughout  # with numpy, for those who plan again
+    from missionc.lower.hold_throughout import hold_throughout
 
     furthest = mission.step * max(agent.dynamics.top_speed for agent in mission.agents)
     tighter = tightened_alone(kernel, failing, Metres(attempt.share * furthest))

@@ -30,7 +30,7 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.lower.expand import expand
-from missionc.lower.unroll_past import hold_throughout
+from missionc.lower.hold_throughout import hold_throughout
 from missionc.monitoring.monitor import truths
 from missionc.verify.between.between_steps import between_steps
 from missionc.verify.certificate import Verdict

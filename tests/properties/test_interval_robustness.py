@@ -21,7 +21,7 @@ from missionc.kernel.walk import children, postorder
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS
 from missionc.lower.expand import expand
-from missionc.monitoring.evaluate import FIRST, LAST
+from missionc.monitoring.end_columns import FIRST, LAST
 from missionc.monitoring.interval_robustness import Interval, Intervals
 from missionc.monitoring.monitor import robustness
 from tests import reference

@@ -21,8 +21,8 @@ from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS
 from missionc.lower.ahead_of_time import ahead_of_time
 from missionc.lower.expand import expand
+from missionc.lower.hold_throughout import hold_throughout
 from missionc.lower.tighten import tightened_alone
-from missionc.lower.unroll_past import hold_throughout
 from missionc.monitoring.monitor import monitor
 from missionc.monitoring.signature import Signatures
 from missionc.monitoring.violation import first_violation

@@ -11,7 +11,7 @@ from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPl
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
 from missionc.base.source import Source
-from missionc.kernel.analysis import conjuncts
+from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.nodes import AtLeast
 from missionc.pipeline.results import Verified
 

@@ -13,7 +13,7 @@ import math
 from dataclasses import dataclass, replace
 
 from missionc.ir import Compare, Level, Mission, Speed
-from missionc.kernel.analysis import Conjunct, conjuncts
+from missionc.kernel.conjuncts import Conjunct, conjuncts
 from missionc.kernel.nodes import Atom, Kernel
 
 

@@ -1,64 +1,17 @@
-"""Margins of the edges of a communication graph: positive where two agents are linked.
-
-A link of a graph: how far two agents are from losing it.
-"""
+"""Margins of the edges of a communication graph: positive where two agents are linked."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from functools import reduce
-from typing import TypeAlias, assert_never
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base import trace
-from missionc.ir import BeaconCover, Graph, Proximity, Sight
-from missionc.world.line_of_sight import clear_line
-from missionc.world.signed_distance import Array, Namespace, distance_between
-
-
-def margin(
-    xp: Namespace,
-    graph: Graph,
-    reach: Array,
-    first_position: Array,
-    second_position: Array,
-    floor: float = -math.inf,
-) -> Array:
-    """How far the first agent is from losing its link to the second: (..., dim) twice -> (...), metres.
-
-    The range of their pair, ``reach``, in metres, a number or (...), minus the
-    distance between them; with beacons, what the worse of
-    the two has left to the beacon that serves them best; of a sight, the
-    clearance of the straight line between them too, where that is less. Linked
-    where it is above 0. Of a margin that is at most ``floor`` perhaps only that
-    is found, which is sooner.
-
-    Source:
-        [strel] ε-proximity and ε-connectivity graphs.
-    """
-    match graph:
-        case Proximity():
-            return reach - distance_between(xp, first_position, second_position)
-        case Sight(shapes=shapes, room=room):
-            spare = reach - distance_between(xp, first_position, second_position)
-            return clear_line(xp, shapes, first_position, second_position, spare + room, floor + room) - room
-        case BeaconCover():
-            return reduce(
-                xp.maximum,
-                [
-                    reach
-                    - xp.maximum(
-                        distance_between(xp, first_position, beacon), distance_between(xp, second_position, beacon)
-                    )
-                    for beacon in graph.beacons
-                ],
-            )
-        case _:
-            assert_never(graph)
-
+from missionc.ir import Graph
+from missionc.language.margins import link
+from missionc.world.signed_distance import Array, Namespace
 
 Agents: TypeAlias = int | NDArray[np.int64]
 """The numbers of agents."""
@@ -92,7 +45,7 @@ def link_margin(
     reach: Array = ranges(graph, first, second)
     if xp is not np and graph.ranges:
         reach = first_position.new_tensor(reach)
-    return margin(xp, graph, reach, first_position, second_position)
+    return link.margin(xp, graph, reach, first_position, second_position)
 
 
 def are_linked(
@@ -100,13 +53,13 @@ def are_linked(
 ) -> trace.Flags:
     """Whether links lead from the first agents to the second: (..., dim) twice -> (...); sooner than by the margin."""
     reach = ranges(graph, first, second)
-    return np.asarray(margin(np, graph, reach, first_position, second_position, floor=0.0) > 0)
+    return np.asarray(link.margin(np, graph, reach, first_position, second_position, floor=0.0) > 0)
 
 
 def places_linked(graph: Graph, first_position: trace.Array, second_position: trace.Array) -> trace.Flags:
     """Whether whoever is at two places is linked, of a graph whose links have one range: (..., dim) twice -> (...)."""
     assert not graph.ranges, "whether two places are linked hangs on who is there"
-    return np.asarray(margin(np, graph, graph.radius, first_position, second_position, floor=0.0) > 0)
+    return np.asarray(link.margin(np, graph, graph.radius, first_position, second_position, floor=0.0) > 0)
 
 
 def all_links(graph: Graph, position: trace.Array) -> trace.Array:

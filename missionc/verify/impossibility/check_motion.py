@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from missionc.base.trace import Array, Flags
 from missionc.ir import Agent, Anywhere, Compare, Dynamics, Exactly, Level, Mission, Place, Speed
-from missionc.kernel.analysis import Conjunct, conjuncts
+from missionc.kernel.conjuncts import Conjunct, conjuncts
 from missionc.kernel.nodes import Atom, Goal
 from missionc.verify.certificate import MOTION
 from missionc.verify.impossibility.bodies import blocked

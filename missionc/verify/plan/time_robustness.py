@@ -23,7 +23,8 @@ import numpy as np
 from missionc.base.trace import Array, Trace
 from missionc.curves.piecewise_polynomials import Curves, Indices, extents, motion
 from missionc.ir import Mission
-from missionc.kernel.analysis import about_whom, conjuncts
+from missionc.kernel.analysis import about_whom
+from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.nodes import Always, At, Kernel, Node
 from missionc.monitoring.monitor import truths
 from missionc.monitoring.violation import first_violation

@@ -19,7 +19,7 @@ from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
-from missionc.kernel.analysis import Conjunct
+from missionc.kernel.conjuncts import Conjunct
 from missionc.kernel.nodes import All, Any, At, AtLeast, Node
 from missionc.kernel.walk import children, postorder, rebuilt
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
 from missionc.backends.smt.prioritized.requirement_parts import named_agents, throughout
-from missionc.kernel.analysis import Conjunct, conjuncts
+from missionc.kernel.conjuncts import Conjunct, conjuncts
 from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Goal, Kernel, Node, Until
 from missionc.kernel.walk import children, rebuilt, same_objects
 

@@ -18,7 +18,7 @@ from missionc.backends.smt.roadmap.edges import Edges
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.backends.speed_limits import slowness
 from missionc.base.trace import Array
-from missionc.kernel.analysis import conjuncts
+from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.nodes import Atom, Kernel, Node
 from missionc.kernel.walk import postorder
 from missionc.world.dynamics import States, speeds, turn_in_step

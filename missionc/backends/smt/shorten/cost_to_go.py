@@ -18,7 +18,7 @@ import numpy as np
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Array, Flags
-from missionc.kernel.analysis import conjuncts
+from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.nodes import Any, Node
 from missionc.kernel.walk import awaited
 
