@@ -46,8 +46,7 @@ from missionc.ir.agents import Exactly
 from missionc.ir.predicates.features import Coordinate
 from missionc.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, Until
 from missionc.pipeline import driver
-from missionc.world.area import Area
-from missionc.world.configuration_space import Atlas
+from missionc.world.configuration_space import Area, Atlas
 from missionc.world.geodesic_bounds import VisibilityGraph
 from missionc.world.signed_distance import signed_distance
 

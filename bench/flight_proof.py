@@ -23,8 +23,7 @@ from missionc import ir
 from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.curves.piecewise_polynomials import Curves, motion, values
+from missionc.curves.piecewise_polynomials import Curves, Pieces, motion, read, values
 from missionc.data.vehicles import profiles
 from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.kernel.nodes import Kernel
@@ -33,7 +32,7 @@ from missionc.verify.check_certificate import check_certificate
 from missionc.verify.flight.continuity_and_fidelity import check_flight, tube
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
-from missionc.verify.flight.vehicle_claims import limits
+from missionc.verify.flight.verify_polynomials import limits
 from missionc.verify.proof.branch_and_bound import branch_and_bound
 from missionc.verify.proof.proof_boxes import boxes_of, fault
 from missionc.verify.verify_plan import verify_polynomials

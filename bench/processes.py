@@ -26,7 +26,7 @@ from missionc.backends.load import load
 from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.diagnostics.model import Diagnostic
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 
 MISSIONS = Path(__file__).resolve().parent.parent / "missions"
 

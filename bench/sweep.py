@@ -25,9 +25,9 @@ import psutil
 
 from missionc.pipeline.front_end import check
 from missionc.pipeline.provenance import inputs
-from missionc.sweep import executors, run_answer, run_request
-from missionc.sweep.executors import Pool
+from missionc.sweep import run_answer, run_request, run_sweep
 from missionc.sweep.run_request import Request, Settings
+from missionc.sweep.run_sweep import Pool
 
 ROOT = Path(__file__).resolve().parents[1]
 REFUSED = 400
@@ -36,7 +36,7 @@ REFUSED = 400
 
 @contextmanager
 def pool(kind: str, workers: int) -> Iterator[Pool]:
-    opened = executors.on_cluster(f"local:{workers}") if kind == "dask" else executors.on_this_machine(workers)
+    opened = run_sweep.on_cluster(f"local:{workers}") if kind == "dask" else run_sweep.on_this_machine(workers)
     with opened as found:
         assert isinstance(found, Pool), found
         yield found

@@ -22,13 +22,12 @@ if find_spec("crazyflow"):
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import Pieces
 from missionc.data.vehicles import profiles
-from missionc.simulate import firmware_setpoints
+from missionc.simulate import disturbance
 from missionc.simulate.default_engine import Flown, fly, sample_times
-from missionc.simulate.disturbance import UNDISTURBED, drawn
+from missionc.simulate.disturbance import UNDISTURBED, drawn, setpoints
 from missionc.simulate.engines import fly_with
-from missionc.simulate.firmware_setpoints import setpoints
 
 SPEEDS = (0.5, 1.0, 1.5)
 """m/s."""
@@ -122,7 +121,7 @@ def error(pieces: Pieces, engine: str) -> float:
         flown = fly([pieces], drawn(UNDISTURBED, 0, range(1), 1, times.size), seconds)
     else:
         flown = fly_with(engine, [pieces], seconds)
-    told = setpoints(pieces, times)[firmware_setpoints.POSITION].T
+    told = setpoints(pieces, times)[disturbance.POSITION].T
     return float(1000 * np.linalg.norm(flown.position[0, 0] - told, axis=-1).max())
 
 

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from missionc.base.throughout import Throughout
     from missionc.diagnostics.code import Severity
     from missionc.diagnostics.model import Diagnostic
-    from missionc.pipeline.checked import Checked
     from missionc.pipeline.driver import check, compile, monitor
+    from missionc.pipeline.front_end import Checked
     from missionc.pipeline.graphs import link_graph, roadmap_graphs
     from missionc.pipeline.results import (
         Alternative,
@@ -90,7 +90,7 @@ HOMES = {
     "missionc.diagnostics.model": ("Diagnostic",),
     "missionc.pipeline.driver": ("check", "compile", "monitor"),
     "missionc.base.limits": ("Limits",),
-    "missionc.pipeline.checked": ("Checked",),
+    "missionc.pipeline.front_end": ("Checked",),
     "missionc.pipeline.results": (
         "Alternative",
         "Blame",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from missionc.simulate.default_engine import Flown
 
 ROOT = Path(__file__).resolve().parent.parent
-COVERS = ("missionc.backends.cover.refute", "missionc.backends.cover.least_duration")
+COVERS = ("missionc.backends.cover.refute", "missionc.backends.cover.refute")
 """What asks covers, in more and more cells: whether a mission can be, and how long it takes at least."""
 
 GARBAGE = 50_000, 50, 50

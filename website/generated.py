@@ -31,7 +31,7 @@ def errors() -> str:
 
 HEADINGS = {
     "missionc.pipeline.driver": "What to call",
-    "missionc.pipeline.checked": "What a check gives back",
+    "missionc.pipeline.front_end": "What a check gives back",
     "missionc.pipeline.results": "What comes back",
     "missionc.backends.options": "Planning: options",
     "missionc.base.throughout": "Planning: between the steps",

@@ -24,8 +24,7 @@ from missionc.ir import Agent, Formation, Mission, Predicate
 from missionc.ir.wording import listed, metres, seconds, speed
 from missionc.kernel.nodes import Node, UntilNode
 from missionc.language.walk_formulas import bits_of
-from missionc.world.area import Area
-from missionc.world.configuration_space import common
+from missionc.world.configuration_space import Area, common
 
 ROUNDING = 1e-9
 

@@ -23,8 +23,7 @@ from missionc.ir import Agent, Anywhere, Exactly, Mission, Region
 from missionc.ir.wording import listed, metres, seconds, speed
 from missionc.kernel.nodes import Kernel
 from missionc.syntax.tokens import MOST_FINDINGS
-from missionc.world.area import MANY, SURE, Area
-from missionc.world.configuration_space import disjoint, empty
+from missionc.world.configuration_space import MANY, SURE, Area, disjoint, empty
 
 THIN = 1e-3
 """Metres: a passage narrower than that is none."""

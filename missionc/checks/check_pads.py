@@ -55,7 +55,7 @@ def _in_turns(mission: Mission, above: dict[int, Vector]) -> bool:
     """Whether all can rise from pads that are too near for that at once; not known where only a plan can tell."""
     if len(above) < len(mission.agents):
         return False
-    from missionc.verify.flight.landing_in_turns import pads_suffice  # by arrays, which few missions need here
+    from missionc.verify.flight.verify_whole_flight import pads_suffice  # by arrays, which few missions need here
 
     heights = [(*above[agent.index][:2], (*above[agent.index], agent.altitude)[2]) for agent in mission.agents]
     return pads_suffice(mission, heights)

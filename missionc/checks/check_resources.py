@@ -25,8 +25,7 @@ from missionc.ir import Agent, Compare, Holds, Level, Mission, Resource
 from missionc.ir.wording import listed, metres, number, seconds
 from missionc.kernel.nodes import Kernel
 from missionc.language.walk_formulas import asked_agents
-from missionc.world.area import Area
-from missionc.world.configuration_space import empty
+from missionc.world.configuration_space import Area, empty
 
 ROUNDING = 1e-9
 

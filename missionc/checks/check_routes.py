@@ -11,8 +11,8 @@ from missionc.diagnostics.model import Diagnostic, Fix, Label
 from missionc.ir import Apply, AtLeastOf, Formula, Length, Mission, OfAgent
 from missionc.ir.pair_ranges import heaviest
 from missionc.kernel.walk import route_bounds
-from missionc.language.route_lengths import longest
 from missionc.language.walk_formulas import bits_of, formulas, operands, operator_words
+from missionc.language.weighed_routes import longest
 from missionc.syntax.ast import Metric
 
 

@@ -5,21 +5,109 @@
 The room of a vehicle is the world less its fence inset, within its band of
 heights. Of a region only the box around it is looked at, so a region that
 passes may still lie outside.
+
+Check of tracking margins: a vehicle that may fly faster than its profile's margin was measured for says its own.
+
+    says MC731
+
+A flight is proved to keep to its vehicle's limits. As long as these are the
+profile's, what `bench/tracking.py` measured at them holds for the flight.
+
+Check of goals at the speeds that vehicles fly: what dynamics reach in time, and no flight does.
+
+    in   Mission, its Kernel
+    out  what `check_goals` finds of requirements then
+    says MC509 MC551
+
+Only what is to come before the mission's last step is looked at: a window that reaches to the end goes further where
+the plan is flown slower than it was made, and so does a finish.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from missionc.base.source import Span
 from missionc.base.units import Dimension
+from missionc.checks.check_goals import requirements_out_of_reach
 from missionc.checks.free_space import FreeSpace
-from missionc.diagnostics.code import FASTER_THAN_VEHICLE, NO_FLYING_ROOM, OUTLASTS_VEHICLE, OUTSIDE_FLYING_ROOM
+from missionc.data.vehicles import profiles
+from missionc.diagnostics import code as codes
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.ir import Agent, Exactly, Mission, Place, Vector
-from missionc.ir.wording import listed, metres, number
+from missionc.ir import FIGURES, Agent, Exactly, Mission, Place, Vector
+from missionc.ir.wording import listed, metres, number, speed
+from missionc.kernel.nodes import Kernel
 from missionc.resolve.resolve_quantities import SI
 from missionc.world.configuration_space import empty
+
+LIMITS = ("speed", "vertical_speed", "acceleration", "jerk")
+"""Figures of a vehicle that its tracking error grows with."""
+
+
+def check_tracking(mission: Mission) -> list[Diagnostic]:
+    """One finding for each team whose vehicle has a higher limit than its profile, and the profile's margin."""
+    teams = {agent.team: agent for agent in reversed(mission.agents)}
+    return [finding for agent in reversed(teams.values()) for finding in _tracking_beyond(agent)]
+
+
+def _tracking_beyond(agent: Agent) -> list[Diagnostic]:
+    own, profile = agent.vehicle, profiles()[agent.vehicle.name]
+    raised = [name for name in LIMITS if getattr(own, name) > getattr(profile, name)]
+    if not (profile.tracking and raised and own.tracking == profile.tracking):
+        return []
+    name = raised[0]
+    unit = SI[FIGURES[name].dimension]
+    return [
+        Diagnostic(
+            codes.TRACKING_NOT_MEASURED,
+            f"`{agent.team}` may fly with {_words(name)} of {number(getattr(own, name))}{unit}; the tracking margin of "
+            f"`{profile.name}` was measured up to {number(getattr(profile, name))}{unit}",
+            Label(agent.span, f"flown as `{own.name}`"),
+            notes=(f"the flight is proved for vehicles within {metres(own.tracking)} of their trajectories",),
+            help=f"give `vehicle` its own `tracking` too{_enough(agent)}",
+        )
+    ]
+
+
+def _words(name: str) -> str:
+    return {"speed": "a speed", "vertical_speed": "a vertical speed", "acceleration": "an acceleration"}.get(
+        name, "a jerk"
+    )
+
+
+def _enough(agent: Agent) -> str:
+    """The margin that grows as the speed does, where that is what was raised: as measured, it is in proportion."""
+    profile = profiles()[agent.vehicle.name]
+    times = max(getattr(agent.vehicle, name) / getattr(profile, name) for name in ("speed", "vertical_speed"))
+    if times <= 1 or times > 10:
+        return ""
+    return f": at that speed simulators are off by up to {metres(round(profile.tracking * times, 3))}"
+
+
+def check_flown_speeds(mission: Mission, kernel: Kernel) -> list[Diagnostic]:
+    """What is out of reach, of a mission in which nothing is at the speeds of its dynamics; none where no vehicle is
+    slower than those."""
+    agents = tuple(
+        replace(agent, dynamics=agent.dynamics.at_most(_most(mission, agent), math.inf)) for agent in mission.agents
+    )
+    slower = {
+        agent.team: f"`{agent.team}` flies at {speed(flown.dynamics.top_speed)} at most, by its vehicle"
+        for agent, flown in zip(mission.agents, agents, strict=True)
+        if flown.dynamics != agent.dynamics
+    }
+    if not slower:
+        return []
+    flown = replace(mission, agents=agents)
+    found = requirements_out_of_reach(flown, kernel, FreeSpace.of(flown), mission.steps - 1)
+    return [replace(each, notes=(*each.notes, listed(list(slower.values())))) for each in found]
+
+
+def _most(mission: Mission, agent: Agent) -> float:
+    """Metres a second in any direction: what is flown sideways and up or down at once."""
+    vehicle = agent.vehicle
+    return vehicle.speed if mission.dimension == 2 else math.hypot(vehicle.speed, vehicle.vertical_speed)
+
 
 ROUNDING = 1e-9
 """Metres by which a place may seem to lie outside and does not."""
@@ -107,7 +195,7 @@ def _meets(first: tuple[Vector, Vector], second: tuple[Vector, Vector]) -> bool:
 def _faster(agent: Agent, word: str, verb: str, planned: float, flown: float, dimension: Dimension) -> Diagnostic:
     unit = SI[dimension]
     return Diagnostic(
-        FASTER_THAN_VEHICLE,
+        codes.FASTER_THAN_VEHICLE,
         f"`{agent.team}` may {verb} at {number(planned)}{unit}; its vehicle flies at most {number(flown)}{unit}",
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
         notes=("a plan that makes use of it can be flown only in more time",),
@@ -118,7 +206,7 @@ def _faster(agent: Agent, word: str, verb: str, planned: float, flown: float, di
 def _outlasted(mission: Mission, agent: Agent) -> Diagnostic:
     flies = f"{number(agent.vehicle.endurance)}{SI[Dimension.TIME]}"
     return Diagnostic(
-        OUTLASTS_VEHICLE,
+        codes.OUTLASTS_VEHICLE,
         f"`{agent.team}` flies {flies} on one charge; the mission lasts {number(mission.horizon)}{SI[Dimension.TIME]}",
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
         (Label(mission.time_span, "from the first state to the last"),) if mission.time_span else (),
@@ -129,7 +217,7 @@ def _outlasted(mission: Mission, agent: Agent) -> Diagnostic:
 
 def _no_room(mission: Mission, agent: Agent) -> Diagnostic:
     return Diagnostic(
-        NO_FLYING_ROOM,
+        codes.NO_FLYING_ROOM,
         f"the world leaves `{agent.team}` no room to fly",
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
         (Label(mission.world.span, f"the world is {_box(mission.world.low, mission.world.high)}"),),
@@ -141,7 +229,7 @@ def _no_room(mission: Mission, agent: Agent) -> Diagnostic:
 def _wrong_altitude(agent: Agent) -> Diagnostic:
     band = agent.vehicle.height
     return Diagnostic(
-        NO_FLYING_ROOM,
+        codes.NO_FLYING_ROOM,
         f"`{agent.team}` flies at {metres(agent.altitude)}; its vehicle keeps between {metres(band.low)}"
         f" and {metres(band.high)}",
         Label(agent.span, f"flown as `{agent.vehicle.name}`"),
@@ -154,7 +242,7 @@ def _beyond_the_fence(mission: Mission, verb: str, there: list[tuple[Agent, Plac
     others = [f"`{other.name}`" for other, _ in there[1:]]
     where = f"at {_point(place.point)}" if isinstance(place, Exactly) else f"in `{place.region.name}`"
     return Diagnostic(
-        OUTSIDE_FLYING_ROOM,
+        codes.OUTSIDE_FLYING_ROOM,
         f"`{agent.name}` {verb} {where}, outside the room of its vehicle, {_box(*mission.room(agent.index))}",
         Label(place.span),
         (Label(agent.span, f"flown as `{agent.vehicle.name}`"),),

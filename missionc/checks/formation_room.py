@@ -11,8 +11,7 @@ from missionc.checks.free_space import FreeSpace
 from missionc.ir import Formation, Mission, Still
 from missionc.ir.wording import metres
 from missionc.world import plain_floats
-from missionc.world.area import FRACTIONS, SURE, Area
-from missionc.world.configuration_space import common
+from missionc.world.configuration_space import FRACTIONS, SURE, Area, common
 from missionc.world.plain_floats import Place
 from missionc.world.signed_distance import signed_distance
 

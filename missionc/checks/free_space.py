@@ -10,8 +10,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.checks.least_ways import LeastWays
 from missionc.checks.literals import Places
 from missionc.ir import Agent, Mission, Obstacle, Shape, Still
-from missionc.world.area import Area
-from missionc.world.configuration_space import Atlas, common, covers, disjoint, empty, without
+from missionc.world.configuration_space import Area, Atlas, common, covers, disjoint, empty, without
 from missionc.world.displacement import displaced, moved
 
 HAIR = 0.01

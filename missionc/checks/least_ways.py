@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Agent, Exactly, Mission, Region, Shape, Still, Vector
-from missionc.world.area import SURE, Area
 from missionc.world.clear_ways import ClearWays
-from missionc.world.configuration_space import Atlas, common
+from missionc.world.configuration_space import SURE, Area, Atlas, common
 
 if TYPE_CHECKING:
     from missionc.world.geodesic_bounds import VisibilityGraph

@@ -9,8 +9,7 @@ from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Beacon, Compare, Coordinate, DistanceTo, Feature, Inside, Predicate, Region, Touches, Vector
-from missionc.world.area import Area
-from missionc.world.configuration_space import Atlas, covers, disjoint
+from missionc.world.configuration_space import Area, Atlas, covers, disjoint
 from missionc.world.signed_distance import measured_outside
 
 

@@ -20,26 +20,10 @@ from missionc.base.late_dataclass import dataclass
 from missionc.checks.causes import Cause, Causes
 from missionc.checks.literals import Literal, Unbounded
 from missionc.ir import Mission, Predicate
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Is,
-    LeafNode,
-    NeighbourNode,
-    Node,
-    Not,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel import nodes as k
 from missionc.kernel.walk import children, postorder
 from missionc.language.walk_formulas import bits_of
-from missionc.world.area import Area
-from missionc.world.configuration_space import disjoint, empty
+from missionc.world.configuration_space import Area, disjoint, empty
 
 MOST_ASKED = 20_000
 """Pairs of a node and an agent that it is asked of; of a goal with more nothing is said."""
@@ -65,7 +49,7 @@ class May:
 
 ANYTHING = May()
 
-Asked: TypeAlias = dict[Node, dict[int, int]]
+Asked: TypeAlias = dict[k.Node, dict[int, int]]
 """By node and agent, the last step at which it is asked, or has to hold."""
 
 
@@ -80,12 +64,12 @@ class MayAnalysis:
     """
 
     causes: Causes
-    root: Node
-    telling: Collection[Node]
+    root: k.Node
+    telling: Collection[k.Node]
     latest: bool = False
     asked: Asked = field(default_factory=dict)
-    known: dict[Node, May] = field(default_factory=dict)
-    why: dict[Node, Cause | tuple[Node, ...]] = field(default_factory=dict)
+    known: dict[k.Node, May] = field(default_factory=dict)
+    why: dict[k.Node, Cause | tuple[k.Node, ...]] = field(default_factory=dict)
     """The cause of a dead node's death, or the nodes below that are it."""
 
     def __post_init__(self) -> None:
@@ -100,10 +84,10 @@ class MayAnalysis:
         """Whether the formula holds in no plan."""
         return self.root in self.known and bool(self.known[self.root].dead & 1)
 
-    def reasons(self, node: Node) -> list[Cause]:
+    def reasons(self, node: k.Node) -> list[Cause]:
         """The causes of a dead node's death: of an alternative, those of each."""
         found: dict[Cause, None] = {}
-        waiting, seen = [node], set[Node]()
+        waiting, seen = [node], set[k.Node]()
         while waiting:
             dead = waiting.pop()
             why = self.why.get(dead, ())
@@ -118,7 +102,7 @@ class MayAnalysis:
     def mission(self) -> Mission:
         return self.causes.ground.mission
 
-    def _ask(self, order: list[Node]) -> bool:
+    def _ask(self, order: list[k.Node]) -> bool:
         """By when, and of whom, each node is asked; whether that is little enough to look at."""
         self.asked[self.root] = {0: 0}
         left, last = MOST_ASKED, self.mission.steps
@@ -140,24 +124,24 @@ class MayAnalysis:
                 return False
         return True
 
-    def _parts(self, node: Node) -> tuple[Node, ...]:
+    def _parts(self, node: k.Node) -> tuple[k.Node, ...]:
         return tuple(child for child, *_ in self._below(node) if child in self.telling)
 
-    def _below(self, node: Node) -> Iterator[tuple[Node, int | None, int | None]]:
+    def _below(self, node: k.Node) -> Iterator[tuple[k.Node, int | None, int | None]]:
         """The nodes below, how many steps ahead each is asked (None: to the last), and of whom (None: of the same)."""
         match node:
-            case LeafNode() | Not() | NeighbourNode() | ReachNode() | RouteNode():
+            case k.LeafNode() | k.Not() | k.NeighbourNode() | k.ReachNode() | k.RouteNode():
                 return
-            case All(parts) | Any(parts) | AtLeast(_, parts):
+            case k.All(parts) | k.Any(parts) | k.AtLeast(_, parts):
                 yield from ((part, 0, None) for part in parts)
-            case At(agent, body):
+            case k.At(agent, body):
                 yield body, 0, agent
-            case WindowNode(body, low, high):
+            case k.WindowNode(body, low, high):
                 yield body, low if node.every and low >= 0 and not self.latest else high, None
-            case UntilNode(hold, end, low, high) if node.every:
+            case k.UntilNode(hold, end, low, high) if node.every:
                 yield hold, high, None
                 yield end, low if low >= 0 and not self.latest else high, None
-            case UntilNode(hold, end, low, high):
+            case k.UntilNode(hold, end, low, high):
                 held = None if high is None else max(high - 1, 0)
                 yield hold, held if self.latest and low >= 0 else 0, None
                 yield end, high, None
@@ -166,33 +150,33 @@ class MayAnalysis:
 
     # ------------------------------------------------------------------- values
 
-    def _of(self, node: Node) -> May:
+    def _of(self, node: k.Node) -> May:
         match node:
-            case Atom(predicate):
+            case k.Atom(predicate):
                 return self._atom(node, predicate, True)
-            case Not(Atom(predicate)):
+            case k.Not(k.Atom(predicate)):
                 return self._atom(node, predicate, False)
-            case Is(agents):
+            case k.Is(agents):
                 return May(self._everyone & ~bits_of(tuple(sorted(agents))))
-            case Not(Is(agents)):
+            case k.Not(k.Is(agents)):
                 return May(bits_of(tuple(sorted(agents))))
-            case LeafNode() | Not() | NeighbourNode() | ReachNode() | RouteNode():
+            case k.LeafNode() | k.Not() | k.NeighbourNode() | k.ReachNode() | k.RouteNode():
                 return ANYTHING
-            case All(parts):
+            case k.All(parts):
                 return self._enough(node, len(parts), parts)
-            case AtLeast(count, parts):
+            case k.AtLeast(count, parts):
                 return self._enough(node, count, parts)
-            case Any(parts):
+            case k.Any(parts):
                 return self._some(node, parts)
-            case At(agent, body):
+            case k.At(agent, body):
                 return self._at(node, agent, body)
-            case WindowNode():
+            case k.WindowNode():
                 return self._window(node)
-            case UntilNode() if node.every:
+            case k.UntilNode() if node.every:
                 return self._release(node)
-            case UntilNode() if node.low < 0:
+            case k.UntilNode() if node.low < 0:
                 return self._die(node, self._dead(node.end), (node.end,))
-            case UntilNode():
+            case k.UntilNode():
                 return self._until(node)
             case _:
                 assert_never(node)
@@ -201,17 +185,17 @@ class MayAnalysis:
     def _everyone(self) -> Bits:
         return (1 << len(self.mission.agents)) - 1
 
-    def _dead(self, node: Node) -> Bits:
+    def _dead(self, node: k.Node) -> Bits:
         """The agents that a node is dead of; nobody, of one that is asked at no step."""
         return self.known.get(node, ANYTHING).dead
 
-    def _die(self, node: Node, dead: Bits, why: Cause | tuple[Node, ...], alive: May = ANYTHING) -> May:
+    def _die(self, node: k.Node, dead: Bits, why: Cause | tuple[k.Node, ...], alive: May = ANYTHING) -> May:
         """The value of a node that is dead of these agents; what is known of its places is that of ``alive``."""
         if dead:
             self.why.setdefault(node, why)
         return May(dead, alive.places, alive.others)
 
-    def _atom(self, node: Node, predicate: Predicate, holds: bool) -> May:
+    def _atom(self, node: k.Node, predicate: Predicate, holds: bool) -> May:
         if predicate.about_team:
             cause = self.causes.no_fit(node, predicate) if holds else None
             return self._die(node, self._everyone, cause) if cause else ANYTHING
@@ -225,21 +209,21 @@ class MayAnalysis:
         here = May(0, frozenset((area,)))
         return self._die(node, cause.bits, cause, here) if cause else here
 
-    def _enough(self, node: All | AtLeast, count: int, parts: tuple[Node, ...]) -> May:
+    def _enough(self, node: k.All | k.AtLeast, count: int, parts: tuple[k.Node, ...]) -> May:
         below = [self.known.get(part, ANYTHING) for part in parts]
         asked = bits_of(tuple(sorted(self.asked[node])))
         lost = tuple(part for part, value in zip(parts, below, strict=True) if value.dead & asked)
         dead = _fewer_than(self._everyone, count, [value.dead for value in below])
-        if isinstance(node, All):
+        if isinstance(node, k.All):
             others = _merged(below)
             places = frozenset[Area]().union(*(value.places for value in below))
         else:
             others, places = {}, NOWHERE_KNOWN
         if count > 1 and not dead & 1 and (cause := self.causes.crowded(node, count, [each.others for each in below])):
             return self._die(node, self._everyone, cause)
-        return self._die(node, dead, lost[:1] if isinstance(node, All) else lost, May(0, places, others))
+        return self._die(node, dead, lost[:1] if isinstance(node, k.All) else lost, May(0, places, others))
 
-    def _some(self, node: Node, parts: tuple[Node, ...]) -> May:
+    def _some(self, node: k.Node, parts: tuple[k.Node, ...]) -> May:
         below = [self.known.get(part, ANYTHING) for part in parts]
         dead = reduce(and_, (value.dead for value in below), self._everyone)
         alive = below
@@ -252,13 +236,13 @@ class MayAnalysis:
         others = {agent: self.causes.either([value.others[agent] for value in alive]) for agent in sorted(agents)}
         return self._die(node, dead, parts, May(0, either, others))
 
-    def _at(self, node: Node, agent: int, body: Node) -> May:
+    def _at(self, node: k.Node, agent: int, body: k.Node) -> May:
         there = self.known.get(body, ANYTHING)
         others = _merged((there, May(0, NOWHERE_KNOWN, {agent: there.places})))
         dead = self._everyone if there.dead >> agent & 1 else 0
         return self._die(node, dead, (body,), May(0, NOWHERE_KNOWN, others))
 
-    def _window(self, node: WindowNode) -> May:
+    def _window(self, node: k.WindowNode) -> May:
         body, low, high = self.known.get(node.body, ANYTHING), node.low, node.high
         now = node.every and low <= 0 and (high is None or high >= 0)
         here = body if now or low == high == 0 else ANYTHING
@@ -271,14 +255,14 @@ class MayAnalysis:
                 return self._die(node, dead | cause.bits, cause, here)
         return self._die(node, dead, (node.body,), here)
 
-    def _release(self, node: UntilNode) -> May:
+    def _release(self, node: k.UntilNode) -> May:
         """Its end holds now, where now is in the window; of what else it asks, it has a choice."""
         if node.low != 0:
             return ANYTHING
         end = self.known.get(node.end, ANYTHING)
         return self._die(node, end.dead, (node.end,), end)
 
-    def _until(self, node: UntilNode) -> May:
+    def _until(self, node: k.UntilNode) -> May:
         hold, end = self.known.get(node.hold, ANYTHING), self.known.get(node.end, ANYTHING)
         steps = self.asked[node]
         jump = self.causes.jump(node, hold.places, end.places, steps)
@@ -299,18 +283,18 @@ class MayAnalysis:
         return self._die(node, dead, parts, here)
 
 
-def telling(roots: Iterable[Node]) -> frozenset[Node]:
+def telling(roots: Iterable[k.Node]) -> frozenset[k.Node]:
     """The nodes that are, or are made of, what may be dead: what is about an agent's place, or who it is."""
-    found = set[Node]()
+    found = set[k.Node]()
     for node in postorder(roots):
         match node:
-            case NeighbourNode() | ReachNode() | RouteNode():
+            case k.NeighbourNode() | k.ReachNode() | k.RouteNode():
                 pass
-            case Atom() | Is() | Not(Atom() | Is()):
+            case k.Atom() | k.Is() | k.Not(k.Atom() | k.Is()):
                 found.add(node)
             case _:
                 parts = children(node)
-                if any(part in found for part in parts) or (isinstance(node, Any | AtLeast) and not parts):
+                if any(part in found for part in parts) or (isinstance(node, k.Any | k.AtLeast) and not parts):
                     found.add(node)
     return frozenset(found)
 

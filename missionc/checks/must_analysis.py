@@ -17,23 +17,7 @@ from missionc.checks.free_space import FreeSpace, Lies
 from missionc.checks.literals import MOST_RULES, Literal, comparison, nowhere
 from missionc.checks.value_ranges import of_comparison
 from missionc.ir import Agent, Compare, Formula, Graph, Holds, Predicate
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Is,
-    Kernel,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel import nodes as k
 from missionc.kernel.walk import children, postorder
 from missionc.language.walk_formulas import bits_of
 
@@ -62,11 +46,11 @@ class MustAnalysis:
     """What is sure of the formulas of a mission; ``everyone`` is the bits of all agents."""
 
     ground: FreeSpace
-    kernel: Kernel
+    kernel: k.Kernel
     everyone: int
     kinds: tuple[tuple[Agent, int], ...]
     """One agent of each kind (those alike in all but name), and the bits of all of that kind."""
-    sure: dict[Node, Sure] = field(default_factory=dict)
+    sure: dict[k.Node, Sure] = field(default_factory=dict)
     numbers: dict[Hashable, int] = field(default_factory=dict)
     members: dict[int, frozenset[int]] = field(default_factory=dict)
     predicates: dict[Predicate, tuple[int, int]] = field(default_factory=dict)
@@ -76,7 +60,7 @@ class MustAnalysis:
         return self.sure[self.kernel.meanings[formula]]
 
 
-def must_analysis(kernel: Kernel, ground: FreeSpace) -> MustAnalysis:
+def must_analysis(kernel: k.Kernel, ground: FreeSpace) -> MustAnalysis:
     """The must analysis of every formula in the mission's goals."""
     agents = ground.mission.agents
     kinds: dict[Hashable, tuple[Agent, int]] = {}
@@ -91,9 +75,9 @@ def must_analysis(kernel: Kernel, ground: FreeSpace) -> MustAnalysis:
     return known
 
 
-def _connected(known: MustAnalysis) -> dict[Node, Sure]:
+def _connected(known: MustAnalysis) -> dict[k.Node, Sure]:
     """Connected graphs: nothing is sure but that they are not torn. One over too few agents is said of the graph."""
-    found: dict[Node, Sure] = {}
+    found: dict[k.Node, Sure] = {}
     for formula, node in known.kernel.meanings.items():
         if isinstance(formula, Holds) and formula.predicate.graph:
             found[node] = Sure(_number(known, formula.predicate), 0, 0)
@@ -102,32 +86,32 @@ def _connected(known: MustAnalysis) -> dict[Node, Sure]:
     return found
 
 
-def _of_node(known: MustAnalysis, node: Node, below: list[Sure]) -> Sure:
+def _of_node(known: MustAnalysis, node: k.Node, below: list[Sure]) -> Sure:
     match node:
-        case Atom(predicate):
+        case k.Atom(predicate):
             return _made(known, _number_of_predicate(known, predicate), *_of_predicate(known, predicate))
-        case Is(agents):
+        case k.Is(agents):
             bits = bits_of(tuple(sorted(agents)))
             return _made(known, _number(known, ("is", agents)), bits, known.everyone & ~bits)
-        case PathLength(graph, agent, shortest, longest):
+        case k.PathLength(graph, agent, shortest, longest):
             return Sure(_number(known, ("length", graph, agent, shortest, longest)), 0, 0)
-        case Not():
+        case k.Not():
             return below[0].opposite
-        case AtLeast(count):
+        case k.AtLeast(count):
             return _enough(known, count, below)
-        case At(agent):
+        case k.At(agent):
             return _at(known, agent, below[0])
-        case All() | Any():
+        case k.All() | k.Any():
             return _of_pair(node.every, below, lambda parts: _conjunction(known, parts))
-        case WindowNode(_, low, high):
+        case k.WindowNode(_, low, high):
             return _of_pair(node.every, below, lambda parts: _always(known, parts[0], low, high))
-        case UntilNode(_, _, low, high):
+        case k.UntilNode(_, _, low, high):
             return _of_pair(not node.every, below, lambda parts: _until(known, parts, low, high))
-        case NeighbourNode(graph):
+        case k.NeighbourNode(graph):
             return _of_pair(not node.every, below, lambda parts: _neighbour(known, parts[0], graph))
-        case ReachNode(graph, _, _, hops):
+        case k.ReachNode(graph, _, _, hops):
             return _of_pair(not node.every, below, lambda parts: _route(known, parts, graph, 0, hops))
-        case RouteNode(graph, _, _, shortest, longest):
+        case k.RouteNode(graph, _, _, shortest, longest):
             return _of_pair(not node.every, below, lambda parts: _route(known, parts, graph, shortest, longest))
         case _:
             assert_never(node)

@@ -15,21 +15,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.checks.literals import Literal
 from missionc.ir import AtLeastOf, Holds, Mission
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Kernel,
-    LeafNode,
-    NeighbourNode,
-    Node,
-    Not,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel import nodes as k
 from missionc.kernel.walk import children
 from missionc.language.walk_formulas import bits_of
 
@@ -120,7 +106,7 @@ class Fact:
 class Instant:
     """A formula that holds somewhere at some step, of an agent or of the team, though it is not known when or whose."""
 
-    formula: Node
+    formula: k.Node
     who: Those
 
 
@@ -132,7 +118,7 @@ class Necessary:
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    formula: Node
+    formula: k.Node
     who: Those
     when: When
     order: Order = Order()
@@ -146,14 +132,14 @@ class NecessaryConditions:
     """
 
     mission: Mission
-    quantified: Mapping[Node, AtLeastOf]
-    held: Mapping[Node, tuple[Literal, Span]]
+    quantified: Mapping[k.Node, AtLeastOf]
+    held: Mapping[k.Node, tuple[Literal, Span]]
     visits: int = 0
 
     @staticmethod
-    def of(mission: Mission, kernel: Kernel) -> NecessaryConditions:
-        quantified: dict[Node, AtLeastOf] = {}
-        held: dict[Node, tuple[Literal, Span]] = {}
+    def of(mission: Mission, kernel: k.Kernel) -> NecessaryConditions:
+        quantified: dict[k.Node, AtLeastOf] = {}
+        held: dict[k.Node, tuple[Literal, Span]] = {}
         for formula, node in kernel.meanings.items():
             for each, positive in ((node, True), (kernel.opposites.get(node), False)):
                 match formula:
@@ -163,7 +149,7 @@ class NecessaryConditions:
                         held[each] = Literal(predicate, positive), formula.span
         return NecessaryConditions(mission, quantified, held)
 
-    def of_requirement(self, formula: Node) -> Necessary:
+    def of_requirement(self, formula: k.Node) -> Necessary:
         """What is necessary of a requirement's formula, at step 0."""
         return self._gathered(Visit(formula, THE_TEAM, AT_ONCE), self.mission.steps)
 
@@ -193,7 +179,7 @@ class NecessaryConditions:
             gathered.facts.append(Fact(literal, whom, when, span, order))
         elif node in self.quantified:
             yield from self._of_agents(node, self.quantified[node], when, gathered)
-        elif isinstance(node, At):
+        elif isinstance(node, k.At):
             name = self.mission.agents[node.agent].name
             yield Visit(node.body, Those(1, 1 << node.agent, f"`{name}`", (node.agent,)), when)
         else:
@@ -203,80 +189,90 @@ class NecessaryConditions:
                 own = order.each or then.high - then.low > when.high - when.low
                 yield Visit(body, who, then, Order(order.anew, own))
 
-    def _of_agents(self, node: Node, formula: AtLeastOf, when: When, gathered: Necessary) -> Iterator[Visit]:
-        assert isinstance(node, All | Any | AtLeast)
+    def _of_agents(self, node: k.Node, formula: AtLeastOf, when: When, gathered: Necessary) -> Iterator[Visit]:
+        assert isinstance(node, k.All | k.Any | k.AtLeast)
         agents, size = formula.agents.agents, len(node.parts)
-        enough = size if isinstance(node, All) else 1 if isinstance(node, Any) else node.count
+        enough = size if isinstance(node, k.All) else 1 if isinstance(node, k.Any) else node.count
         if not 0 < enough <= size:
             return
         part = node.parts[0]
-        assert isinstance(part, At)
+        assert isinstance(part, k.At)
         if enough < size:
             gathered.instants[Instant(part.body, ITSELF)] = None
         those = Those(enough, bits_of(agents), _words(enough, size, formula.agents.name), agents)
         yield Visit(part.body, those, when, Order(anew=enough < size and when.repeats > 0))
 
 
-def _needs(node: Node, when: When, last: int | None) -> Iterator[tuple[Node, When]]:
+def _needs(node: k.Node, when: When, last: int | None) -> Iterator[tuple[k.Node, When]]:
     """What has to hold of the same agent for the node to hold then, and when."""
     match node:
-        case All(parts):
+        case k.All(parts):
             yield from ((part, when) for part in parts)
-        case Any(parts) if parts:
+        case k.Any(parts) if parts:
             yield from ((part, when) for part in _in_each(_conjuncts(part) for part in parts))
-        case WindowNode(_, low, high) | UntilNode(_, _, low, high) if high is not None and low < 0:
+        case k.WindowNode(_, low, high) | k.UntilNode(_, _, low, high) if high is not None and low < 0:
             end = children(node)[-1]
-            if isinstance(node, UntilNode) and node.every:
+            if isinstance(node, k.UntilNode) and node.every:
                 yield from ((end, when) for _ in range(high == 0))
             elif last is not None:  # where steps are counted from an unknown one, nothing is known of those before it
                 yield from ((end, then) for then in when.in_the_past(low, high, node.every))
-        case WindowNode(body, low, high) if node.every:
+        case k.WindowNode(body, low, high) if node.every:
             yield from ((body, then) for then in when.throughout(low, high, last))
-        case WindowNode(body, low, high):
+        case k.WindowNode(body, low, high):
             yield body, when.sometime(low, high, last)
-        case UntilNode(hold, end, low, high) if not node.every:
+        case k.UntilNode(hold, end, low, high) if not node.every:
             yield end, when.sometime(low, high, last)
             if low > 0:
                 yield from ((hold, then) for then in when.throughout(0, low - 1, last))
-        case ReachNode() | RouteNode() if not node.every:
+        case k.ReachNode() | k.RouteNode() if not node.every:
             yield from ((part, when) for part in _of_route(node))
-        case UntilNode(_, end) | ReachNode(_, _, end) | RouteNode(_, _, end) if node.low <= 0:
+        case k.UntilNode(_, end) | k.ReachNode(_, _, end) | k.RouteNode(_, _, end) if node.low <= 0:
             yield end, when
-        case Any() | LeafNode() | Not() | AtLeast() | At() | UntilNode() | NeighbourNode() | ReachNode() | RouteNode():
+        case (
+            k.Any()
+            | k.LeafNode()
+            | k.Not()
+            | k.AtLeast()
+            | k.At()
+            | k.UntilNode()
+            | k.NeighbourNode()
+            | k.ReachNode()
+            | k.RouteNode()
+        ):
             return
         case _:
             assert_never(node)
 
 
-def _of_route(node: ReachNode | RouteNode) -> Iterable[Node]:
+def _of_route(node: k.ReachNode | k.RouteNode) -> Iterable[k.Node]:
     """A route without links has the agent as its end, any other as its first."""
     if node.low > 0:
         return (node.through,)
     return _in_each((_parts(node.through), _parts(node.end)))
 
 
-def _in_each(alternatives: Iterable[Mapping[Node, None]]) -> Iterable[Node]:
+def _in_each(alternatives: Iterable[Mapping[k.Node, None]]) -> Iterable[k.Node]:
     """What stands in all of the alternatives, in the order of the first."""
     first, *others = alternatives
     return [node for node in first if all(node in other for other in others)]
 
 
-def _parts(node: Node) -> dict[Node, None]:
+def _parts(node: k.Node) -> dict[k.Node, None]:
     """The formula, and all that stands beside others in it."""
-    found: dict[Node, None] = {}
+    found: dict[k.Node, None] = {}
     stack = [node]
     while stack:
         part = stack.pop()
         if part not in found:
             found[part] = None
-            stack.extend(reversed(part.parts) if isinstance(part, All) else ())
+            stack.extend(reversed(part.parts) if isinstance(part, k.All) else ())
     return found
 
 
-def _conjuncts(node: Node) -> dict[Node, None]:
+def _conjuncts(node: k.Node) -> dict[k.Node, None]:
     """The same, with what routes need."""
     found = _parts(node)
-    routes = [part for part in found if isinstance(part, ReachNode | RouteNode) and not part.every]
+    routes = [part for part in found if isinstance(part, k.ReachNode | k.RouteNode) and not part.every]
     return found | dict.fromkeys(chain.from_iterable(map(_of_route, routes)))
 
 

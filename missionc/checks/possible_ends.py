@@ -29,7 +29,7 @@ from missionc.language.margins import link
 from missionc.language.walk_formulas import bits_of
 from missionc.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
 from missionc.world import plain_floats
-from missionc.world.area import SURE
+from missionc.world.configuration_space import SURE
 from missionc.world.plain_floats import Place
 
 FEW = 32

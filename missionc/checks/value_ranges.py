@@ -4,23 +4,9 @@ from __future__ import annotations
 
 import math
 
+from missionc import ir
 from missionc.base.late_dataclass import dataclass
 from missionc.checks.free_space import FreeSpace
-from missionc.ir import (
-    Agent,
-    Altitude,
-    Beacon,
-    Compare,
-    Coordinate,
-    DistanceBetween,
-    DistanceTo,
-    Feature,
-    Level,
-    Mission,
-    Region,
-    Speed,
-    Vector,
-)
 from missionc.ir.wording import number
 from missionc.world.configuration_space import empty
 
@@ -40,7 +26,7 @@ class Range:
         return Range(min(ends), max(ends))
 
 
-def of_comparison(ground: FreeSpace, agent: Agent, comparison: Compare) -> Range:
+def of_comparison(ground: FreeSpace, agent: ir.Agent, comparison: ir.Compare) -> Range:
     """The range of the expression that the comparison says is at least 0, for that agent and all others of its kind."""
     total = Range(comparison.constant, comparison.constant)
     for weight, feature in comparison.terms:
@@ -48,28 +34,28 @@ def of_comparison(ground: FreeSpace, agent: Agent, comparison: Compare) -> Range
     return total
 
 
-def of_feature(ground: FreeSpace, agent: Agent, feature: Feature) -> Range:
+def of_feature(ground: FreeSpace, agent: ir.Agent, feature: ir.Feature) -> Range:
     """The range of a state or a distance, in SI units, for that agent and every other of its kind."""
     mission = ground.mission
     low, high = mission.world.low, mission.world.high
     match feature:
-        case Coordinate(axis):
+        case ir.Coordinate(axis):
             return Range(low[axis], high[axis])
-        case Speed():
+        case ir.Speed():
             return Range(agent.dynamics.lowest_speed, agent.dynamics.top_speed)
-        case Altitude():
+        case ir.Altitude():
             return Range(low[2], high[2]) if mission.dimension == 3 else Range(agent.altitude, agent.altitude)
-        case Level(resource):
+        case ir.Level(resource):
             most = mission.horizon * (resource.per_second + resource.per_metre * agent.dynamics.top_speed)
             return Range(resource.start - most, resource.capacity)
-        case DistanceBetween(first, second):
+        case ir.DistanceBetween(first, second):
             return _between(mission, first, second)
-        case DistanceTo(int()):
+        case ir.DistanceTo(int()):
             return Range(0.0, math.dist(low, high))
-        case DistanceTo(Beacon() as beacon):
+        case ir.DistanceTo(ir.Beacon() as beacon):
             return Range(0.0, _farthest(mission, beacon.position, beacon.position))
-        case DistanceTo(region):
-            assert isinstance(region, Region)
+        case ir.DistanceTo(region):
+            assert isinstance(region, ir.Region)
             area = ground.atlas.outer(region.shape)
             if empty(area):
                 return Range(-math.inf, math.inf)
@@ -78,28 +64,28 @@ def of_feature(ground: FreeSpace, agent: Agent, feature: Feature) -> Range:
             return Range(-deepest, _farthest(mission, *corners))
 
 
-def _between(mission: Mission, first: int, second: int) -> Range:
+def _between(mission: ir.Mission, first: int, second: int) -> Range:
     if first == second:
         return Range(0.0, 0.0)
     bodies = mission.agents[first].radius + mission.agents[second].radius + mission.separation
     return Range(bodies, math.dist(mission.world.low, mission.world.high))
 
 
-def _farthest(mission: Mission, low: Vector, high: Vector) -> float:
+def _farthest(mission: ir.Mission, low: ir.Vector, high: ir.Vector) -> float:
     """From a place in the world to the farthest one in a box, at most."""
     spans = zip(mission.world.low, mission.world.high, low, high, strict=True)
     return math.hypot(*(max(d - a, b - c, 0.0) for a, b, c, d in spans))
 
 
-def in_words(comparison: Compare, values: Range) -> str:
+def in_words(comparison: ir.Compare, values: Range) -> str:
     """Between which values the comparison's one state or distance stays, for a message."""
     match comparison.terms:
         case ((weight, feature),) if weight != 0:
             both = (values + Range(-comparison.constant, -comparison.constant)).scaled(1 / weight)
-            what = {Speed: "the speed", Altitude: "the altitude"}.get(type(feature), "the distance")
-            if isinstance(feature, Coordinate):
+            what = {ir.Speed: "the speed", ir.Altitude: "the altitude"}.get(type(feature), "the distance")
+            if isinstance(feature, ir.Coordinate):
                 what = f"`{'xyz'[feature.axis]}`"
-            if isinstance(feature, Level):
+            if isinstance(feature, ir.Level):
                 what = f"`{feature.resource.name}`"
             low, high = number(round(both.low, 4)), number(round(both.high, 4))
             says = f"{what} is {low}" if low == high else f"{what} stays between {low} and {high}"

@@ -9,7 +9,7 @@ import click
 
 if TYPE_CHECKING:
     from missionc.diagnostics.model import Diagnostic
-    from missionc.sweep.executors import Pool
+    from missionc.sweep.run_sweep import Pool
 
 MOST_JOBS = 1024
 
@@ -28,20 +28,20 @@ def understood(count: int | None, address: str | None) -> None:
     Raises:
         click.UsageError: they do not, or it is none.
     """
-    from missionc.sweep import executors
+    from missionc.sweep import run_sweep
 
     if address is not None and count is not None:
         raise click.UsageError("`--jobs` is for this machine, and a cluster has its own; leave one of them out")
-    if address is not None and not executors.understood(address):
+    if address is not None and not run_sweep.understood(address):
         raise click.UsageError(f"`{address}` is no cluster; name tcp://HOST:PORT, a scheduler file, or local:8")
 
 
 def opened(count: int | None, address: str | None) -> AbstractContextManager[Pool | Diagnostic]:
     """The workers; as many as there are processors, where nothing else is said."""
-    from missionc.sweep import executors
+    from missionc.sweep import run_sweep
 
     understood(count, address)
     if address is None:
-        return executors.on_this_machine(count or executors.processors())
-    absent = executors.missing()
-    return nullcontext(absent) if absent else executors.on_cluster(address)
+        return run_sweep.on_this_machine(count or run_sweep.processors())
+    absent = run_sweep.missing()
+    return nullcontext(absent) if absent else run_sweep.on_cluster(address)

@@ -27,8 +27,8 @@ from missionc.diagnostics.defect import improvement_failed, later_not_written
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 from missionc.pipeline import driver
-from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import KeptRun
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.results import Compiled, Refused, Unverified, Verified
 
 if TYPE_CHECKING:

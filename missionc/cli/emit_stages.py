@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from missionc.backends.roadmap_graph import show_roadmaps
 from missionc.base.limits import Limits
-from missionc.checks.show_horizons import show_horizons
+from missionc.checks.check_horizons import show_horizons
 from missionc.cli.summary import tried_lines
 from missionc.diagnostics.model import Diagnostic
 from missionc.kernel.show import show as show_kernel
 from missionc.language.operator import TooLarge
 from missionc.lower.unroll_past import looking_ahead
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.graphs import first_roadmaps, planned_on
 from missionc.pipeline.results import Compiled, Refused, Verified
 from missionc.resolve.show_ir import show_ir

@@ -133,7 +133,7 @@ class _Server(PageServer):
     page: FlightPage
 
     def __init__(self, handler: type[BaseHTTPRequestHandler]) -> None:
-        from missionc.output.flight_page.flight_html import flight_html
+        from missionc.output.flight_page.flight_record import flight_html
 
         super().__init__(handler)
         self.html, self.policy = flight_html()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def simulated_lines(simulated: Simulated) -> list[str]:
     """One flight in full; of several, how often everything held, and how badly the worst of them went."""
-    from missionc.simulate.headline import headline
+    from missionc.simulate.trials import headline
 
     trials, opened = simulated.trials, simulated.opened
     if trials is None or opened is None:

@@ -8,7 +8,7 @@ from missionc.base.figures import counted, decimals
 from missionc.closed_loop.fly_loop import LoopFlight
 from missionc.closed_loop.loop_record import fractions, said
 from missionc.ir import Mission
-from missionc.simulate.headline import shown
+from missionc.simulate.trials import shown
 
 
 def loop_lines(mission: Mission, flights: Sequence[LoopFlight], replans: bool) -> list[str]:

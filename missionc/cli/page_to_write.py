@@ -11,7 +11,7 @@ from pathlib import Path
 
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.overlap import Output, overlapping
-from missionc.output.folder.unwritable import exists
+from missionc.output.folder.ownership import exists
 from missionc.output.folder.write_file import refuse_file
 
 TITLE = "· missionc report</title>".encode()

@@ -12,7 +12,7 @@ from missionc.base.units import Seconds
 from missionc.ir import PLAIN, Mission
 from missionc.ir.wording import listed
 from missionc.output.folder.file_names import REPORT
-from missionc.resolve.show_files import file_lines
+from missionc.resolve.resolve_files import file_lines
 
 if TYPE_CHECKING:
     from missionc.backends.api import Report

@@ -11,9 +11,9 @@ from missionc.base.units import Seconds
 from missionc.diagnostics.code import NOT_TO_BE_CHANGED, TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.suggest import nearest
-from missionc.monitoring.read_flown import FlownSoFar, read_flown
-from missionc.pipeline.replan.get_ready import get_ready
+from missionc.monitoring.read_trace import FlownSoFar, read_flown
 from missionc.pipeline.replan.patch import patched
+from missionc.pipeline.replan.plan_rest import get_ready
 from missionc.pipeline.replan.replan import replan
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
 from missionc.replay.read_folder import OutputFolder, read_folder

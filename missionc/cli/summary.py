@@ -16,9 +16,9 @@ from missionc.cli import plan_summary
 from missionc.ir import FIGURES, Band, Vehicle
 from missionc.pipeline.relax.advice import explained_document, explained_lines
 from missionc.pipeline.results import Compiled, Monitored, Refused, Verified
+from missionc.resolve.resolve_files import file_lines, file_records
 from missionc.resolve.resolve_quantities import SI
-from missionc.resolve.show_files import file_lines, file_records
-from missionc.resolve.show_vehicle import figures_of
+from missionc.resolve.show_ir import figures_of
 
 if TYPE_CHECKING:
     from missionc.output.documents.alternatives_json import AlternativeRow

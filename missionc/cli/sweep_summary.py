@@ -12,7 +12,7 @@ from missionc.base.figures import counted
 if TYPE_CHECKING:
     from missionc.sweep.carry_out_sweep import SweepResult
     from missionc.sweep.compare_sweeps import Comparison
-    from missionc.sweep.group_statistics import Group
+    from missionc.sweep.results_table import Group
 
 MOST_LINES = 40
 """Combinations, and comparisons, that are told; the page has all of them."""
@@ -21,8 +21,7 @@ MOST_LINES = 40
 def swept_lines(result: SweepResult, output: Path) -> list[str]:
     """How many runs came to what; how often there is a plan with each combination, how soon, and how long it is."""
     from missionc.sweep.carry_out_sweep import PAGE
-    from missionc.sweep.group_statistics import counts
-    from missionc.sweep.results_table import CSV, PARQUET, missing
+    from missionc.sweep.results_table import CSV, PARQUET, counts, missing
 
     if not result.groups:
         return []
@@ -38,9 +37,9 @@ def swept_lines(result: SweepResult, output: Path) -> list[str]:
 
 
 def _group_lines(groups: Sequence[Group]) -> list[str]:
-    from missionc.sweep.group_statistics import measures
+    from missionc.sweep.results_table import measures
+    from missionc.sweep.run_answer import OUTCOMES
     from missionc.sweep.run_grid import words
-    from missionc.sweep.run_result import OUTCOMES
     from missionc.sweep.sweep_html import figures, percent
 
     shown = measures(row for group in groups for row in group.rows)
@@ -79,7 +78,7 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
 
 def swept_document(result: SweepResult, output: Path) -> dict[str, object]:
     """``output`` is null where nothing was written."""
-    from missionc.sweep.group_statistics import counts
+    from missionc.sweep.results_table import counts
 
     return {
         "mission": result.mission or None,

@@ -19,9 +19,7 @@ from missionc.closed_loop.ground import Ground, Happened
 from missionc.closed_loop.scenario import Event, Scenario
 from missionc.ir import Mission
 from missionc.output.report.loop_tracks import LoopFlights
-from missionc.simulate.confidence_interval import Fraction, fraction
-from missionc.simulate.headline import shown
-from missionc.simulate.trials import TRACKING
+from missionc.simulate.trials import TRACKING, Fraction, fraction, shown
 from missionc.verify.certificate import Check
 
 UNTOUCHED = "nothing touched"

@@ -2,6 +2,13 @@
 
 in   Mission, and the backend that was chosen for it
 out  Explained, lines, a JSON document
+
+Sentences on teams that come from the floor: where they stand, how high they rise, how fast, and where they land.
+
+Traps of a formula: conventions it hangs on that other tools have otherwise, and the example of each.
+
+in   a formula
+out  Traps of ``convention_examples``, in their order
 """
 
 from __future__ import annotations
@@ -12,42 +19,120 @@ from dataclasses import replace
 from itertools import groupby, islice
 from textwrap import wrap
 
+from missionc import ir
 from missionc.backends.offers import OFFERS
 from missionc.base.figures import counted
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Turn
 from missionc.checks.check_horizons import steps_ahead
-from missionc.explain.convention_examples import Trap
-from missionc.explain.flights import flights_said
-from missionc.explain.indexed import for_each_index, with_indices
+from missionc.explain import convention_examples
+from missionc.explain.convention_examples import Example, Trap
 from missionc.explain.phrases import names
-from missionc.explain.sentences import Sentences, sentences
-from missionc.explain.traps import table, traps_of
+from missionc.explain.sentences import Sentences, for_each_index, sentences, with_indices
 from missionc.explain.window_diagram import WIDTH, Span, draw, windows
-from missionc.ir import (
-    Apply,
-    Compare,
-    Flag,
-    Flagged,
-    Formation,
-    Formula,
-    Graph,
-    Holds,
-    Length,
-    Level,
-    Mission,
-    Preference,
-    Proximity,
-    Requirement,
-    Resource,
-    Sight,
-    Weight,
-)
 from missionc.ir.pair_ranges import directed
-from missionc.ir.wording import all_listed, listed, seconds
-from missionc.language.walk_formulas import as_written, bottom_up, goals
+from missionc.ir.wording import all_listed, listed, metres, seconds
+from missionc.language.operators import by_name
+from missionc.language.walk_formulas import as_written, bottom_up, goals, reaches_back
 from missionc.lower.choose_backend import Choice, needs_of
-from missionc.resolve.show_ir_formula import number
+from missionc.resolve.show_ir import number
+
+
+def flights_said(mission: ir.Mission) -> list[str]:
+    """One for each team that says ``flight``."""
+    teams: dict[str, list[ir.Agent]] = {}
+    for agent in mission.agents:
+        if agent.pad is not None:
+            teams.setdefault(agent.team, []).append(agent)
+    return [_said(mission, name, agents) for name, agents in teams.items()]
+
+
+def _said(mission: ir.Mission, name: str, agents: list[ir.Agent]) -> str:
+    pad = agents[0].pad
+    assert pad is not None
+    where = "from below where it starts" if pad.point is None else "from pads of its own"
+    heights = {_height(mission, agent) for agent in agents}
+    high = heights.pop() if len(heights) == 1 else None
+    up = "to the height of its starts" if high is None else f"to {metres(high)}"
+    fast = "" if math.isinf(pad.rise) else f" at {number(pad.rise)} m/s at most"
+    slow = "" if math.isinf(pad.land) else f" at {number(pad.land)} m/s at most"
+    return f"`{name}` rises {where} {up}{fast}, and comes back to land there{slow}"
+
+
+def _height(mission: ir.Mission, agent: ir.Agent) -> float | None:
+    """None where only a plan can tell."""
+    if mission.dimension < 3:
+        return float(agent.altitude)
+    if agent.pad is not None and agent.pad.hover is not None:
+        return agent.pad.hover
+    return agent.start.point[2] if isinstance(agent.start, ir.Exactly) else None
+
+
+def traps_of(formula: ir.Formula) -> tuple[Trap, ...]:
+    """Every trap that the formula touches, once."""
+    names: set[str] = set()
+    windowed: set[ir.Formula] = set()
+    for part in bottom_up([formula], as_written):
+        names.update(_touched(part))
+        below = any(operand in windowed for operand in as_written(part))
+        window = isinstance(part, ir.Apply) and isinstance(part.bounds, ir.Window) and not reaches_back(part)
+        if window and below:
+            names.add(convention_examples.CLIPPING.name)
+        if window or below:
+            windowed.add(part)
+    return tuple(trap for trap in convention_examples.TRAPS if trap.name in names)
+
+
+def _touched(part: ir.Formula) -> Iterator[str]:
+    match part:
+        case ir.Holds(predicate):
+            if predicate.region:
+                yield convention_examples.BORDER.name
+            if predicate.graph:
+                yield convention_examples.LINK.name
+        case ir.Apply(operator, _, bounds):
+            yield from by_name[operator.name].traps(part)
+            if isinstance(bounds, ir.Length):
+                yield convention_examples.LINK.name
+            elif isinstance(bounds, ir.Window) and bounds.high is not None:
+                yield convention_examples.CLOSED_WINDOW.name
+        case _:
+            return
+
+
+def table(example: Example) -> list[str]:
+    """The run, a line for each formula, a column for each step or agent; then the two readings of it."""
+    count = len(example.places) if example.agents else len(example.places[0])
+    heads = [f"a[{index}]" if example.agents else f"{index} s" for index in range(count)]
+    wide = max(len(name) for name, _ in example.rows)
+    lines = [f"{'':{wide}}  {'  '.join(f'{head:>4}' for head in heads)}"]
+    for name, cells in example.rows:
+        lines.append(f"{name:{wide}}  {'  '.join(f'{_word(cell):>4}' for cell in cells)}")
+    if example.agents:
+        lines.append(f"{'linked':{wide}}  {', '.join(linked(example)) or 'nobody'}")
+    first, second = (example.holds, not example.holds)
+    asked, otherwise = _shown(example.asked), _shown(example.otherwise)
+    wide = max(len(asked), len(otherwise))
+    lines.append(f"{asked:{wide}}  {'holds' if first else 'fails'}, as it is here")
+    lines.append(f"{otherwise:{wide}}  {'holds' if second else 'fails'}, the other reading")
+    return lines
+
+
+def _shown(formula: str) -> str:
+    """A formula of a run as a table shows it: asked at `a[0]`, on the one graph there is."""
+    bare = formula.removeprefix("a[0]: ").replace(" on radio", "")
+    return bare[1:-1] if bare != formula and bare.startswith("(") and bare.endswith(")") else bare
+
+
+def linked(example: Example) -> list[str]:
+    """The links of a run at one step, strictly under 1 m."""
+    places = [path[0] for path in example.places]
+    pairs = [(one, other) for other in range(len(places)) for one in range(other)]
+    return [f"a[{one}]-a[{other}]" for one, other in sorted(pairs) if math.dist(places[one], places[other]) < 1]
+
+
+def _word(cell: str) -> str:
+    return "yes" if cell == "T" else "no"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +169,7 @@ MOST_WINDOWS = 10_000
 """Windows of one formula that are looked at."""
 
 
-def explained(mission: Mission, name: str | None = None) -> tuple[Explained, ...]:
+def explained(mission: ir.Mission, name: str | None = None) -> tuple[Explained, ...]:
     """Every requirement, then every preference, or those with that name; the first ones where they fill a page."""
     parts: list[Explained] = []
     letters = 0
@@ -96,14 +181,14 @@ def explained(mission: Mission, name: str | None = None) -> tuple[Explained, ...
     return tuple(parts)
 
 
-def left_out(parts: tuple[Explained, ...], mission: Mission) -> int:
+def left_out(parts: tuple[Explained, ...], mission: ir.Mission) -> int:
     """How many requirements and preferences a page has no room for; none of a page about one of them."""
     total = len(list(goals(mission)))
     full = len(parts) == MOST_GOALS or sum(part.said.letters for part in parts) > MOST_LETTERS
     return total - len(parts) if full and len(parts) > 1 else 0
 
 
-def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
+def _explained(mission: ir.Mission, goal: ir.Requirement | ir.Preference) -> Explained:
     spans = tuple(islice(windows(goal.formula, mission), MOST_WINDOWS))
     if any(part.span.turns for part in bottom_up([goal.formula], as_written)):
         spans = tuple({span.drawn: span for span in spans}.values())  # once, whatever the index is
@@ -111,7 +196,7 @@ def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
     features = {need.feature for need in required}
     return Explained(
         goal.name,
-        goal.weight if isinstance(goal, Preference) else None,
+        goal.weight if isinstance(goal, ir.Preference) else None,
         goal.span.source.place(goal.span.start)[0],
         " ".join(goal.formula.span.text.split()),
         sentences(goal.formula, mission),
@@ -126,7 +211,7 @@ def _explained(mission: Mission, goal: Requirement | Preference) -> Explained:
     )
 
 
-def _things(formula: Formula, mission: Mission) -> Iterator[str]:
+def _things(formula: ir.Formula, mission: ir.Mission) -> Iterator[str]:
     """What the graphs, formations, resources and flags that it names are; those of a family in one sentence."""
     things = dict.fromkeys(thing for part in bottom_up([formula], as_written) for thing in _named(part))
     for _, alike in groupby(things, key=lambda thing: (thing.span.source.name, thing.span.start)):
@@ -136,34 +221,34 @@ def _things(formula: Formula, mission: Mission) -> Iterator[str]:
         yield from said if one is None else [one]
 
 
-def _thing(thing: Graph | Formation | Resource | Flag, mission: Mission) -> str:
+def _thing(thing: ir.Graph | ir.Formation | ir.Resource | ir.Flag, mission: ir.Mission) -> str:
     match thing:
-        case Formation():
+        case ir.Formation():
             return _formation(thing, mission)
-        case Resource():
+        case ir.Resource():
             return _resource(thing, mission)
-        case Flag():
+        case ir.Flag():
             cleared = f" and cleared in `{thing.cleared_in.name}`" if thing.cleared_in else ""
             return f"`{thing.name}` of {names(thing.agents, mission)} is set in `{thing.set_in.name}`{cleared}"
         case _:
             return _graph(thing, mission)
 
 
-def _named(part: Formula) -> Iterator[Graph | Formation | Resource | Flag]:
+def _named(part: ir.Formula) -> Iterator[ir.Graph | ir.Formation | ir.Resource | ir.Flag]:
     match part:
-        case Apply(bounds=Length(graph=graph)):
+        case ir.Apply(bounds=ir.Length(graph=graph)):
             yield graph
-        case Holds(Flagged(flag)):
+        case ir.Holds(ir.Flagged(flag)):
             yield flag
-        case Holds(Compare(terms=terms)):
-            yield from (each.resource for _, each in terms if isinstance(each, Level))
-        case Holds(predicate):
+        case ir.Holds(ir.Compare(terms=terms)):
+            yield from (each.resource for _, each in terms if isinstance(each, ir.Level))
+        case ir.Holds(predicate):
             yield from (each for each in (predicate.graph, predicate.formation) if each)
         case _:
             return
 
 
-def _resource(resource: Resource, mission: Mission) -> str:
+def _resource(resource: ir.Resource, mission: ir.Mission) -> str:
     drains = [
         f"{number(drain)} for each {what}"
         for drain, what in ((resource.per_second, "second"), (resource.per_metre, "metre"))
@@ -175,11 +260,11 @@ def _resource(resource: Resource, mission: Mission) -> str:
     return f"`{resource.name}` of {names(resource.agents, mission)} {'; it '.join(parts)}"
 
 
-def _graph(graph: Graph, mission: Mission) -> str:
+def _graph(graph: ir.Graph, mission: ir.Mission) -> str:
     return _links(graph, mission) + "".join(f"; {_weight(weight, mission)}" for weight in graph.weights)
 
 
-def _weight(weight: Weight, mission: Mission) -> str:
+def _weight(weight: ir.Weight, mission: ir.Mission) -> str:
     pairs = [
         f"{each.weight} from {names(tuple(sorted(each.senders)), mission)}"
         f" to {names(tuple(sorted(each.receivers)), mission)}"
@@ -189,12 +274,12 @@ def _weight(weight: Weight, mission: Mission) -> str:
     return f"a link has `{weight.name}` {', '.join((*pairs, others))}"
 
 
-def _links(graph: Graph, mission: Mission) -> str:
+def _links(graph: ir.Graph, mission: ir.Mission) -> str:
     if graph.ranges:
         return _graph_of_pairs(graph, mission)
-    if isinstance(graph, Proximity):
+    if isinstance(graph, ir.Proximity):
         return f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other"
-    if isinstance(graph, Sight):
+    if isinstance(graph, ir.Sight):
         return (
             f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other, "
             "with no obstacle on the straight line between them"
@@ -202,7 +287,7 @@ def _links(graph: Graph, mission: Mission) -> str:
     return f"`{graph.name}` links two agents that are both closer than {number(graph.radius)} m to one beacon"
 
 
-def _graph_of_pairs(graph: Graph, mission: Mission) -> str:
+def _graph_of_pairs(graph: ir.Graph, mission: ir.Mission) -> str:
     ways = [
         f"closer than {number(each.radius)} m from {names(tuple(sorted(each.senders)), mission)}"
         f" to {names(tuple(sorted(each.receivers)), mission)}"
@@ -210,18 +295,18 @@ def _graph_of_pairs(graph: Graph, mission: Mission) -> str:
     ]
     ways += [f"closer than {number(graph.radius)} m between all others"] if graph.radius > 0 else []
     rest = "" if graph.radius > 0 else "; no others are linked"
-    seen = ", with no obstacle on the straight line between them" if isinstance(graph, Sight) else ""
+    seen = ", with no obstacle on the straight line between them" if isinstance(graph, ir.Sight) else ""
     leads = "; a link leads one way" if directed(graph) else ""
     return f"`{graph.name}` links one agent to another that is {', '.join(ways)}{seen}{rest}{leads}"
 
 
-def _formation(formation: Formation, mission: Mission) -> str:
+def _formation(formation: ir.Formation, mission: ir.Mission) -> str:
     if formation.kind == "distances":
         return f"`{formation.name}` fixes distances within {names(formation.agents, mission)}"
     return f"`{formation.name}` is a {formation.kind} of {names(formation.agents, mission)}"
 
 
-def _growths(mission: Mission) -> list[str]:
+def _growths(mission: ir.Mission) -> list[str]:
     """What the obstacles that are uncertain become with time."""
     return [
         f"obstacle `{obstacle.name}` grows by {number(obstacle.growth)} m on all sides each second, "
@@ -231,7 +316,7 @@ def _growths(mission: Mission) -> list[str]:
     ]
 
 
-def _tolerances(mission: Mission) -> list[str]:
+def _tolerances(mission: ir.Mission) -> list[str]:
     """By how much which agents may be late."""
     return [
         f"any one of {names(each.agents, mission)}, everybody else on time, may be late by up to "
@@ -243,7 +328,7 @@ def _tolerances(mission: Mission) -> list[str]:
 # ---------------------------------------------------------------------- text
 
 
-def lines(parts: tuple[Explained, ...], mission: Mission, choice: Choice | None, unicode: bool) -> list[str]:
+def lines(parts: tuple[Explained, ...], mission: ir.Mission, choice: Choice | None, unicode: bool) -> list[str]:
     """The page, at most ``WIDTH`` columns but for what the author wrote."""
     agents, steps = counted(len(mission.agents), "agent"), counted(mission.steps, "step")
     page = [f"mission {mission.name}: {agents}, {steps} of {number(mission.step)} s"]
@@ -278,7 +363,7 @@ def of_family(parts: tuple[Explained, ...]) -> tuple[Explained, ...]:
     return (replace(first, name=name.strip("`"), said=Sentences(said)),) if name and said else ()
 
 
-def _part_lines(part: Explained, mission: Mission, unicode: bool) -> Iterator[str]:
+def _part_lines(part: Explained, mission: ir.Mission, unicode: bool) -> Iterator[str]:
     word, weight = ("require", "") if part.weight is None else ("prefer", f", weight {number(part.weight)}")
     yield f"{word} {part.name} (line {part.line}{weight})"
     yield from _wrapped(part.said.whole, 2)
@@ -298,7 +383,7 @@ def _part_lines(part: Explained, mission: Mission, unicode: bool) -> Iterator[st
         yield from _wrapped(f"others may read it otherwise: {'; '.join(trap.name for trap in part.traps)}", 2, 4)
 
 
-def _horizon(part: Explained, mission: Mission) -> str:
+def _horizon(part: Explained, mission: ir.Mission) -> str:
     lasts = seconds(mission, mission.steps)
     if math.isinf(part.needed):
         return f"no mission is long enough for it; this one lasts {lasts}"
@@ -320,7 +405,7 @@ def _wrapped(text: str, indent: int, more: int | None = None) -> list[str]:
 # ---------------------------------------------------------------------- JSON
 
 
-def document(parts: Iterable[Explained], mission: Mission, choice: Choice | None) -> dict[str, object]:
+def document(parts: Iterable[Explained], mission: ir.Mission, choice: Choice | None) -> dict[str, object]:
     """The same as data: times in steps, and the step in seconds."""
     parts = tuple(parts)
     traps = {trap.name: trap for part in parts for trap in part.traps}

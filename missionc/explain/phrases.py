@@ -7,7 +7,7 @@ import math
 from missionc import ir
 from missionc.base.late_dataclass import dataclass
 from missionc.ir.wording import seconds
-from missionc.resolve.show_ir_formula import Words, number
+from missionc.resolve.show_ir import Words, number
 from missionc.syntax.ast import Metric
 
 MOST_NAMES = 20

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces, curves_of
+from missionc.curves.piecewise_polynomials import Pieces, curves_of
 from missionc.flight.stop_and_hover import ORDERS, state_at
 
 LONGEST = 30.0

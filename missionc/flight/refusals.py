@@ -12,8 +12,7 @@ from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.flight.vehicle_limits import Peak
 from missionc.ir import PLAIN, Mission
-from missionc.verify.certificate import Certificate, Check
-from missionc.verify.tolerances import TUBE
+from missionc.verify.certificate import TUBE, Certificate, Check
 
 NEARLY_WHOLE = 1.25
 """A whole stretch keeps the plan's corners, so it is proposed if it is longer by no more than this."""

@@ -13,12 +13,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from missionc.curves.crazyflie_csv import Pieces, curves_of
-from missionc.curves.piecewise_polynomials import derivatives_at
+from missionc.curves.piecewise_polynomials import Pieces, curves_of, derivatives_at
 from missionc.flight.stop_and_hover import ORDERS, quickest, stopping, with_hover
 from missionc.ir import Mission
-from missionc.verify.flight.landing_in_turns import Stop
 from missionc.verify.flight.verify_safe_end import HOVER, failing_stops, last_to_stand, with_turns
+from missionc.verify.flight.verify_whole_flight import Stop
 
 EVERY, MOST = 0.5, 40
 """Seconds from a moment to the next, and how many there are at most: of a long flight they are further apart."""

@@ -21,10 +21,9 @@ from missionc.curves.piecewise_polynomials import Curves, extents, refined, valu
 from missionc.curves.smooth_splines import DEGREE
 from missionc.flight.fit_polynomials import Course, Plane
 from missionc.ir import Mission, Obstacle, Shape, Union
-from missionc.verify.plan.agent_separation import near_pairs, pair_margins
+from missionc.verify.certificate import ROUNDING
+from missionc.verify.plan.clearances import margins, near_pairs, pair_margins
 from missionc.verify.plan.obstacle_bodies import Distance, solid
-from missionc.verify.plan.obstacle_clearance import margins
-from missionc.verify.tolerances import ROUNDING
 from missionc.world.displacement import displaced
 
 LENIENT = 2e-6

@@ -21,8 +21,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from missionc.base.trace import Array, Flags
-from missionc.curves.crazyflie_csv import Pieces, curves_of
-from missionc.curves.piecewise_polynomials import Curves, Indices, derivatives_at, speed_bounds, values
+from missionc.curves.piecewise_polynomials import (
+    Curves,
+    Indices,
+    Pieces,
+    curves_of,
+    derivatives_at,
+    speed_bounds,
+    values,
+)
 from missionc.flight.vehicle_limits import EXACT, limits_of, peaks
 from missionc.ir import Vehicle
 from missionc.verify.plan.conservative_advancement import least

@@ -22,7 +22,7 @@ from missionc.curves.piecewise_polynomials import Curves, Indices, speed_bounds,
 from missionc.curves.smooth_splines import DEGREE, part_of
 from missionc.flight.fit_polynomials import Course, Cut
 from missionc.ir import Mission, Vehicle
-from missionc.verify.flight.vehicle_claims import GRAVITY
+from missionc.verify.flight.verify_polynomials import GRAVITY
 from missionc.verify.plan.conservative_advancement import least
 
 SHARE = 0.98

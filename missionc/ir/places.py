@@ -11,7 +11,7 @@ from missionc.ir.shapes import Shape, Vector
 
 if TYPE_CHECKING:  # few missions read files
     from missionc.maps.feature import Asked
-    from missionc.maps.read_summary import ReadSummary
+    from missionc.maps.read_map import ReadSummary
 
 
 @dataclass(frozen=True, slots=True)

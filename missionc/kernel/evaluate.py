@@ -16,23 +16,7 @@ from collections.abc import Iterable, Sequence
 from typing import Generic, TypeVar, assert_never
 
 from missionc.ir import Predicate
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Is,
-    LeafNode,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel import nodes as k
 from missionc.kernel.walk import children, postorder
 
 Value = TypeVar("Value")
@@ -50,7 +34,7 @@ class Domain(ABC, Generic[Value]):
         """To be one of these agents (mission indices), or with False none of them."""
 
     @abstractmethod
-    def path_length(self, node: PathLength, holds: bool) -> Value:
+    def path_length(self, node: k.PathLength, holds: bool) -> Value:
         """The shortest way to an agent, within its bounds or with False outside them."""
 
     @abstractmethod
@@ -66,11 +50,11 @@ class Domain(ABC, Generic[Value]):
         """So many of the parts or more."""
 
     @abstractmethod
-    def window(self, node: WindowNode, body: Value) -> Value:
+    def window(self, node: k.WindowNode, body: Value) -> Value:
         """Every, or some, step of a window."""
 
     @abstractmethod
-    def until(self, node: UntilNode, hold: Value, end: Value) -> Value:
+    def until(self, node: k.UntilNode, hold: Value, end: Value) -> Value:
         """``Until``, or where ``every`` its dual ``Release``."""
 
     @abstractmethod
@@ -78,19 +62,19 @@ class Domain(ABC, Generic[Value]):
         """The body at that agent."""
 
     @abstractmethod
-    def neighbour(self, node: NeighbourNode, body: Value) -> Value:
+    def neighbour(self, node: k.NeighbourNode, body: Value) -> Value:
         """Every, or some, agent linked to this one."""
 
     @abstractmethod
-    def reach(self, node: ReachNode, through: Value, end: Value) -> Value:
+    def reach(self, node: k.ReachNode, through: Value, end: Value) -> Value:
         """Every, or some, route of so many links."""
 
     @abstractmethod
-    def route(self, node: RouteNode, through: Value, end: Value) -> Value:
+    def route(self, node: k.RouteNode, through: Value, end: Value) -> Value:
         """Every, or some, route of a length in metres."""
 
 
-def evaluate(roots: Iterable[Node], domain: Domain[Value]) -> dict[Node, Value]:
+def evaluate(roots: Iterable[k.Node], domain: Domain[Value]) -> dict[k.Node, Value]:
     """The value of each of these formulas.
 
     A node's value is forgotten once the last formula that needs it has its own, so that
@@ -100,7 +84,7 @@ def evaluate(roots: Iterable[Node], domain: Domain[Value]) -> dict[Node, Value]:
     order = postorder(wanted)
     needed = Counter(child for node in order for child in children(node))
     needed.update(wanted)
-    known: dict[Node, Value] = {}
+    known: dict[k.Node, Value] = {}
     for node in order:
         known[node] = value_of(node, [known[child] for child in children(node)], domain)
         for child in children(node):
@@ -110,42 +94,42 @@ def evaluate(roots: Iterable[Node], domain: Domain[Value]) -> dict[Node, Value]:
     return {node: known[node] for node in wanted}
 
 
-def value_of(node: Node, below: Sequence[Value], domain: Domain[Value]) -> Value:
+def value_of(node: k.Node, below: Sequence[Value], domain: Domain[Value]) -> Value:
     """A formula's value from those of the formulas directly below it."""
     match node:
-        case LeafNode():
+        case k.LeafNode():
             return _leaf(node, True, domain)
-        case Not(body):
+        case k.Not(body):
             return _leaf(body, False, domain)
-        case All():
+        case k.All():
             return domain.meet(below)
-        case Any():
+        case k.Any():
             return domain.join(below)
-        case AtLeast(count):
+        case k.AtLeast(count):
             return domain.at_least(count, below)
-        case WindowNode():
+        case k.WindowNode():
             return domain.window(node, below[0])
-        case UntilNode():
+        case k.UntilNode():
             return domain.until(node, below[0], below[1])
-        case At(agent):
+        case k.At(agent):
             return domain.at(agent, below[0])
-        case NeighbourNode():
+        case k.NeighbourNode():
             return domain.neighbour(node, below[0])
-        case ReachNode():
+        case k.ReachNode():
             return domain.reach(node, below[0], below[1])
-        case RouteNode():
+        case k.RouteNode():
             return domain.route(node, below[0], below[1])
         case _:
             assert_never(node)
 
 
-def _leaf(node: Node, holds: bool, domain: Domain[Value]) -> Value:
+def _leaf(node: k.Node, holds: bool, domain: Domain[Value]) -> Value:
     match node:
-        case Atom(predicate):
+        case k.Atom(predicate):
             return domain.atom(predicate, holds)
-        case Is(agents):
+        case k.Is(agents):
             return domain.member(agents, holds)
-        case PathLength():
+        case k.PathLength():
             return domain.path_length(node, holds)
         case _:
             raise AssertionError("a kernel in negation normal form negates its leaves alone")

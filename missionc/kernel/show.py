@@ -10,32 +10,16 @@ import math
 from typing import assert_never
 
 from missionc.ir import Graph, Mission
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Is,
-    Kernel,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel import nodes as k
 from missionc.kernel.walk import children, postorder
 
 
-def show(kernel: Kernel, mission: Mission) -> str:
+def show(kernel: k.Kernel, mission: Mission) -> str:
     """Every node of the kernel, then its requirements and preferences."""
     goals = kernel.goals
     words = Words(mission)
     lines: list[str] = []
-    names: dict[Node, str] = {}
+    names: dict[k.Node, str] = {}
     for node in postorder(goal.formula for goal in goals):
         text = words.of(node, tuple(names[child] for child in children(node)))
         if _inline(node):
@@ -47,13 +31,13 @@ def show(kernel: Kernel, mission: Mission) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _inline(node: Node) -> bool:
+def _inline(node: k.Node) -> bool:
     match node:
-        case Atom() | Is():
+        case k.Atom() | k.Is():
             return True
-        case Not(body):
+        case k.Not(body):
             return _inline(body)
-        case All(parts) | Any(parts):
+        case k.All(parts) | k.Any(parts):
             return not parts
         case _:
             return False
@@ -65,34 +49,34 @@ class Words:
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
 
-    def of(self, node: Node, below: tuple[str, ...]) -> str:
+    def of(self, node: k.Node, below: tuple[str, ...]) -> str:
         match node:
-            case Atom(predicate):
+            case k.Atom(predicate):
                 return predicate.show(self)
-            case Is(agents):
+            case k.Is(agents):
                 return f"is({', '.join(self.agent(index) for index in sorted(agents))})"
-            case Not():
+            case k.Not():
                 return f"not {below[0]}"
-            case All():
+            case k.All():
                 return f"all({', '.join(below)})" if below else "true"
-            case Any():
+            case k.Any():
                 return f"any({', '.join(below)})" if below else "false"
-            case AtLeast(count):
+            case k.AtLeast(count):
                 return f"at-least {count} ({', '.join(below)})"
-            case WindowNode(_, low, high):
+            case k.WindowNode(_, low, high):
                 return f"{'always' if node.every else 'eventually'} {window(low, high)} {below[0]}"
-            case UntilNode(_, _, low, high):
+            case k.UntilNode(_, _, low, high):
                 word = ("until", "release", "since", "trigger")[node.every + 2 * (low < 0)]
                 return f"{below[0]} {word} {window(low, high)} {below[1]}"
-            case NeighbourNode(graph):
+            case k.NeighbourNode(graph):
                 return f"{_every(node)}neighbour on {self.graph(graph)} {below[0]}"
-            case ReachNode(graph, _, _, hops):
+            case k.ReachNode(graph, _, _, hops):
                 return f"{below[0]} {_every(node)}reach {hops} hops on {self.graph(graph)} {below[1]}"
-            case RouteNode(graph, _, _, low, high):
+            case k.RouteNode(graph, _, _, low, high):
                 return f"{below[0]} {_every(node)}route {metres(low, high)} on {self.graph(graph)} {below[1]}"
-            case PathLength(graph, agent, low, high):
+            case k.PathLength(graph, agent, low, high):
                 return f"path to {self.agent(agent)} {metres(low, high)} on {self.graph(graph)}"
-            case At(agent):
+            case k.At(agent):
                 return f"at {self.agent(agent)} {below[0]}"
             case _:
                 assert_never(node)
@@ -118,7 +102,7 @@ def asked(weight: float | None) -> str:
     return "require" if weight is None else f"prefer[{number(weight)}]"
 
 
-def _every(node: NeighbourNode | ReachNode | RouteNode) -> str:
+def _every(node: k.NeighbourNode | k.ReachNode | k.RouteNode) -> str:
     return "every " if node.every else ""
 
 

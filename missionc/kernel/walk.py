@@ -8,57 +8,40 @@ from typing import TypeVar, assert_never
 
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Graph
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Kernel,
-    LeafNode,
-    LinkNode,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel import nodes as k
 
 Value = TypeVar("Value")
 
 
-def children(node: Node) -> tuple[Node, ...]:
+def children(node: k.Node) -> tuple[k.Node, ...]:
     """The nodes directly below, in order."""
     match node:
-        case LeafNode():
+        case k.LeafNode():
             return ()
-        case Not(body) | WindowNode(body) | At(_, body) | NeighbourNode(_, body):
+        case k.Not(body) | k.WindowNode(body) | k.At(_, body) | k.NeighbourNode(_, body):
             return (body,)
-        case All(parts) | Any(parts) | AtLeast(_, parts):
+        case k.All(parts) | k.Any(parts) | k.AtLeast(_, parts):
             return parts
-        case UntilNode(first, end) | ReachNode(_, first, end) | RouteNode(_, first, end):
+        case k.UntilNode(first, end) | k.ReachNode(_, first, end) | k.RouteNode(_, first, end):
             return (first, end)
         case _:
             assert_never(node)
 
 
-def rebuilt(node: Node, parts: tuple[Node, ...], graph: Graph | None = None) -> Node:
+def rebuilt(node: k.Node, parts: tuple[k.Node, ...], graph: Graph | None = None) -> k.Node:
     """The same constructor over other nodes; over another graph too, where it reads one and another is given."""
     match node:
-        case LeafNode():
+        case k.LeafNode():
             return node
-        case All() | Any() | AtLeast():
+        case k.All() | k.Any() | k.AtLeast():
             return replace(node, parts=parts)
-        case Not() | WindowNode() | At():
+        case k.Not() | k.WindowNode() | k.At():
             return replace(node, body=parts[0])
-        case UntilNode():
+        case k.UntilNode():
             return replace(node, hold=parts[0], end=parts[1])
-        case NeighbourNode():
+        case k.NeighbourNode():
             return replace(node, body=parts[0], graph=graph or node.graph)
-        case ReachNode() | RouteNode():
+        case k.ReachNode() | k.RouteNode():
             return replace(node, through=parts[0], end=parts[1], graph=graph or node.graph)
         case _:
             assert_never(node)
@@ -79,7 +62,7 @@ class Ask:
         agents: it asks each of these too; ``linked``, where it is asked of one of them.
     """
 
-    node: Node
+    node: k.Node
     low: int = 0
     high: int | None = 0
     before_last: bool = False
@@ -104,29 +87,29 @@ class Ask:
         return range(max(step + self.low, 0), high + 1 if high <= last else 0)
 
 
-def asks(node: Node) -> tuple[Ask, ...]:
+def asks(node: k.Node) -> tuple[Ask, ...]:
     """What the node asks of those directly below it.
 
     Source:
         [strel] Definition 5, with ``until``'s left side asked one step less far.
     """
     match node:
-        case LeafNode():
+        case k.LeafNode():
             return ()
-        case Not() | All() | Any() | AtLeast():
+        case k.Not() | k.All() | k.Any() | k.AtLeast():
             return tuple(map(Ask, children(node)))
-        case WindowNode(body, low, high):
+        case k.WindowNode(body, low, high):
             return (Ask(body, low, high),)
-        case UntilNode(hold, end, low, high) if low < 0:
+        case k.UntilNode(hold, end, low, high) if low < 0:
             return Ask(hold, low + 1, 0), Ask(end, low, high)
-        case UntilNode(hold, end, low, high):
+        case k.UntilNode(hold, end, low, high):
             held = () if high == 0 else (Ask(hold, 0, None if high is None else high - 1, before_last=high is None),)
             return (*held, Ask(end, low, high))
-        case At(agent, body):
+        case k.At(agent, body):
             return (Ask(body, of_itself=False, agents=(agent,)),)
-        case NeighbourNode(graph, body):
+        case k.NeighbourNode(graph, body):
             return (Ask(body, of_itself=False, agents=graph.agents, linked=True),)
-        case ReachNode(graph, through, end) | RouteNode(graph, through, end):
+        case k.ReachNode(graph, through, end) | k.RouteNode(graph, through, end):
             # A route without links ends where it begins, also outside the graph.
             passed = Ask(through, of_itself=False, agents=graph.agents, linked=True)
             return passed, Ask(end, agents=graph.agents, linked=True)
@@ -134,20 +117,20 @@ def asks(node: Node) -> tuple[Ask, ...]:
             assert_never(node)
 
 
-def window_of(node: Node) -> tuple[int, int | None] | None:
+def window_of(node: k.Node) -> tuple[int, int | None] | None:
     """The window, in steps ahead, of an operator of time; its end None is the mission's last step.
 
     Below 0 they are steps back (``looks_back``).
     """
-    return (node.low, node.high) if isinstance(node, WindowNode | UntilNode) else None
+    return (node.low, node.high) if isinstance(node, k.WindowNode | k.UntilNode) else None
 
 
-def looks_back(node: Node) -> bool:
+def looks_back(node: k.Node) -> bool:
     """Whether it is an operator of time whose window reaches back."""
-    return isinstance(node, WindowNode | UntilNode) and node.low < 0
+    return isinstance(node, k.WindowNode | k.UntilNode) and node.low < 0
 
 
-def range_asked(node: Node, place: Node, low: int, high: int, last: int) -> tuple[int, int] | None:
+def range_asked(node: k.Node, place: k.Node, low: int, high: int, last: int) -> tuple[int, int] | None:
     """The first and the last step that one below is asked at; the node, from ``low`` to ``high``. None: at none.
 
     Args:
@@ -157,7 +140,7 @@ def range_asked(node: Node, place: Node, low: int, high: int, last: int) -> tupl
     return asked and (min(asked[0], last), min(asked[1], last))
 
 
-def asked_between(roots: Iterable[Node], last: int, low: int = 0, high: int = 0) -> dict[Node, tuple[int, int]]:
+def asked_between(roots: Iterable[k.Node], last: int, low: int = 0, high: int = 0) -> dict[k.Node, tuple[int, int]]:
     """The first and the last step that nodes are asked at; formulas that are asked from ``low`` to ``high``.
 
     A node that is asked before the first step alone is left out. A last step after the mission's means that a formula
@@ -180,30 +163,30 @@ def asked_between(roots: Iterable[Node], last: int, low: int = 0, high: int = 0)
     return found
 
 
-def awaited(node: Node) -> Ask | None:
+def awaited(node: k.Node) -> Ask | None:
     """What an operator of time asks for at some step of its window: of an ``until``, its end."""
     return asks(node)[-1] if window_of(node) and not node.every else None
 
 
-def graph_of(node: Node) -> Graph | None:
+def graph_of(node: k.Node) -> Graph | None:
     """The graph whose links an operator of space reads."""
-    return node.graph if isinstance(node, LinkNode) else None
+    return node.graph if isinstance(node, k.LinkNode) else None
 
 
-def route_bounds(node: Node) -> tuple[float, float] | None:
+def route_bounds(node: k.Node) -> tuple[float, float] | None:
     """The least and the most that a route may measure, in metres or hops as the operator of space counts them."""
     match node:
-        case RouteNode() | PathLength():
+        case k.RouteNode() | k.PathLength():
             return node.low, node.high
-        case ReachNode():
+        case k.ReachNode():
             return 0, node.hops
         case _:
             return None
 
 
-def more_than(most: int, roots: Iterable[Node]) -> bool:
+def more_than(most: int, roots: Iterable[k.Node]) -> bool:
     """Whether formulas have more than so many nodes, each counted once. The rest is not looked at."""
-    seen: set[Node] = set()
+    seen: set[k.Node] = set()
     waiting = [iter(roots)]
     while waiting and len(seen) <= most:
         node = next(waiting[-1], None)
@@ -215,11 +198,11 @@ def more_than(most: int, roots: Iterable[Node]) -> bool:
     return len(seen) > most
 
 
-def postorder(roots: Iterable[Node], below: Callable[[Node], tuple[Node, ...]] = children) -> list[Node]:
+def postorder(roots: Iterable[k.Node], below: Callable[[k.Node], tuple[k.Node, ...]] = children) -> list[k.Node]:
     """Every node of these formulas once, each after the nodes below it. No formula is too deep for it."""
-    order: list[Node] = []
-    seen: set[Node] = set()
-    stack: list[tuple[Node, bool]] = [(root, False) for root in reversed(tuple(roots))]
+    order: list[k.Node] = []
+    seen: set[k.Node] = set()
+    stack: list[tuple[k.Node, bool]] = [(root, False) for root in reversed(tuple(roots))]
     while stack:
         node, below_done = stack.pop()
         if below_done:
@@ -232,17 +215,17 @@ def postorder(roots: Iterable[Node], below: Callable[[Node], tuple[Node, ...]] =
 
 
 def bottom_up(
-    roots: Iterable[Node],
-    value_of: Callable[[Node, tuple[Value, ...]], Value],
-    below: Callable[[Node], tuple[Node, ...]] = children,
-) -> dict[Node, Value]:
+    roots: Iterable[k.Node],
+    value_of: Callable[[k.Node, tuple[Value, ...]], Value],
+    below: Callable[[k.Node], tuple[k.Node, ...]] = children,
+) -> dict[k.Node, Value]:
     """A value of every node of these formulas, computed from the values of the nodes directly below it."""
-    values: dict[Node, Value] = {}
+    values: dict[k.Node, Value] = {}
     for node in postorder(roots, below):
         values[node] = value_of(node, tuple(values[child] for child in below(node)))
     return values
 
 
-def reads_headings(kernel: Kernel) -> bool:
+def reads_headings(kernel: k.Kernel) -> bool:
     """Whether a goal asks where agents face."""
-    return any(isinstance(node, Atom) and node.predicate.reads_heading for node in postorder(kernel.formulas))
+    return any(isinstance(node, k.Atom) and node.predicate.reads_heading for node in postorder(kernel.formulas))

@@ -8,21 +8,8 @@ from functools import wraps
 from typing import TypeGuard, TypeVar, assert_never
 from weakref import WeakKeyDictionary
 
+from missionc import ir
 from missionc.base.source import Span
-from missionc.ir import (
-    Apply,
-    AtLeastOf,
-    Belongs,
-    Formula,
-    Holds,
-    Length,
-    Mission,
-    OfAgent,
-    Preference,
-    Requirement,
-    Truth,
-    Without,
-)
 from missionc.kernel.nodes import Is, Node
 from missionc.kernel.walk import looks_back, postorder
 from missionc.language.operator import TooLarge, Use
@@ -50,40 +37,42 @@ def once(function: Callable[[T], V]) -> Callable[[T], V]:
     return of
 
 
-def goals(mission: Mission) -> tuple[Requirement | Preference, ...]:
+def goals(mission: ir.Mission) -> tuple[ir.Requirement | ir.Preference, ...]:
     """Everything the mission asks for: its requirements, then its preferences."""
     return (*mission.requirements, *mission.preferences)
 
 
-def operands(formula: Formula) -> tuple[Formula, ...]:
+def operands(formula: ir.Formula) -> tuple[ir.Formula, ...]:
     """The formulas directly below."""
     match formula:
-        case Truth() | Holds() | Belongs():
+        case ir.Truth() | ir.Holds() | ir.Belongs():
             return ()
-        case Apply():
+        case ir.Apply():
             return formula.operands
-        case AtLeastOf() | OfAgent():
+        case ir.AtLeastOf() | ir.OfAgent():
             return (formula.body,)
-        case Without():
+        case ir.Without():
             return formula.cases
         case _:
             assert_never(formula)
 
 
-def as_written(formula: Formula) -> tuple[Formula, ...]:
+def as_written(formula: ir.Formula) -> tuple[ir.Formula, ...]:
     """The formulas directly below in the text: of a team without some, what is written once and said of each case."""
-    return (formula.body,) if isinstance(formula, Without) else operands(formula)
+    return (formula.body,) if isinstance(formula, ir.Without) else operands(formula)
 
 
 @once
-def formulas(mission: Mission) -> tuple[Formula, ...]:
+def formulas(mission: ir.Mission) -> tuple[ir.Formula, ...]:
     """All that the mission's goals are made of, bottom up."""
     return tuple(bottom_up(goal.formula for goal in goals(mission)))
 
 
-def bottom_up(roots: Iterable[Formula], below: Callable[[Formula], tuple[Formula, ...]] = operands) -> list[Formula]:
+def bottom_up(
+    roots: Iterable[ir.Formula], below: Callable[[ir.Formula], tuple[ir.Formula, ...]] = operands
+) -> list[ir.Formula]:
     """Every formula below the roots and the roots themselves, once each, operands before the formulas that use them."""
-    order: dict[Formula, None] = {}
+    order: dict[ir.Formula, None] = {}
     stack = list(roots)[::-1]
     while stack:
         formula = stack[-1]
@@ -105,13 +94,13 @@ def bits_of(agents: tuple[int, ...]) -> int:
     return int.from_bytes(bits, "little")
 
 
-def asked_agents(mission: Mission) -> Iterator[tuple[Formula, tuple[int, ...]]]:
+def asked_agents(mission: ir.Mission) -> Iterator[tuple[ir.Formula, tuple[int, ...]]]:
     """Every formula of the mission's goals with the agents that it is asked of, as quantifiers and graphs say it.
 
     One that is asked in several places comes with each of these sets of agents, once.
     """
-    seen: set[tuple[Formula, tuple[int, ...]]] = set()
-    waiting: list[tuple[Formula, tuple[int, ...]]] = [(goal.formula, ()) for goal in goals(mission)]
+    seen: set[tuple[ir.Formula, tuple[int, ...]]] = set()
+    waiting: list[tuple[ir.Formula, tuple[int, ...]]] = [(goal.formula, ()) for goal in goals(mission)]
     while waiting:
         formula, agents = waiting.pop()
         if (formula, agents) in seen:
@@ -119,11 +108,11 @@ def asked_agents(mission: Mission) -> Iterator[tuple[Formula, tuple[int, ...]]]:
         seen.add((formula, agents))
         yield formula, agents
         match formula:
-            case AtLeastOf(agents=named, body=body):
+            case ir.AtLeastOf(agents=named, body=body):
                 waiting.append((body, named.agents))
-            case OfAgent(agent=agent, body=body):
+            case ir.OfAgent(agent=agent, body=body):
                 waiting.append((body, (agent,)))
-            case Apply(bounds=Length(graph=graph)):
+            case ir.Apply(bounds=ir.Length(graph=graph)):
                 everyone = tuple(sorted({*agents, *graph.agents}))
                 waiting.extend((operand, everyone) for operand in operands(formula))
             case _:
@@ -131,7 +120,7 @@ def asked_agents(mission: Mission) -> Iterator[tuple[Formula, tuple[int, ...]]]:
 
 
 @once
-def meaning(formula: Apply) -> tuple[Node, tuple[Is, ...]]:
+def meaning(formula: ir.Apply) -> tuple[Node, tuple[Is, ...]]:
     """What a temporal or Boolean operator says, in kernel form, over a placeholder for each of its operands.
 
     So a pass knows the kernel's few constructors and no operator by name. Not
@@ -144,22 +133,22 @@ def meaning(formula: Apply) -> tuple[Node, tuple[Is, ...]]:
     return node, places
 
 
-def reaches_back(formula: Formula) -> TypeGuard[Apply]:
+def reaches_back(formula: ir.Formula) -> TypeGuard[ir.Apply]:
     """Whether a formula is an operator of the past."""
     return _in_time(formula) and looks_back(meaning(formula)[0])
 
 
-def asks_the_past(formula: Formula) -> TypeGuard[Apply]:
+def asks_the_past(formula: ir.Formula) -> TypeGuard[ir.Apply]:
     """Whether what an operator says is about earlier steps too, in some part of it."""
     return _in_time(formula) and any(map(looks_back, postorder((meaning(formula)[0],))))
 
 
-def _in_time(formula: Formula) -> TypeGuard[Apply]:
+def _in_time(formula: ir.Formula) -> TypeGuard[ir.Apply]:
     """Whether it is an operator that may be about other steps: no spatial one, and no chain of and or or."""
-    return isinstance(formula, Apply) and not formula.operator.spatial and len(formula.operands) <= 2
+    return isinstance(formula, ir.Apply) and not formula.operator.spatial and len(formula.operands) <= 2
 
 
-def operator_words(formula: Apply) -> Span:
+def operator_words(formula: ir.Apply) -> Span:
     """The operator with its bounds, as written (``always[0, 16 s]``); without bounds, the whole formula."""
     whole = formula.span
     if formula.bounds is None:

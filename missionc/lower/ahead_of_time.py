@@ -15,39 +15,26 @@ from dataclasses import replace
 
 from missionc.base.units import Metres
 from missionc.ir import Anywhere, Inside, Mission
-from missionc.kernel.nodes import (
-    All,
-    Always,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Eventually,
-    Goal,
-    Kernel,
-    Node,
-    Release,
-    Until,
-)
+from missionc.kernel import nodes as k
 from missionc.kernel.walk import bottom_up, rebuilt
 from missionc.lower.tighten import moved
 
 
-def ahead_of_time(mission: Mission, kernel: Kernel) -> Kernel:
+def ahead_of_time(mission: Mission, kernel: k.Kernel) -> k.Kernel:
     """The kernel with all that is asked of agents who may be late early by the longest delay that is tolerated."""
     delay = max((tolerance.steps for tolerance in mission.tolerances), default=0)
     late = {agent for tolerance in mission.tolerances for agent in tolerance.agents}
 
-    def early(node: Node, below: tuple[Node, ...]) -> Node:
+    def early(node: k.Node, below: tuple[k.Node, ...]) -> k.Node:
         match node:
-            case At(agent) if agent not in late:
+            case k.At(agent) if agent not in late:
                 return node
-            case All() | Any() | AtLeast() | At():
+            case k.All() | k.Any() | k.AtLeast() | k.At():
                 return rebuilt(node, below)
-            case Eventually(low=low, high=high) | Until(low=low, high=high):
+            case k.Eventually(low=low, high=high) | k.Until(low=low, high=high):
                 last = mission.steps if high is None else high
                 return replace(node, high=max(low, last - delay))
-            case Always(low=low) | Release(low=low):
+            case k.Always(low=low) | k.Release(low=low):
                 return replace(node, low=max(0, low - delay))
             case _:
                 return node
@@ -73,14 +60,14 @@ def with_room_for_delays(mission: Mission, share: float) -> Mission:
     return replace(mission, separation=Metres(mission.separation + share * most), obstacles=obstacles)
 
 
-def _finishes(mission: Mission) -> list[Goal]:
+def _finishes(mission: Mission) -> list[k.Goal]:
     """That those who may be late are in the regions they finish in so much earlier."""
     goals = []
     for tolerance in mission.tolerances:
         for agent in tolerance.agents:
             place = mission.agents[agent].finish
             if isinstance(place, Anywhere):
-                there = Atom(Inside(place.region, False), place.span)
-                stays = Always(there, mission.steps - tolerance.steps, mission.steps, place.span)
-                goals.append(Goal("finish", At(agent, stays, place.span), place.span))
+                there = k.Atom(Inside(place.region, False), place.span)
+                stays = k.Always(there, mission.steps - tolerance.steps, mission.steps, place.span)
+                goals.append(k.Goal("finish", k.At(agent, stays, place.span), place.span))
     return goals

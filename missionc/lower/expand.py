@@ -21,9 +21,8 @@ from missionc.kernel.normal_form import normal_forms
 from missionc.kernel.walk import children, postorder
 from missionc.language.operator import TooLarge, Use
 from missionc.language.operators import by_name
-from missionc.language.route_lengths import whole_bounds
 from missionc.language.walk_formulas import formulas
-from missionc.language.weighed_routes import nodes_at_most
+from missionc.language.weighed_routes import nodes_at_most, whole_bounds
 
 
 def expand(mission: ir.Mission, limits: Limits | None = None) -> tuple[Kernel | None, list[Diagnostic]]:

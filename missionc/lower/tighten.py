@@ -20,27 +20,8 @@ from itertools import combinations
 from operator import sub
 from typing import assert_never
 
+from missionc import ir
 from missionc.base.units import Metres
-from missionc.ir import (
-    Ball,
-    Box,
-    Difference,
-    Disc,
-    Dynamics,
-    Exactly,
-    Formation,
-    Graph,
-    Intersection,
-    Mission,
-    Polygon,
-    Prism,
-    Region,
-    Shape,
-    Sight,
-    Union,
-    Vector,
-    Vehicle,
-)
 from missionc.ir.pair_ranges import with_ranges
 from missionc.kernel.nodes import Atom, Goal, Kernel, LeafNode, Node, Not
 from missionc.kernel.walk import bottom_up, graph_of, rebuilt
@@ -59,12 +40,12 @@ SPARE = 0.8
 """The share of a vehicle's limits for plans that come to speed by themselves: rounded corners take the rest."""
 
 
-def tracking_margin(mission: Mission) -> Metres:
+def tracking_margin(mission: ir.Mission) -> Metres:
     """The largest tracking margin of the mission's vehicles: metres that a flight may be from its plan."""
     return Metres(max((agent.vehicle.tracking for agent in mission.agents), default=0.0))
 
 
-def with_vehicle_room(mission: Mission) -> Mission:
+def with_vehicle_room(mission: ir.Mission) -> ir.Mission:
     """The mission with the room its vehicles want: the same object where none wants any."""
     rooms = [mission.room(agent.index) for agent in mission.agents]
     # Where vehicles differ, the widest room: a narrower one is judged on the flight.
@@ -80,7 +61,7 @@ def with_vehicle_room(mission: Mission) -> Mission:
     return mission if (wanted.world, wanted.clearance, wanted.drift) == before else wanted
 
 
-def _drift(mission: Mission) -> tuple[Metres, ...]:
+def _drift(mission: ir.Mission) -> tuple[Metres, ...]:
     """What each agent is off by at its top speed, for it starts at another time than the others; less where they start
     or finish too near for that, since who comes from rest is slow there. Empty where nobody is."""
     drift = [
@@ -95,10 +76,10 @@ def _drift(mission: Mission) -> tuple[Metres, ...]:
     return ()
 
 
-def _ends(mission: Mission) -> list[list[tuple[int, Vector]]]:
+def _ends(mission: ir.Mission) -> list[list[tuple[int, ir.Vector]]]:
     """The exact places to start at, and those to finish at, each with its agent."""
     return [
-        [(agent.index, place.point) for agent, place in places if isinstance(place, Exactly)]
+        [(agent.index, place.point) for agent, place in places if isinstance(place, ir.Exactly)]
         for places in (
             [(agent, agent.start) for agent in mission.agents],
             [(agent, agent.finish) for agent in mission.agents],
@@ -106,7 +87,7 @@ def _ends(mission: Mission) -> list[list[tuple[int, Vector]]]:
     ]
 
 
-def _apart(mission: Mission, places: Sequence[tuple[int, Vector]]) -> bool:
+def _apart(mission: ir.Mission, places: Sequence[tuple[int, ir.Vector]]) -> bool:
     """Whether all that are in these places keep the mission's spacing."""
     for (one, here), (other, there) in combinations(places, 2):
         spacing = mission.spacing(one, other)
@@ -115,7 +96,7 @@ def _apart(mission: Mission, places: Sequence[tuple[int, Vector]]) -> bool:
     return True
 
 
-def with_flyable_speeds(mission: Mission, share: float | None = None) -> Mission:
+def with_flyable_speeds(mission: ir.Mission, share: float | None = None) -> ir.Mission:
     """The mission with speeds at which its vehicles can fly a plan smoothly: the same object where all are.
 
     A plan of first order is at full speed at once, and its flight comes from rest: in a step of duration d that covers
@@ -133,7 +114,7 @@ def with_flyable_speeds(mission: Mission, share: float | None = None) -> Mission
     return mission if same else replace(mission, agents=agents)
 
 
-def _slower(dynamics: Dynamics, vehicle: Vehicle, step: float, share: float | None) -> Dynamics:
+def _slower(dynamics: ir.Dynamics, vehicle: ir.Vehicle, step: float, share: float | None) -> ir.Dynamics:
     if dynamics.has_momentum:
         part = SPARE if share is None else share
         return dynamics.at_most(part * vehicle.speed, part * vehicle.acceleration)
@@ -142,7 +123,7 @@ def _slower(dynamics: Dynamics, vehicle: Vehicle, step: float, share: float | No
     return dynamics.at_most(at_once if share is None else share * vehicle.speed / CRUISE, math.inf)
 
 
-def tightened(mission: Mission, kernel: Kernel, margin: Metres) -> tuple[Mission, Kernel]:
+def tightened(mission: ir.Mission, kernel: Kernel, margin: Metres) -> tuple[ir.Mission, Kernel]:
     """Requirements that hold by the margin where these hold; preferences stay what they are."""
     if margin <= 0:
         return mission, kernel
@@ -186,16 +167,16 @@ class _Borders:
 
     def __init__(self, metres: float) -> None:
         self.metres = metres
-        self._regions: dict[Region, Region] = {}
-        self._graphs: dict[Graph, Graph] = {}
-        self._formations: dict[Formation, Formation] = {}
+        self._regions: dict[ir.Region, ir.Region] = {}
+        self._graphs: dict[ir.Graph, ir.Graph] = {}
+        self._formations: dict[ir.Formation, ir.Formation] = {}
 
-    def region(self, region: Region) -> Region:
+    def region(self, region: ir.Region) -> ir.Region:
         if region not in self._regions:
             self._regions[region] = replace(region, shape=moved(region.shape, self.metres))
         return self._regions[region]
 
-    def graph(self, graph: Graph) -> Graph:
+    def graph(self, graph: ir.Graph) -> ir.Graph:
         """The graph with its range moved: of two agents both ends may be missed, of a beacon only one.
 
         What stands in the way of a sight comes nearer, or is further away, by the margin.
@@ -204,12 +185,12 @@ class _Borders:
             misses = 2 if graph.by_distance else 1
             ranges = tuple(replace(each, radius=self._by(misses, each.radius)) for each in graph.ranges)
             moved_graph = with_ranges(graph, self._by(misses, graph.radius), ranges)
-            if isinstance(moved_graph, Sight):
+            if isinstance(moved_graph, ir.Sight):
                 moved_graph = replace(moved_graph, room=Metres(moved_graph.room - self.metres))
             self._graphs[graph] = moved_graph
         return self._graphs[graph]
 
-    def formation(self, formation: Formation) -> Formation:
+    def formation(self, formation: ir.Formation) -> ir.Formation:
         if formation not in self._formations:
             edges = len(formation.edges) if formation.total else 1
             self._formations[formation] = replace(formation, tolerance=self._by(2 * edges, formation.tolerance))
@@ -220,31 +201,31 @@ class _Borders:
         return Metres(length + math.copysign(min(misses * abs(self.metres), length / 2), self.metres))
 
 
-def moved(shape: Shape, by: float) -> Shape:
+def moved(shape: ir.Shape, by: float) -> ir.Shape:
     """The border moved outward: at least so far where ``by`` is positive, and inward at least so far where negative.
 
     A shape does not lose more than half of its least width: then it moves less.
     """
     match shape:
-        case Union(left, right):
-            return Union(moved(left, by), moved(right, by))
-        case Intersection(left, right):
-            return Intersection(moved(left, by), moved(right, by))
-        case Difference(left, right):
-            return Difference(moved(left, by), moved(right, -by))
-        case Box(low, high):
-            return Box(*_band(low, high, by))
-        case Disc(centre, radius, band):
-            return Disc(centre, radius + max(by, -radius / 2), _prism(band, by))
-        case Ball(centre, radius):
-            return Ball(centre, radius + max(by, -radius / 2))
-        case Polygon(corners, band):
-            return Polygon(_outline(corners, by), _prism(band, by))
+        case ir.Union(left, right):
+            return ir.Union(moved(left, by), moved(right, by))
+        case ir.Intersection(left, right):
+            return ir.Intersection(moved(left, by), moved(right, by))
+        case ir.Difference(left, right):
+            return ir.Difference(moved(left, by), moved(right, -by))
+        case ir.Box(low, high):
+            return ir.Box(*_band(low, high, by))
+        case ir.Disc(centre, radius, band):
+            return ir.Disc(centre, radius + max(by, -radius / 2), _prism(band, by))
+        case ir.Ball(centre, radius):
+            return ir.Ball(centre, radius + max(by, -radius / 2))
+        case ir.Polygon(corners, band):
+            return ir.Polygon(_outline(corners, by), _prism(band, by))
         case _:
             assert_never(shape)
 
 
-def _band(low: Vector, high: Vector, by: float) -> tuple[Vector, Vector]:
+def _band(low: ir.Vector, high: ir.Vector, by: float) -> tuple[ir.Vector, ir.Vector]:
     change = [max(by, -(end - begin) / 4) for begin, end in zip(low, high, strict=True)]
     return (
         tuple(begin - each for begin, each in zip(low, change, strict=True)),
@@ -252,11 +233,11 @@ def _band(low: Vector, high: Vector, by: float) -> tuple[Vector, Vector]:
     )
 
 
-def _prism(band: Prism | None, by: float) -> Prism | None:
+def _prism(band: ir.Prism | None, by: float) -> ir.Prism | None:
     if band is None:
         return None
     (low,), (high,) = _band((band.low,), (band.high,), by)
-    return Prism(low, high)
+    return ir.Prism(low, high)
 
 
 def _outline(corners: tuple[tuple[float, float], ...], by: float) -> tuple[tuple[float, float], ...]:

@@ -17,7 +17,6 @@ from dataclasses import replace
 from typing import assert_never
 
 from missionc.ir import Graph, Mission
-from missionc.kernel.constants import constant, without_constants
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -39,6 +38,7 @@ from missionc.kernel.nodes import (
     WindowNode,
     says_opposite,
 )
+from missionc.kernel.normal_form import constant, without_constants
 from missionc.kernel.walk import asks, children, looks_back, postorder, rebuilt
 from missionc.language.operator import TooLarge
 

@@ -1,16 +1,106 @@
-"""Code lenses: above a mission's name what can be done with it, above each requirement how robust the last plan is."""
+"""Code lenses: above a mission's name what can be done with it, above each requirement how robust the last plan is.
+
+The last plan beside a mission: how robust each requirement is in it, and whether its text is still this one.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator
-from pathlib import Path
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path, PurePosixPath
 
 from lsprotocol import types
 
-from missionc.lsp.last_plan import LastPlan, last_plan
-from missionc.lsp.open_text import OpenText
+from missionc.base.strict_json import NotJsonError, parse_record
+from missionc.diagnostics.model import Diagnostic
+from missionc.lsp.open_text import LIMITS, OpenText
+from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA
+from missionc.output.folder.manifest import sha256
 from missionc.syntax import ast
+from missionc.syntax.read_file import read_bytes, strange
+
+PLAN = "plan.json"
+MOST_BYTES = 1 << 24
+"""Bytes of a plan that is read for this."""
+MOST_INPUTS = 100
+"""Files of a mission that are compared; one of more counts as changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastPlan:
+    """``robustness`` by the names of requirements; ``changed``: a file of the mission is no longer what was planned."""
+
+    robustness: dict[str, float]
+    changed: bool
+
+
+def last_plan(text: OpenText, mission: str, folders: Iterable[Path]) -> LastPlan | None:
+    """The plan in ``build/MISSION`` of the first of these folders that has one; none where it cannot be read.
+
+    Args:
+        text: of the mission, as it is now.
+        mission: its name.
+        folders: where the compiler may have been called.
+    """
+    for folder in folders:
+        written = folder / "build" / mission
+        manifest = _json(written / MANIFEST)
+        if manifest.get("schema") != MANIFEST_SCHEMA or manifest.get("mission") != mission:
+            continue
+        robustness = _recorded_robustness(written / PLAN)
+        if robustness:
+            return LastPlan(robustness, _changed(text, manifest.get("inputs")))
+    return None
+
+
+def _changed(text: OpenText, inputs: object) -> bool:
+    """Whether one of the files that were planned is another now: the text as it stands here, the others on disk."""
+    if not isinstance(inputs, dict) or not 0 < len(inputs) <= MOST_INPUTS:
+        return True
+    path = Path(text.source.name)
+    for name, digest in inputs.items():
+        if name == path.name:
+            content: bytes | Diagnostic = text.source.text.removeprefix("\ufeff").encode("utf-8", "replace")
+        elif strange(name) or ".." in PurePosixPath(name).parts:
+            return True
+        else:
+            content = read_bytes(path.parent / name, name, LIMITS.map_bytes)
+        if isinstance(content, Diagnostic) or sha256(content.removeprefix(b"\xef\xbb\xbf")) != digest:
+            return True
+    return path.name not in inputs
+
+
+def _recorded_robustness(plan: Path) -> dict[str, float]:
+    judged = _json(plan).get("requirements")
+    entries = [entry for entry in judged if isinstance(entry, dict)] if isinstance(judged, list) else []
+    return {
+        entry["name"]: float(entry["robustness"])
+        for entry in entries
+        if isinstance(entry.get("name"), str) and isinstance(entry.get("robustness"), int | float)
+    }
+
+
+def _json(path: Path) -> dict[str, object]:
+    """What a file of JSON says; nothing where there is none, or none that can be read."""
+    try:
+        status = path.stat()
+    except OSError:
+        return {}
+    return _read(path, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=16)
+def _read(path: Path, changed: int, size: int) -> dict[str, object]:
+    content = read_bytes(path, path.name, MOST_BYTES)
+    if isinstance(content, Diagnostic):
+        return {}
+    try:
+        return parse_record(content)
+    except NotJsonError:
+        return {}
+
 
 COMMANDS = {"missionc.compile": "compile", "missionc.showReport": "report", "missionc.showMap": "map"}
 """The commands that a client may know, by what they are called above the text."""

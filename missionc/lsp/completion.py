@@ -1,31 +1,174 @@
 """Completion: the keywords, names, units and settings that fit next, by the grammar.
 
 Kinds and settings are the language's own tables, so that a new one needs nothing here.
+
+Completion context: the tokens before the cursor in its declaration, and those that may follow.
+
+The parser's own table says so. Words before the place that fit nowhere are passed over, so that
+a declaration that is wrong somewhere still knows where it is.
+
+Completion of units after a number.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections import defaultdict
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
 from lsprotocol import types
 
 from missionc import ir
-from missionc.base.source import Span
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.base.units import UNITS, Dimension
 from missionc.data.vehicles import profiles
+from missionc.ir import FIGURES, PAD_FIGURES
 from missionc.language.predicates import CALLED
-from missionc.lsp.completion_context import Spot, spot
 from missionc.lsp.open_text import LIMITS, OpenText
-from missionc.lsp.unit_completion import fitting_units
 from missionc.lsp.word_help import meaning
-from missionc.resolve.names import AGENTS, STATE_WORDS, Kind
-from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
+from missionc.resolve.context import AGENTS, STATE_WORDS, Kind
+from missionc.resolve.resolve_agents import SETTINGS as DYNAMICS
 from missionc.resolve.resolve_formations import SETTINGS as FORMATIONS
 from missionc.resolve.resolve_formulas import FORMULAS
 from missionc.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS, ROADMAP
-from missionc.resolve.resolve_resources import MARKS, RATES
-from missionc.syntax.tokens import DECLARATIONS, EXTREME, NAME, NUMBER, PLURALS, UNIT, WORDS, Token
+from missionc.resolve.resolve_graphs import MARKS, RATES
+from missionc.syntax import parse_table
+from missionc.syntax.machine import Machine
+from missionc.syntax.parse import feed
+from missionc.syntax.parse_table import END
+from missionc.syntax.passages import passages
+from missionc.syntax.tokens import DECLARATIONS, EXTREME, NAME, NUMBER, PLURALS, UNIT, WORDS, Token, tokenise
+
+_WORD = re.compile(r"[^\W\d]\w*\Z")
+_IN_COMMENT = re.compile(r'(?:[^"#\n]|"[^"\n]*")*(?:#|"[^"\n]*\Z)')
+_OPENING, _CLOSING = frozenset("([{"), frozenset(")]}")
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """``start`` is where the word begins that is being written, at the place itself if there is none yet.
+
+    ``taken`` are the words of the declaration before it, ``opened`` those of them that are brackets still
+    open, ``expected`` the kinds of word that may follow; ``declares``: a declaration may begin here.
+    """
+
+    start: int
+    taken: tuple[Token, ...]
+    opened: tuple[int, ...]
+    expected: frozenset[str]
+    declares: bool
+
+    @property
+    def before(self) -> Token:
+        return self.taken[-1]
+
+    @property
+    def bracket(self) -> str:
+        """The innermost open bracket, or nothing."""
+        return self.taken[self.opened[-1]].kind if self.opened else ""
+
+    @property
+    def asks_heading(self) -> bool:
+        """Whether it is within the words that ask for a heading: after the last `of` or `within` there is no other."""
+        words = [token.kind for token in self.taken if token.kind in ("heading", "within", "of")]
+        return words[-3:] == ["heading", "within", "of"] and self.taken[0].word != "formation"
+
+    def opener(self, back: int = 1) -> Token | None:
+        """The word so far before the innermost open bracket."""
+        at = self.opened[-1] - back if self.opened else -1
+        return self.taken[at] if at >= 0 else None
+
+
+def spot(source: Source, offset: int, limits: Limits) -> Spot | None:
+    """None in comments and quotes, and in a text too large to be read."""
+    text = source.text
+    if len(text) > limits.file_bytes:
+        return None
+    line = text.rfind("\n", 0, offset) + 1
+    if _IN_COMMENT.match(text[line:offset]):
+        return None
+    word = _WORD.search(text, line, offset)
+    start = word.start() if word else offset
+    begin = next(each.start for each in passages(source) if start < each.end or each.end == len(text))
+    tokens, _ = tokenise(Span(source, begin, start), limits)
+    return _after(tokens[:-1], start, not text[line:start].strip())
+
+
+def _after(tokens: list[Token], start: int, starts_line: bool) -> Spot:
+    machine = _machine()
+    taken: list[Token] = []
+    opened: list[int] = []
+    for token in tokens:
+        if token.declares and taken:
+            machine, taken, opened = _machine(), [], []
+        if not feed(machine, token):
+            if not (taken and token.starts_line and machine.takes(END)):
+                continue
+            machine, taken, opened = _machine(), [], []
+            if not feed(machine, token):
+                continue
+        if token.kind in _OPENING:
+            opened.append(len(taken))
+        elif token.kind in _CLOSING and opened:
+            opened.pop()
+        taken.append(token)
+    declares = not taken or (starts_line and machine.takes(END))
+    return Spot(start, tuple(taken), tuple(opened), machine.expected(), declares)
+
+
+def _machine() -> Machine:
+    """One that only knows what may come next, and makes nothing of it."""
+    return Machine(parse_table.load(), defaultdict(_nothing), frozenset(), 0)
+
+
+def _nothing() -> Callable[..., object]:
+    return lambda span, *parts: None
+
+
+MEASURES: dict[str, Dimension] = {name: figure.dimension for name, figure in (FIGURES | PAD_FIGURES).items()} | {
+    **dict.fromkeys(("altitude", "spacing", "tolerance", "proximity", "beacons", "sight"), Dimension.LENGTH),
+    **dict.fromkeys(("separation", "clearance", "distance"), Dimension.LENGTH),
+    **dict.fromkeys(("step", "horizon", "delay"), Dimension.TIME),
+    **dict.fromkeys(("yaw", "heading", "within"), Dimension.ANGLE),
+    "turn": Dimension.TURN,
+    **dict.fromkeys(("moving", "uncertain"), Dimension.SPEED),
+    "hops": Dimension.NUMBER,
+}
+"""What a number after each of these words measures."""
+
+BETWEEN = frozenset({NUMBER, UNIT, "..", "-", "<=", "<", ">=", ">", "=", "(", ")", ","})
+"""What may stand between such a word and its number."""
+
+
+def fitting_units(place: Spot) -> Iterator[tuple[str, str]]:
+    """Each unit and what it measures; all of them where it cannot be told what is measured."""
+    wanted = _measured(place)
+    for unit, (dimension, _) in UNITS.items():
+        if wanted is None or dimension in wanted:
+            yield unit, f"unit of {dimension.value}"
+
+
+def _measured(place: Spot) -> tuple[Dimension, ...] | None:
+    opener = place.opener()
+    if place.bracket == "{" and place.taken[0].word == "graph":
+        weighs = any(token.text == "weight" for token in place.taken)
+        return (Dimension.NUMBER if weighs else Dimension.LENGTH,)
+    if place.before.word == "per":
+        return Dimension.TIME, Dimension.LENGTH
+    if place.bracket == "[" and opener is not None and opener.kind.startswith("TIME"):
+        return Dimension.TIME, Dimension.STEPS
+    if len(place.taken) > 1 and place.taken[-2].word == "every":
+        return Dimension.TIME, Dimension.STEPS
+    for token in reversed(place.taken):
+        if token.kind in BETWEEN or (token.word == "of" and place.asks_heading):
+            continue
+        known = MEASURES.get(token.text)
+        return None if known is None else (known,)
+    return None
+
 
 ARGUMENTS: dict[str, tuple[Kind, ...]] = {
     **{name: (Kind[predicate.parameters[0].upper()],) for name, predicate in CALLED.items()},

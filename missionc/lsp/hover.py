@@ -11,15 +11,12 @@ from missionc.explain.explanation import explained, of_family
 from missionc.ir import Mission, Preference, Requirement
 from missionc.language.walk_formulas import goals
 from missionc.lsp.inlay_hints import ahead
-from missionc.lsp.open_text import LIMITS, OpenText
-from missionc.lsp.outline import Name
+from missionc.lsp.open_text import LIMITS, Name, OpenText
 from missionc.lsp.word_help import meaning
-from missionc.resolve.context import Context
-from missionc.resolve.names import collect
-from missionc.resolve.resolve_parameters import resolve_parameters
-from missionc.resolve.resolve_quantities import POWERS, SI, is_reported, shown
-from missionc.resolve.show_files import file_lines
-from missionc.resolve.show_vehicle import show_vehicle
+from missionc.resolve.context import Context, collect
+from missionc.resolve.resolve_files import file_lines
+from missionc.resolve.resolve_quantities import POWERS, SI, is_reported, resolve_parameters, shown
+from missionc.resolve.show_ir import show_vehicle
 from missionc.syntax import ast
 from missionc.syntax.passages import passages
 from missionc.syntax.tokens import Token, tokenise

@@ -5,8 +5,8 @@ from __future__ import annotations
 from lsprotocol import types
 
 from missionc.diagnostics.model import Fix
+from missionc.lsp.background_checks import diagnostics
 from missionc.lsp.open_text import OpenText
-from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.syntax.tokens import quoted
 
 

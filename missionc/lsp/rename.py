@@ -8,9 +8,8 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 
 from missionc.base.source import Source
-from missionc.lsp.open_text import LIMITS, OpenText
-from missionc.lsp.outline import Name, Outline
-from missionc.resolve.names import STATE_WORDS
+from missionc.lsp.open_text import LIMITS, Name, OpenText, Outline
+from missionc.resolve.context import STATE_WORDS
 from missionc.syntax.tokens import nameable, reserved
 
 REQUEST_FAILED = int(types.LSPErrorCodes.RequestFailed)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from missionc.lsp.open_text import OpenText
-from missionc.lsp.outline import Name
-from missionc.resolve.names import Kind
+from missionc.lsp.open_text import Name, OpenText
+from missionc.resolve.context import Kind
 
 Colour = types.SemanticTokenTypes
 

@@ -9,8 +9,8 @@ from missionc.ir.wording import listed
 from missionc.language.operators import by_name
 from missionc.language.predicates import CALLED
 from missionc.language.predicates.heading import PREDICATE as HEADING
-from missionc.resolve.resolve_dynamics import SETTINGS as DYNAMICS
-from missionc.resolve.show_vehicle import figures_of
+from missionc.resolve.resolve_agents import SETTINGS as DYNAMICS
+from missionc.resolve.show_ir import figures_of
 from missionc.syntax import forms
 from missionc.syntax.tokens import SPELLINGS, STATES, UNIT, WORDS, Token
 

@@ -26,14 +26,12 @@ import numpy as np
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Source
-from missionc.maps.dxf.areas import GAP, SAGITTA, World, area_from, area_of, disc_of, outline
+from missionc.maps.dxf.areas import GAP, SAGITTA, World, area_from, area_of, disc_of, join_ends, outline
 from missionc.maps.dxf.blocks import Blocks, Parts, Placed, folded, layer_of
-from missionc.maps.dxf.curves import Points, UnusableError
-from missionc.maps.dxf.join_ends import join_ends
-from missionc.maps.dxf.shapes import READ, Shape, shape_of
+from missionc.maps.dxf.shapes import READ, Points, Shape, UnusableError, shape_of
 from missionc.maps.feature import Area, Asked, Circle, Feature, MapError, Place, too_many, unreadable, unsaid, unusable
-from missionc.maps.libraries import library
-from missionc.maps.read_summary import LeftOut, Reading
+from missionc.maps.map_metadata import library
+from missionc.maps.read_map import LeftOut, Reading
 
 FOOT = 0.3048
 SURVEY_FOOT = 1200 / 3937

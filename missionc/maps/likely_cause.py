@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
-from missionc.maps.companions import IMAGES, METADATA, ending
 from missionc.maps.feature import Asked
-from missionc.maps.local_frame import geographic, local_frame
-from missionc.maps.read_summary import Extents, box
+from missionc.maps.geojson import geographic, local_frame
+from missionc.maps.map_metadata import IMAGES, METADATA, ending
+from missionc.maps.read_map import Extents, box
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
 SMALLEST = 0.05

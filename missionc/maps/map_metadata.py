@@ -4,18 +4,74 @@ No value is constructed from YAML: the nodes are composed, which builds no objec
 
 Source:
     wiki.ros.org/map_server, "Map format"; nav2_map_server, ``map_io.cpp``.
+
+Companions of a file: the other one that it rests on, such as the image of an occupancy grid.
+
+Libraries that read files of other programs: loaded if there is such a file, and silent on standard error.
 """
 
 from __future__ import annotations
 
+import logging
 import math
+from importlib import import_module
+from posixpath import basename, splitext
 from typing import Any
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span
+from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.maps.feature import MapError, unreadable
-from missionc.maps.libraries import library
+
+IMAGES = (".pgm", ".png", ".bmp")
+METADATA = (".yaml", ".yml")
+
+
+@dataclass(frozen=True, slots=True)
+class Companion:
+    """``path`` is relative to the file's folder, and empty where there is none; it may be absent unless ``needed``."""
+
+    path: str
+    needed: bool
+
+
+NONE = Companion("", False)
+
+
+def ending(path: str) -> str:
+    """The ending of a file's name, with its dot and in small letters."""
+    return splitext(path)[1].lower()
+
+
+def companion(path: str, source: Source) -> Companion:
+    """What a file rests on: an image on what its ``.yaml`` says, that on its image."""
+    if ending(path) in IMAGES:
+        return Companion(f"{splitext(basename(path))[0]}.yaml", needed=False)
+    if ending(path) not in METADATA:
+        return NONE
+
+    try:
+        return Companion(read_metadata(source, Span(source, 0, 0)).image, needed=True)
+    except MapError:
+        return NONE  # said once it is read
+
+
+def library(module: str, package: str, source: Source, asked: Span) -> Any:
+    """A module of the extra ``maps``.
+
+    Raises:
+        MapError: it is not installed.
+    """
+    log = logging.getLogger(module.partition(".")[0])
+    if not log.handlers:
+        log.addHandler(logging.NullHandler())  # without a handler a warning of it goes to standard error
+    try:
+        return import_module(module)
+    except ImportError:
+        message = f"`{source.name}` needs the package {package}, which is not installed"
+        raise MapError(EXTRA_MISSING, message, asked, "install it with `pip install 'missionc[maps]'`") from None
+
 
 LONGEST = 1 << 16
 """Bytes of metadata."""

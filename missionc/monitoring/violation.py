@@ -10,21 +10,7 @@ import numpy as np
 
 from missionc.base.trace import Flags, Trace
 from missionc.ir import Mission, Predicate
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel import nodes as k
 from missionc.kernel.walk import asks, children, looks_back, postorder
 from missionc.language.margins.predicate_margins import formation_margin
 from missionc.monitoring.evaluate import Evaluation
@@ -39,7 +25,7 @@ class Decision:
     agents: frozenset[int]
 
 
-def first_violation(formula: Node, mission: Mission, trace: Trace) -> Decision:
+def first_violation(formula: k.Node, mission: Mission, trace: Trace) -> Decision:
     """The first step by which nothing later can mend a formula that is false at step 0, and the agents it is lost at.
 
     An *always* is lost at the first step that breaks its body, an *eventually* at the last step of its window. The
@@ -62,7 +48,7 @@ class _Hopeful(Evaluation):
         super().__init__(TRUTH, mission, trace)
         self.hopeful = np.zeros(self.steps, dtype=np.bool_)
 
-    def after(self, now: int, formulas: Iterable[Node]) -> dict[Node, Values]:
+    def after(self, now: int, formulas: Iterable[k.Node]) -> dict[k.Node, Values]:
         """The truth of the formulas if hope begins after the step ``now``."""
         self.hopeful = np.arange(self.steps) > now
         return self.values(formulas)
@@ -72,61 +58,61 @@ class _Hopeful(Evaluation):
         changes = predicate.others or predicate.reads_past or predicate.reads_oneself(self.mission.dimension)
         return found | self.hopeful if changes else found
 
-    def path_length(self, node: PathLength, holds: bool) -> Values:
+    def path_length(self, node: k.PathLength, holds: bool) -> Values:
         return super().path_length(node, holds) | self.hopeful
 
-    def neighbour(self, node: NeighbourNode, body: Values) -> Values:
+    def neighbour(self, node: k.NeighbourNode, body: Values) -> Values:
         return super().neighbour(node, body) | self.hopeful
 
-    def reach(self, node: ReachNode, through: Values, end: Values) -> Values:
+    def reach(self, node: k.ReachNode, through: Values, end: Values) -> Values:
         return super().reach(node, through, end) | self.hopeful
 
-    def route(self, node: RouteNode, through: Values, end: Values) -> Values:
+    def route(self, node: k.RouteNode, through: Values, end: Values) -> Values:
         return super().route(node, through, end) | self.hopeful
 
 
 class _Search:
     """Follows a false formula down to the agents at which it is lost."""
 
-    def __init__(self, truths: dict[Node, Flags], mission: Mission, trace: Trace) -> None:
+    def __init__(self, truths: dict[k.Node, Flags], mission: Mission, trace: Trace) -> None:
         self.truths, self.mission, self.trace = truths, mission, trace
         self.last = trace.position.shape[1] - 1
 
-    def agents(self, formula: Node) -> frozenset[int]:
+    def agents(self, formula: k.Node) -> frozenset[int]:
         """The agents of all that is lost below a formula that is false for the first agent at step 0."""
         found: set[int] = set()
-        asked: dict[tuple[Node, int, int], None] = {(formula, 0, 0): None}
+        asked: dict[tuple[k.Node, int, int], None] = {(formula, 0, 0): None}
         waiting = list(asked)
         while waiting:
             node, agent, step = waiting.pop()
             below = self._below(node, agent, step)
             if below is None:
-                found |= self._agents_of(node, agent, step) if isinstance(node, Atom) else {agent}
+                found |= self._agents_of(node, agent, step) if isinstance(node, k.Atom) else {agent}
                 continue
             fresh = [each for each in below if each not in asked]
             asked.update(dict.fromkeys(fresh))
             waiting += fresh
         return frozenset(found)
 
-    def is_lost(self, node: Node, agent: int, step: int) -> bool:
+    def is_lost(self, node: k.Node, agent: int, step: int) -> bool:
         values = self.truths[node]
         return not values[agent if len(values) > 1 else 0, step if values.shape[1] > 1 else 0]
 
-    def _below(self, node: Node, agent: int, step: int) -> list[tuple[Node, int, int]] | None:
+    def _below(self, node: k.Node, agent: int, step: int) -> list[tuple[k.Node, int, int]] | None:
         """What a false formula is lost for; None if it is lost by itself."""
         match node:
-            case Not(body) if isinstance(body, Atom):
+            case k.Not(body) if isinstance(body, k.Atom):
                 return [(body, agent, step)]
-            case At(other, body):
+            case k.At(other, body):
                 return [(body, other, step)]
-            case All(parts) | Any(parts) | AtLeast(_, parts):
+            case k.All(parts) | k.Any(parts) | k.AtLeast(_, parts):
                 return [(part, agent, step) for part in parts if self.is_lost(part, agent, step)]
-            case WindowNode() | UntilNode():
+            case k.WindowNode() | k.UntilNode():
                 return self._in_time(node, agent, step)
             case _:
                 return None
 
-    def _in_time(self, node: WindowNode | UntilNode, agent: int, step: int) -> list[tuple[Node, int, int]] | None:
+    def _in_time(self, node: k.WindowNode | k.UntilNode, agent: int, step: int) -> list[tuple[k.Node, int, int]] | None:
         """The step of the window that is lost first, if one is enough, or one before it that breaks what has to hold.
 
         If it takes all steps of the window, the last. Of the past the steps are in reverse.
@@ -146,7 +132,7 @@ class _Search:
                     return [(hold, agent, now)]
         return [(end, agent, steps[-1])]
 
-    def _agents_of(self, atom: Atom, agent: int, step: int) -> frozenset[int]:
+    def _agents_of(self, atom: k.Atom, agent: int, step: int) -> frozenset[int]:
         formation = atom.predicate.formation
         if formation is None:
             named = frozenset(end for pair in atom.predicate.pairs for end in pair)

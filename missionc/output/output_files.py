@@ -36,8 +36,8 @@ from missionc.output.folder.file_names import (
 from missionc.output.folder.manifest import Option, Provenance, manifest, sha256
 from missionc.output.report.report_html import Plotted, report
 from missionc.verify.certificate import Certificate
-from missionc.verify.flight.landing_in_turns import Stop
 from missionc.verify.flight.verify_stops import Stops, verify_stops
+from missionc.verify.flight.verify_whole_flight import Stop
 from missionc.verify.flight.way_missions import Ways, has_risen, is_whole
 from missionc.verify.verify_plan import verify_between, with_delays
 

@@ -60,7 +60,7 @@ class BoundSide:
 
     def _covered(self, least: int, lasts: int) -> int:
         """Steps that every plan takes, by covers."""
-        from missionc.backends.cover.least_duration import least_duration  # for those who minimize a duration
+        from missionc.backends.cover.refute import least_duration  # for those who minimize a duration
 
         ahead = looking_ahead(self.mission, self.kernel, self.budget.limits.formula_nodes)
         now = time.monotonic()

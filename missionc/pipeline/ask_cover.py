@@ -11,18 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from missionc.backends.api import (
-    Backend,
-    Budget,
-    Impossible,
-    NotFound,
-    Outcome,
-    Planned,
-    Reason,
-    Report,
-    Scope,
-    forget,
-)
+from missionc.backends import api
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import driven
@@ -48,7 +37,7 @@ class CoverSide:
     meant: Kernel
     """The kernel with whatever looks back, as it was written: certificates are about that."""
     options: Options
-    budget: Budget
+    budget: api.Budget
     account: Account = field(default_factory=Account)
     answer: Answer | None = None
     asked: float = 0.0
@@ -56,7 +45,7 @@ class CoverSide:
     planned: bool = False
     """Whether a search has a plan already, which it goes on to make better."""
 
-    def refusal(self, work: float, after: Report | None = None) -> Impossible | None:
+    def refusal(self, work: float, after: api.Report | None = None) -> api.Impossible | None:
         """That no motion satisfies the mission; None where covers do not show it.
 
         Args:
@@ -68,22 +57,24 @@ class CoverSide:
         if self.asked < work:
             now = time.monotonic()
             until = now + SHARE * max(0.0, self.budget.deadline - now)
-            budget = replace(self.budget, deadline=until, work=self.account.work + work, keep=forget, resume=None)
+            budget = replace(self.budget, deadline=until, work=self.account.work + work, keep=api.forget, resume=None)
             self.asked = work
             self.answer = refute(self.mission, self.kernel, budget, self.account, self.options.solver)
         if not isinstance(self.answer, Refused):
             return None
         if self.options.certify and not self.account.files:
-            from missionc.pipeline.certify_refusal import certify_refusal
+            from missionc.pipeline.claim_cover import certify_refusal
 
             certify_refusal(self.answer, self.mission, self.meant, self.budget, self.account)
-        report = replace(self._report(after or Report()), files=tuple(self.account.files.items()))
-        return Impossible(self.answer.conflict, str(self.answer), report, Scope.MISSION, smallest=self.answer.smallest)
+        report = replace(self._report(after or api.Report()), files=tuple(self.account.files.items()))
+        return api.Impossible(
+            self.answer.conflict, str(self.answer), report, api.Scope.MISSION, smallest=self.answer.smallest
+        )
 
-    def searched(self, backend: Backend, mission: Mission, kernel: Kernel, budget: Budget) -> Outcome:
+    def searched(self, backend: api.Backend, mission: Mission, kernel: Kernel, budget: api.Budget) -> api.Outcome:
         """What a search for a plan of the mission, or of a stronger one, comes to; or that no motion is one."""
 
-        def found(plan: Planned) -> object:
+        def found(plan: api.Planned) -> object:
             self.planned = True
             return budget.found(plan)
 
@@ -92,20 +83,20 @@ class CoverSide:
         )
         turns = backend.turns(mission, kernel, self.options, replace(budget, found=found))
         outcome = driven(turns, budget, meanwhile)
-        no_room = isinstance(outcome, NotFound) and outcome.reason is Reason.MEMORY
-        if isinstance(outcome, Planned) or self.planned or no_room:
+        no_room = isinstance(outcome, api.NotFound) and outcome.reason is api.Reason.MEMORY
+        if isinstance(outcome, api.Planned) or self.planned or no_room:
             return outcome
         refused = self.refusal(WORK, outcome.report)
         if refused is not None:
             return refused
-        notes = (str(self.answer),) if isinstance(outcome, Impossible) else ()
+        notes = (str(self.answer),) if isinstance(outcome, api.Impossible) else ()
         return replace(outcome, report=self._report(outcome.report).noting(*notes))
 
-    def _meanwhile(self, work: float, done: float) -> Impossible | None:
+    def _meanwhile(self, work: float, done: float) -> api.Impossible | None:
         """That no motion satisfies the mission, by covers that take so much work while a search has done so much."""
-        return None if self.planned else self.refusal(work, Report(work=done))
+        return None if self.planned else self.refusal(work, api.Report(work=done))
 
-    def _report(self, report: Report) -> Report:
+    def _report(self, report: api.Report) -> api.Report:
         """A report with what covers took."""
         if dict(report.seconds).get("cover") is not None:
             return report

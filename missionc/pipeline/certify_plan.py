@@ -18,8 +18,7 @@ from missionc.diagnostics.code import NO_WAY
 from missionc.diagnostics.model import Diagnostic
 from missionc.pipeline import no_plan
 from missionc.pipeline.ask_bound import BoundSide
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
+from missionc.pipeline.front_end import ANY_BACKEND, Checked, Stopwatch, check
 from missionc.pipeline.provenance import asked_for, data, given, inputs
 from missionc.pipeline.results import Refused, Unverified, Verified
 

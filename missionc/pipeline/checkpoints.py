@@ -11,7 +11,7 @@ from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.diagnostics.code import CHECKPOINT_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.provenance import given, inputs
 from missionc.syntax.read_file import read_bytes
 

@@ -5,6 +5,11 @@
 
 The clauses are those of ``verify.impossibility``, which are read off the meaning of each operator; those by which the
 cover was refused serve the search alone.
+
+Certificate of impossibility: made of what a cover refused, and left only where it passes its own check.
+
+in   what covers refused, Mission, its kernel
+out  the files ``cover.json``, ``impossible.cnf`` and ``impossible.drat``; or a note why there are none
 """
 
 from __future__ import annotations
@@ -15,22 +20,25 @@ from itertools import combinations
 
 import numpy as np
 
+from missionc.backends.api import Budget
 from missionc.backends.cover.bodies import bodies
-from missionc.backends.cover.crowding import rooms
-from missionc.backends.cover.keep_apart import together_ever
+from missionc.backends.cover.keep_apart import rooms, together_ever
 from missionc.backends.cover.may_labels import MayLabels
-from missionc.backends.cover.may_turn import may_turn
+from missionc.backends.cover.may_moves import may_turn
 from missionc.backends.cover.may_visit import too_far_apart
-from missionc.backends.cover.question import Question
+from missionc.backends.cover.refute import Question, Refused
 from missionc.backends.cover.relax_kernel import near_beacon, nearer, seen
+from missionc.backends.run_account import Account
+from missionc.backends.smt.sat.proof import CNF, DRAT, Unproved, prove_cnf
 from missionc.base.trace import Array, Flags
 from missionc.ir import BeaconCover, Box, Graph, Mission, Predicate, Shape, Sight
 from missionc.ir.pair_ranges import range_of
 from missionc.kernel.nodes import Atom, Kernel
 from missionc.kernel.show import Words
 from missionc.verify.impossibility.bodies import is_plain, name_in_graph, name_of_obstacle, parts
-from missionc.verify.impossibility.cnf import Cnf
-from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover, Label
+from missionc.verify.impossibility.check_refutation import check_refutation
+from missionc.verify.impossibility.cnf import Cnf, TooManyClauses
+from missionc.verify.impossibility.cover_document import COVER, CellsOfKind, ClaimedCover, Label, document
 from missionc.verify.impossibility.encode_formulas import Never, refutation
 
 
@@ -196,3 +204,37 @@ class _MadeLabels:
             self._known[key] = never(True), never(False)
             self.made.append(Label(leaf, of, agents, *self._known[key]))
         return self._known[key]
+
+
+NO_CERTIFICATE = "no certificate was left:"
+
+
+def certify_refusal(refused: Refused, mission: Mission, kernel: Kernel, budget: Budget, account: Account) -> None:
+    """Adds the files of a certificate to a run's account, or a note why there are none.
+
+    Args:
+        kernel: of the mission as it was written, with whatever looks back.
+    """
+    with account.stage("proof"):
+        try:
+            cover, clauses = claimed(refused.question, refused.conflict, mission, kernel)
+        except TooManyClauses as error:
+            account.notes.append(f"{NO_CERTIFICATE} {error}")
+            return
+        match prove_cnf(clauses.dimacs(), budget):
+            case None:
+                account.notes.append(f"{NO_CERTIFICATE} the clauses that are checked say less than those refused")
+            case Unproved(statement):
+                account.notes.append(statement)
+            case proof:
+                files = {COVER: document(cover, mission), CNF: proof.cnf, DRAT: proof.drat}
+                failed = [
+                    each
+                    for each in check_refutation(mission, kernel, files, budget.limits, budget.deadline)
+                    if not each.passed
+                ]
+                if failed:
+                    first = failed[0]
+                    account.notes.append(f"{NO_CERTIFICATE} {first.name} of {first.subject}: {first.detail}")
+                else:
+                    account.files |= files

@@ -9,6 +9,11 @@ Values in, values out: nothing is printed, and only ``read_file`` opens files. A
 stage that finds errors is the last to run; the checks of the mission as meant
 run together, so that one run reports all they find. Whatever loads a solver
 or a large library is imported where it is used, so that ``check`` stays quick.
+
+A backend asked within the limits of a compilation: its answer, or the best plan that it had when a limit came.
+
+in   a backend, Mission, Kernel, Options, Budget
+out  its Outcome
 """
 
 from __future__ import annotations
@@ -19,18 +24,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from missionc.backends.api import (
-    Backend,
-    Budget,
-    CutShort,
-    Impossible,
-    NotFound,
-    Planned,
-    Progress,
-    Tried,
-    UnusableSnapshot,
-    ignore,
-)
+from missionc.backends import api
 from missionc.backends.load import load_engines as load_backend
 from missionc.backends.offers import OFFERS, is_published
 from missionc.backends.options import Options
@@ -47,20 +41,86 @@ from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
 from missionc.lower.choose_backend import Choice
 from missionc.pipeline import no_plan
-from missionc.pipeline.ask_backend import ask_backend, not_found
 from missionc.pipeline.ask_bound import BoundSide
-from missionc.pipeline.certify_plan import certify_plan, reserved_time
+from missionc.pipeline.certify_plan import certify_plan, reserved_time, to_draw
 from missionc.pipeline.check_preset import check_preset
-from missionc.pipeline.checked import Checked
 from missionc.pipeline.checkpoints import Checkpoints, unusable, with_checkpoints
-from missionc.pipeline.front_end import ANY_BACKEND, Stopwatch, check
-from missionc.pipeline.incumbent import Incumbent, cut_short, discard, improved
+from missionc.pipeline.front_end import ANY_BACKEND, Checked, Stopwatch, check
+from missionc.pipeline.incumbent import CUT_SHORT, Incumbent, cut_short, discard, improved
 from missionc.pipeline.judge_motion import live_session, monitor
 from missionc.pipeline.plan_calmly import plan_calmly
 from missionc.pipeline.plan_throughout import acceptable, falls_short, plan_throughout
+from missionc.pipeline.plan_with_margin import plan_with_margin
 from missionc.pipeline.provenance import with_manifest
 from missionc.pipeline.results import Compiled, CompileOutcome, Refused, Unverified, Verified
 from missionc.pipeline.run_limited import Ended, within
+
+KEPT_BACK = 0.25
+"""The share kept back from a search that refuses nothing, and so may take all the time: for why it found no plan."""
+
+
+def ask_backend(
+    backend: api.Backend,
+    mission: Mission,
+    kernel: Kernel,
+    options: Options,
+    budget: api.Budget,
+    explain_limit: Seconds,
+    moment: float,
+    incumbent: Incumbent,
+    covers: bool = True,
+    calm: float = 1.0,
+) -> api.Outcome:
+    """A backend's answer; the last plan that it had, if a limit or a defect ended the search for a better one.
+
+    Args:
+        incumbent: receives each plan that the search goes on to improve.
+
+    Raises:
+        UnusableSnapshot: the run to be resumed cannot be.
+    """
+    now = api.Progress("lower")
+
+    def listen(progress: api.Progress) -> None:
+        nonlocal now
+        now = progress
+        budget.listen(progress)
+        incumbent.look()
+
+    until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
+    asked_of = replace(budget, deadline=until, listen=listen, found=incumbent.found)
+    work = partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=covers, calm=calm)
+    try:
+        answer = within(moment, work)
+    except api.UnusableSnapshot:
+        raise
+    except Exception as error:
+        if incumbent.latest is None:
+            raise
+        incumbent.failed("improving the plan", error)
+        return _cut_short(incumbent.latest, api.CutShort.DEFECT)
+    if incumbent.latest and isinstance(answer, Ended | api.NotFound):
+        return _cut_short(incumbent.latest, CUT_SHORT.get(answer.reason, api.CutShort.UNFINISHED))
+    return not_found(answer, now) if isinstance(answer, Ended) else answer
+
+
+def _cut_short(plan: api.Planned, why: api.CutShort) -> api.Planned:
+    return replace(plan, report=replace(plan.report.noting(why.note), cut_short=why))
+
+
+def not_found(ended: Ended, now: api.Progress) -> api.NotFound:
+    """A limit came before there was a plan, or a candidate for one; with the stage that was under way."""
+    engine = f" of the backend `{now.engine}`" if now.engine else ""
+    which = f" (round {now.round})" if now.round > 1 else ""
+    return api.NotFound(
+        ended.reason, f"{ended.during(now.stage)}{engine}{which}; no candidate was finished", api.Report()
+    )
+
+
+def _to_search(deadline: float, explain_limit: Seconds) -> float:
+    """Until when a search goes on that nothing but a plan or the deadline ends: some time is left to explain it."""
+    return deadline - min(explain_limit, KEPT_BACK * max(0.0, deadline - time.monotonic()))
+
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
 NO_EXPLANATION = Seconds(0.0)
@@ -86,7 +146,7 @@ def compile(
     memory_limit: int = DEFAULT_MEMORY_LIMIT,
     options: Options | None = None,
     limits: Limits | None = None,
-    listen: Callable[[Progress], None] = ignore,
+    listen: Callable[[api.Progress], None] = api.ignore,
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
     exports: tuple[str, ...] = (),
@@ -118,7 +178,7 @@ def compile(
         explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
         alternatives: as for ``plan``.
     """
-    budget = Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
+    budget = api.Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
     checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle, poses=poses)
     if not isinstance(checked, Checked):
         return checked
@@ -135,7 +195,7 @@ def compile(
 
 
 def check_within(
-    budget: Budget,
+    budget: api.Budget,
     file: str | Path | Source,
     *,
     overrides: Mapping[str, str],
@@ -153,7 +213,7 @@ def check_within(
     if isinstance(checked, Checked):
         return checked
     name = file.name if isinstance(file, Source) else str(file)
-    outcome = not_found(checked, Progress("check"))
+    outcome = not_found(checked, api.Progress("check"))
     unread = Checked(name, ())
     return Compiled(unread, outcome, (no_plan.not_found(unread, outcome, None),), ())
 
@@ -161,7 +221,7 @@ def check_within(
 def plan(
     checked: Checked,
     options: Options,
-    budget: Budget,
+    budget: api.Budget,
     checkpoints: Checkpoints | None = None,
     exports: tuple[str, ...] = (),
     throughout: Throughout = Throughout.WANTED,
@@ -198,7 +258,7 @@ def plan(
 
     def keep(compiled: Compiled) -> None:
         if isinstance(compiled.outcome, Verified) and acceptable(compiled.outcome, throughout):
-            secure(cut_short(compiled, CutShort.UNFINISHED))
+            secure(cut_short(compiled, api.CutShort.UNFINISHED))
 
     with limited(budget.memory_bytes):
         first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, explain_limit, secure=keep)
@@ -212,14 +272,14 @@ def plan(
         if alternatives == 1 or not isinstance(first.outcome, Verified):
             return first
         keep(first)
-        from missionc.pipeline.alternatives.ranked_plans import with_alternatives  # for those who ask for them
+        from missionc.pipeline.alternatives.search_alternatives import with_alternatives  # for those who ask for them
 
         more = partial(with_alternatives, first, alternatives, options, budget, exports, throughout)
         return improved("planning alternatives", first, more)
 
 
 def plan_by(
-    checked: Checked, backend: Backend, options: Options, budget: Budget, exports: tuple[str, ...] = ()
+    checked: Checked, backend: api.Backend, options: Options, budget: api.Budget, exports: tuple[str, ...] = ()
 ) -> Compiled:
     """A verified plan of a checked mission by one backend, whichever the mission has chosen; or why there is none."""
     with limited(budget.memory_bytes):
@@ -229,12 +289,12 @@ def plan_by(
 def _plan(
     checked: Checked,
     options: Options,
-    budget: Budget,
+    budget: api.Budget,
     checkpoints: Checkpoints,
     exports: tuple[str, ...],
     explain_limit: Seconds,
     asked_for: Kernel | None = None,
-    only: Backend | None = None,
+    only: api.Backend | None = None,
     calm: float = 1.0,
     secure: Callable[[Compiled], object] = discard,
 ) -> Compiled:
@@ -251,7 +311,7 @@ def _plan(
     if not isinstance(retry.outcome, Verified):
         return first
     report, planner = retry.outcome.report, retry.outcome.plan.backend
-    alone = Tried(planner, 1, report.work, Seconds(sum(seconds for _, seconds in report.seconds)), "a plan")
+    alone = api.Tried(planner, 1, report.work, Seconds(sum(seconds for _, seconds in report.seconds)), "a plan")
     ended = (replace(each, says=UNVERIFIED) for each in refused.report.tried if each.engine == refused.report.engine)
     note = f"`{refused.report.engine}` found {UNVERIFIED}: a defect of the compiler"
     report = replace(report.noting(note), tried=(*ended, *(report.tried or (alone,))))
@@ -262,12 +322,12 @@ def _plan(
 def _plan_by_all(
     checked: Checked,
     options: Options,
-    budget: Budget,
+    budget: api.Budget,
     checkpoints: Checkpoints,
     exports: tuple[str, ...],
     explain_limit: Seconds,
     asked_for: Kernel | None,
-    only: Backend | None,
+    only: api.Backend | None,
     calm: float,
     secure: Callable[[Compiled], object],
 ) -> Compiled:
@@ -299,7 +359,7 @@ def _plan_by_all(
     bound = BoundSide(mission, kernel, options, whole)
     whole = replace(whole, enough=bound.enough)
 
-    def certified(planned: Planned, stages: Stopwatch, bound: BoundSide | None) -> Compiled:
+    def certified(planned: api.Planned, stages: Stopwatch, bound: BoundSide | None) -> Compiled:
         home = certify_plan(checked, planned, options, run_budget, stages, exports, bound)
         return ended(home.outcome, *home.findings, checked=home.checked)
 
@@ -308,13 +368,13 @@ def _plan_by_all(
         covers = asked_for is None and calm == 1 and not is_published(choice.engines, options)
         asked_of = partial(ask_backend, backend, mission, asked_for or kernel, options, whole, explain_limit, moment)
         outcome = asked_of(incumbent, covers=covers, calm=calm)
-    except UnusableSnapshot as wrong:
+    except api.UnusableSnapshot as wrong:
         return ended(Refused(), unusable(checkpoints.name, wrong))
     watch.seconds.extend(outcome.report.seconds)
-    if isinstance(outcome, Planned):
+    if isinstance(outcome, api.Planned):
         hold()
 
-        def brought_home(planned: Planned) -> Compiled:
+        def brought_home(planned: api.Planned) -> Compiled:
             home = within(moment, partial(incumbent.timed, planned, lambda each: certified(each, watch, bound)))
             if isinstance(home, Ended):
                 late = no_plan.not_brought_home(home, planned, watch.seconds)
@@ -324,7 +384,7 @@ def _plan_by_all(
         compares = weighs_options(mission, outcome, choice)
         home = improved("certifying a later plan", incumbent.best, partial(brought_home, outcome))
         home = incumbent.keep(home, final=not compares)
-        if compares and not isinstance(home.outcome, NotFound):
+        if compares and not isinstance(home.outcome, api.NotFound):
             from missionc.pipeline.alternatives.compare_options import with_best_option  # for those who have any
 
             to_compare = replace(whole, deadline=run_budget.deadline - incumbent.reserve(reserved))
@@ -335,7 +395,7 @@ def _plan_by_all(
             home = incumbent.keep(improved("comparing options", incumbent.best, compare), final=True)
         return replace(home, findings=(*home.findings, *incumbent.findings))
     explained = None
-    if explain_limit > 0 and (isinstance(outcome, Impossible) or outcome.best is not None):
+    if explain_limit > 0 and (isinstance(outcome, api.Impossible) or outcome.best is not None):
         hold()
         from missionc.pipeline.relax.search_relaxations import explain
 
@@ -348,13 +408,13 @@ def _plan_by_all(
             incumbent.failed("explaining the result", error)
     finding = (
         no_plan.impossible(mission, outcome, explained)
-        if isinstance(outcome, Impossible)
+        if isinstance(outcome, api.Impossible)
         else no_plan.not_found(checked, outcome, explained)
     )
     return with_manifest(replace(ended(outcome, finding, *incumbent.findings), explained=explained), options)
 
 
-def _for_trials(backend: Backend, outcome: Impossible | NotFound, options: Options) -> Backend:
+def _for_trials(backend: api.Backend, outcome: api.Impossible | api.NotFound, options: Options) -> api.Backend:
     """Who is asked about variants, many and soon: of a portfolio the engine that refused, or came nearest."""
     engine = load_backend((outcome.report.engine,), options) if outcome.report.engine else backend
     return backend if isinstance(engine, Diagnostic) else engine
@@ -364,7 +424,7 @@ UNVERIFIED = "a plan that does not pass verification"
 """What an engine says whose plan was refused."""
 
 
-def weighs_options(mission: Mission, planned: Planned, choice: Choice) -> bool:
+def weighs_options(mission: Mission, planned: api.Planned, choice: Choice) -> bool:
     """Whether the backend chose among options by an estimate, and the estimate is not what the mission asks for.
 
     A schedule estimates lengths, and its ways see nothing of obstacles that move.

@@ -2,6 +2,8 @@
 
 in   a mission's file, or its text
 out  Checked
+
+The result of a check: the findings and each tree that was made.
 """
 
 from __future__ import annotations
@@ -11,9 +13,12 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from missionc import ir
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
+from missionc.base.notebook import printed, shown
 from missionc.base.source import Source, Span
 from missionc.base.units import Seconds
 from missionc.checks.check_ends import check_ends
@@ -27,16 +32,84 @@ from missionc.checks.free_space import FreeSpace
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.diagnostics.render import counts, render_text
 from missionc.diagnostics.turns import once_for_all_turns
 from missionc.ir import PLAIN, Mission
 from missionc.kernel.nodes import Kernel
-from missionc.lower.choose_backend import choose_backend
+from missionc.lower.choose_backend import Choice, choose_backend
 from missionc.lower.expand import expand
-from missionc.pipeline.checked import Checked
 from missionc.resolve.resolve_mission import resolve
+from missionc.syntax import ast
 from missionc.syntax.parse import parse
 from missionc.syntax.read_file import Loader, loader, read_data, read_source
 from missionc.syntax.tokens import MOST_FINDINGS
+
+if TYPE_CHECKING:
+    from missionc.progression.past_document import Past
+    from missionc.progression.stretches import Remaining
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """What the front end made of a mission: every finding, and each tree it came to.
+
+    ``findings`` are in file order. The trees are None from the first stage with
+    errors on; where ``ok``, all are there.
+    """
+
+    file: str
+    findings: tuple[Diagnostic, ...]
+    sources: tuple[Source, ...] = ()
+    unread: tuple[str, ...] = ()
+    """Files that are included and could not be read, by the names under which they would be sources."""
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    vehicle: str = ""
+    """The profile that flies the teams which name none; empty for none."""
+    stretch: float = 1.0
+    """How many times as long as written it lasts."""
+    poses: Source | None = None
+    """Where its agents were measured to stand."""
+    program: ast.Program | None = None
+    mission: ir.Mission | None = None
+    choice: Choice | None = None
+    kernel: Kernel | None = None
+    seconds: tuple[tuple[str, Seconds], ...] = ()
+    past: Past | None = None
+    """What was flown of it already, where that is so: ``mission`` and ``kernel`` are then the rest of it."""
+    rest: Remaining | None = None
+    """That rest, with what of the mission can no longer be kept."""
+    stops: tuple[tuple[str, str], ...] = ()
+    """The text of the polynomials that each agent flies until the rest begins, by the agent's name."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is no error; warnings may be."""
+        return not has_errors(list(self.findings))
+
+    @property
+    def valid_mission(self) -> ir.Mission:
+        """The mission, if there is no error."""
+        assert self.mission is not None
+        return self.mission
+
+    @property
+    def valid_kernel(self) -> Kernel:
+        """The kernel, if there is no error."""
+        assert self.kernel is not None
+        return self.kernel
+
+    def __str__(self) -> str:
+        return below(self.findings, f"{self.file}: {counts(self.findings)}")
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown
+
+
+def below(findings: tuple[Diagnostic, ...], *lines: str) -> str:
+    """Findings with their words in the text, and then these lines."""
+    text = render_text(list(findings), False)
+    return "\n".join(([text] if text else []) + list(lines))
+
 
 ANY_BACKEND = "any"
 """For ``check``: whether some backend can plan the mission is not asked."""

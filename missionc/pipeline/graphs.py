@@ -13,7 +13,7 @@ from missionc.base.memory import limited
 from missionc.base.trace import Trace
 from missionc.diagnostics.code import NO_ROADMAP
 from missionc.diagnostics.model import Diagnostic
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.results import Compiled, Verified
 
 if TYPE_CHECKING:

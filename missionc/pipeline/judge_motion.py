@@ -18,8 +18,7 @@ from missionc.base.trace import Trace
 from missionc.diagnostics.code import TRACE_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import ANY_BACKEND, check
+from missionc.pipeline.front_end import ANY_BACKEND, Checked, check
 from missionc.pipeline.results import Monitored
 from missionc.syntax.read_file import read_text
 
@@ -101,7 +100,7 @@ def monitor(
     curves = None
     if continuous:
         from missionc.verify.between.between_steps import between_steps
-        from missionc.verify.recorded.recorded_motion import recorded_motion
+        from missionc.verify.recorded.constraint_judge import recorded_motion
 
         curves = recorded_motion(checked.mission, motion, states)
         between = between_steps(checked.mission, checked.kernel, motion, curves)

@@ -11,23 +11,11 @@ from typing import TYPE_CHECKING
 from missionc.backends.api import Impossible, NotFound, Planned, Reason, Scope
 from missionc.backends.offers import AUTO
 from missionc.base.units import Seconds
-from missionc.diagnostics.code import (
-    IMPOSSIBLE,
-    METHOD_ENDED,
-    NO_MOTION,
-    NO_ROADMAP,
-    NOT_BETWEEN,
-    NOT_TOLERATED,
-    NOT_VERIFIED,
-    OUT_OF_MEMORY,
-    OUT_OF_TIME,
-    PROBLEM_TOO_LARGE,
-    SOLVER_GAVE_UP,
-)
+from missionc.diagnostics import code as codes
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Mission
 from missionc.lower.choose_backend import choose_backend
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.results import Explained, Trial
 from missionc.pipeline.run_limited import Ended
 
@@ -41,7 +29,7 @@ def impossible(mission: Mission, outcome: Impossible, explained: Explained | Non
     doubt = (outcome.doubt,) if outcome.doubt else ()
     notes = (outcome.statement, *doubt, *(_blamed(explained) if explained else ()), *outcome.report.notes)
     proven = outcome.scope is Scope.MISSION
-    code, where = (NO_MOTION, "by any motion of these agents") if proven else (IMPOSSIBLE, "on the roadmap")
+    code, where = (codes.NO_MOTION, "by any motion of these agents") if proven else (codes.IMPOSSIBLE, "on the roadmap")
     if not spans:
         return Diagnostic(
             code,
@@ -116,12 +104,15 @@ WITHOUT = "without "
 def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) -> Diagnostic:
     """Why the search ended, what its best candidate fails, and one thing to try that follows from it."""
     code, help_ = {
-        "TIME": (OUT_OF_TIME, "allow more with `--time-limit`"),
-        "MEMORY": (OUT_OF_MEMORY, "allow more with `--memory-limit`"),
-        "SIZE": (PROBLEM_TOO_LARGE, "allow more with `--limit clauses=…`, or use fewer nodes, steps or agents"),
-        "METHOD": (METHOD_ENDED, "leave `--preset` out, or try another roadmap with `--seed`, `nodes` or `neighbors`"),
-        "NO_ROADMAP": (NO_ROADMAP, "look at the starts, the dynamics and the room between obstacles"),
-        "SOLVER": (SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
+        "TIME": (codes.OUT_OF_TIME, "allow more with `--time-limit`"),
+        "MEMORY": (codes.OUT_OF_MEMORY, "allow more with `--memory-limit`"),
+        "SIZE": (codes.PROBLEM_TOO_LARGE, "allow more with `--limit clauses=…`, or use fewer nodes, steps or agents"),
+        "METHOD": (
+            codes.METHOD_ENDED,
+            "leave `--preset` out, or try another roadmap with `--seed`, `nodes` or `neighbors`",
+        ),
+        "NO_ROADMAP": (codes.NO_ROADMAP, "look at the starts, the dynamics and the room between obstacles"),
+        "SOLVER": (codes.SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
     }[outcome.reason.name]
     head, *more = outcome.says
     mission, kernel = checked.mission, checked.kernel
@@ -166,7 +157,7 @@ def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic,
     spans = {each.name: each.span for each in mission.requirements}
     return tuple(
         Diagnostic(
-            NOT_BETWEEN,
+            codes.NOT_BETWEEN,
             each.detail,
             Label(spans[each.requirement], ""),
             help="ask for a little more than is needed, or take a shorter time step",
@@ -184,7 +175,7 @@ def not_tolerated(mission: Mission, certificate: Certificate) -> Diagnostic:
         if any(mission.agents[agent].name in checks for agent in tolerance.agents)
     ]
     return Diagnostic(
-        NOT_TOLERATED,
+        codes.NOT_TOLERATED,
         f"undecided: {Reason.DELAY.value}",
         Label(asked[0].span, ""),
         tuple(Label(each.span, "") for each in asked[1:]),
@@ -199,7 +190,7 @@ MOST_LATE = 4
 
 def not_verified(certificate: Certificate) -> Diagnostic:
     return Diagnostic(
-        NOT_VERIFIED,
+        codes.NOT_VERIFIED,
         "a plan was found, but it does not pass verification: a defect of the compiler",
         None,
         notes=tuple(

@@ -16,7 +16,7 @@ from missionc.base.signals import asked
 from missionc.base.units import Seconds
 from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.lower.tighten import with_flyable_speeds
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.incumbent import noted
 from missionc.pipeline.plan_with_margin import FASTER
 from missionc.pipeline.results import Compiled, Refused, Verified

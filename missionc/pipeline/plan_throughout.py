@@ -25,7 +25,7 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.lower.tighten import tightened_alone
 from missionc.pipeline import no_plan
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.incumbent import noted
 from missionc.pipeline.results import Compiled, Refused, Verified
 
@@ -208,7 +208,7 @@ def _attempts(short: Short, engine: str, repair: Backend | None) -> Sequence[Att
 
 def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: Attempt) -> Kernel:
     """What is asked for, of which a plan keeps what the kernel says."""
-    from missionc.lower.hold_throughout import hold_throughout  # with numpy, for those who plan again
+    from missionc.lower.hold_throughout import hold_throughout
 
     furthest = mission.step * max(agent.dynamics.top_speed for agent in mission.agents)
     tighter = tightened_alone(kernel, failing, Metres(attempt.share * furthest))

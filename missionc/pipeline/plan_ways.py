@@ -32,11 +32,10 @@ from missionc.ir import Mission
 from missionc.ir.wording import listed
 from missionc.output.output_files import WholeFlight
 from missionc.pipeline.plan_with_margin import plan_with_margin
-from missionc.verify.certificate import Certificate, Check
-from missionc.verify.flight.flight_phases import rest_to_rest
-from missionc.verify.flight.vehicle_claims import PIECE_BYTES
+from missionc.verify.certificate import TUBE, Certificate, Check
+from missionc.verify.flight.verify_polynomials import PIECE_BYTES
 from missionc.verify.flight.verify_safe_end import has_safe_end, verify_safe_end
-from missionc.verify.flight.verify_whole_flight import as_one, pieces_of, verify_whole_flight
+from missionc.verify.flight.verify_whole_flight import as_one, pieces_of, rest_to_rest, verify_whole_flight
 from missionc.verify.flight.way_missions import (
     NOTHING_REQUIRED,
     Stage,
@@ -48,7 +47,6 @@ from missionc.verify.flight.way_missions import (
     way_mission,
     ways_of,
 )
-from missionc.verify.tolerances import TUBE
 from missionc.verify.verify_plan import verify
 
 AT_ONCE = 2

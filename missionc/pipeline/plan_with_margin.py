@@ -11,20 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
-from missionc.backends.api import (
-    Backend,
-    Budget,
-    CutShort,
-    Impossible,
-    NotFound,
-    Outcome,
-    Planned,
-    Reason,
-    Report,
-    Scope,
-    forget,
-    unheard,
-)
+from missionc.backends import api
 from missionc.backends.clot.offer import CLOT
 from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
@@ -32,8 +19,8 @@ from missionc.base.units import Metres
 from missionc.checks.check_world import check_world
 from missionc.diagnostics.model import has_errors
 from missionc.ir import Mission
-from missionc.kernel.constants import constant
 from missionc.kernel.nodes import Kernel
+from missionc.kernel.normal_form import constant
 from missionc.kernel.walk import reads_headings
 from missionc.language.operator import TooLarge
 from missionc.lower.ahead_of_time import ahead_of_time, with_room_for_delays
@@ -61,15 +48,15 @@ ROOM = (1.0, 0.5, 0.25, 0.0)
 
 
 def plan_with_margin(
-    backend: Backend,
+    backend: api.Backend,
     mission: Mission,
     kernel: Kernel,
     options: Options,
-    budget: Budget,
+    budget: api.Budget,
     *,
     covers: bool = False,
     calm: float = 1.0,
-) -> Outcome:
+) -> api.Outcome:
     """A plan of ``_plan_with_margin``; where delays are to be tolerated, one that tolerates them if any is found.
 
     Args:
@@ -82,8 +69,8 @@ def plan_with_margin(
 
 
 def _tolerant(
-    backend: Backend, mission: Mission, kernel: Kernel, options: Options, budget: Budget, calm: float
-) -> Planned | None:
+    backend: api.Backend, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget, calm: float
+) -> api.Planned | None:
     """A plan that is ahead of time, with room for those who are late; None where none of them tolerates the delays.
 
     At the speeds that vehicles fly whoever is late has less of a way to make up for than at those of the dynamics.
@@ -99,8 +86,8 @@ def _tolerant(
         roomy = with_room_for_delays(pace, share)
         if share and has_errors(check_world(roomy, early)):
             continue
-        outcome = _plan_with_margin(backend, roomy, early, options, replace(_short(budget, WORK), found=unheard))
-        if isinstance(outcome, Planned) and verify(mission, kernel, outcome.trace).passed:
+        outcome = _plan_with_margin(backend, roomy, early, options, replace(_short(budget, WORK), found=api.unheard))
+        if isinstance(outcome, api.Planned) and verify(mission, kernel, outcome.trace).passed:
             extra = roomy.separation - mission.separation
             room = f", and with {extra:.3g} m more between bodies" if extra else ""
             return outcome.noting(f"planned early{room}, so that it tolerates the delays")
@@ -108,15 +95,15 @@ def _tolerant(
 
 
 def _plan_with_margin(
-    backend: Backend,
+    backend: api.Backend,
     mission: Mission,
     kernel: Kernel,
     options: Options,
-    budget: Budget,
+    budget: api.Budget,
     *,
     covers: bool = False,
     calm: float = 1.0,
-) -> Outcome:
+) -> api.Outcome:
     """A plan that its vehicles can fly and that keeps every requirement by the margin, or by a part of it; else any.
 
     Only a refusal of the mission itself is one: that of the tightened mission
@@ -126,28 +113,28 @@ def _plan_with_margin(
     """
     ahead = looking_ahead(mission, kernel, budget.limits.formula_nodes)
     if isinstance(ahead, TooLarge):
-        return NotFound(Reason.SIZE, _too_large(ahead, budget.limits.formula_nodes), Report())
+        return api.NotFound(api.Reason.SIZE, _too_large(ahead, budget.limits.formula_nodes), api.Report())
     kernel, meant = ahead, kernel
     cover = CoverSide(mission, kernel, meant, options, budget) if covers and not budget.urgent else None
     never = next((goal.name for goal in kernel.requirements if constant(goal.formula) is False), None)
     if never is not None:
         refused = cover.refusal(LITTLE) if cover is not None else None
-        return refused or Impossible(
-            (never,), "it is false whatever the motion", Report(), Scope.MISSION, smallest=True
+        return refused or api.Impossible(
+            (never,), "it is false whatever the motion", api.Report(), api.Scope.MISSION, smallest=True
         )
     wanted = room = with_vehicle_room(mission)
     paces = _paces(wanted, kernel, calm, FASTER if options.stretch == 1 else ())
     if calm < 1:
         if not paces:
-            return NotFound(Reason.SOLVER, "nobody would be in time who is slower", Report())
+            return api.NotFound(api.Reason.SOLVER, "nobody would be in time who is slower", api.Report())
         wanted = paces[0]
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
     late = False
     tries = _tries(paces or [wanted], margin, calm)
-    soonest: Planned | None = None
+    soonest: api.Planned | None = None
     if budget.urgent:
-        first = _planned(backend, wanted, kernel, options, replace(budget, found=unheard))
-        if not isinstance(first, Planned):
+        first = _planned(backend, wanted, kernel, options, replace(budget, found=api.unheard))
+        if not isinstance(first, api.Planned):
             return first  # with a margin there is no plan then either
         soonest, tries = first, _soonest(paces or [wanted], backend)
         budget.found(_noted(first, margin, 0.0) if margin > 0 else first)
@@ -157,24 +144,24 @@ def _plan_with_margin(
         tight = tightened(pace, kernel, Metres(part * margin))
         fastest = with_flyable_speeds(room, FASTER[-1]) if pace is not room else room
         outcome = _planned(backend, *tight, options, _short(budget, work), under_way=fastest)
-        if isinstance(outcome, Planned):
+        if isinstance(outcome, api.Planned):
             return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)
-        late = late or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME)
+        late = late or (isinstance(outcome, api.NotFound) and outcome.reason is api.Reason.TIME)
         refused = cover.refusal(LITTLE, outcome.report) if cover is not None else None
         if refused is not None:
             return refused
     outcome = soonest or _planned(backend, wanted, kernel, options, budget, cover)
-    if not isinstance(outcome, Planned):
+    if not isinstance(outcome, api.Planned):
         return outcome
     return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
 
 
-def _short(budget: Budget, work: float) -> Budget:
+def _short(budget: api.Budget, work: float) -> api.Budget:
     """A ``SHARE`` of the time that is left, and so many units of work at most, for a try that is not kept."""
     left = budget.deadline - time.monotonic()
     share = AT_ONCE if budget.urgent else MOST_OF_IT if left < URGENT else SHARE
     deadline = budget.deadline - (1 - share) * left
-    return replace(budget, deadline=deadline, work=work, keep=forget, resume=None)
+    return replace(budget, deadline=deadline, work=work, keep=api.forget, resume=None)
 
 
 def _paces(mission: Mission, kernel: Kernel, calm: float, faster: Sequence[float]) -> list[Mission]:
@@ -211,7 +198,7 @@ def _tries(paces: Sequence[Mission], margin: Metres, calm: float) -> list[tuple[
     return [(slow, 1.0, WORK), *((pace, 1.0, WORK / 2) for pace in faster), (faster[-1], 0.0, WORK / 2)]
 
 
-def _soonest(paces: Sequence[Mission], backend: Backend) -> list[tuple[Mission, float, float]]:
+def _soonest(paces: Sequence[Mission], backend: api.Backend) -> list[tuple[Mission, float, float]]:
     """Likewise where somebody is in flight who waits: at the slowest pace and the fastest.
 
     On roadmaps agents are at full speed at once: slow plans are flown as they are. Transport keeps to what is flown.
@@ -228,14 +215,14 @@ def _too_large(ahead: TooLarge, room: int) -> str:
 
 
 def _planned(
-    backend: Backend,
+    backend: api.Backend,
     mission: Mission,
     kernel: Kernel,
     options: Options,
-    budget: Budget,
+    budget: api.Budget,
     cover: CoverSide | None = None,
     under_way: Mission | None = None,
-) -> Outcome:
+) -> api.Outcome:
     """What a backend says. A plan of a portfolio that comes from a roadmap is straightened, but for the user's own.
 
     Nor is one that asks for headings: who stands and faces has a heading on the roadmap, and none in motion.
@@ -247,7 +234,7 @@ def _planned(
         outcome = backend.plan(mission, kernel, options, budget)
     else:
         outcome = cover.searched(backend, mission, kernel, budget)
-    if not isinstance(outcome, Planned):
+    if not isinstance(outcome, api.Planned):
         return outcome
     straighten = load_straighten(outcome.report.engine)
     if straighten is None or mission.solve.roadmap is not None or reads_headings(kernel):
@@ -255,14 +242,14 @@ def _planned(
     return straighten(replace(mission, agents=(under_way or mission).agents), kernel, outcome, budget)
 
 
-def _after(planned: Planned, late: bool) -> Planned:
+def _after(planned: api.Planned, late: bool) -> api.Planned:
     """The plan as it is given out, where a try before it may have been ``late``."""
     if not late or planned.report.cut_short:
         return planned
-    return replace(planned, report=replace(planned.report, cut_short=CutShort.TIME))
+    return replace(planned, report=replace(planned.report, cut_short=api.CutShort.TIME))
 
 
-def _noted(planned: Planned, margin: Metres, part: float) -> Planned:
+def _noted(planned: api.Planned, margin: Metres, part: float) -> api.Planned:
     achieved = f"; this one keeps them by {part * margin * 100:g} cm" if part else ""
     note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin of a flight{achieved}"
     return replace(planned, report=replace(planned.report.noting(note), kept=part))

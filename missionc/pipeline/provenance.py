@@ -10,7 +10,7 @@ from missionc.backends.offers import AUTO, OFFERS, is_published
 from missionc.backends.options import DESCRIBED, Described, Options, Recorded
 from missionc.base.source import Source
 from missionc.output.folder.file_names import MANIFEST, MISSION, NEAR_MISS, PROOF, input_name
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.results import Compiled
 
 if TYPE_CHECKING:

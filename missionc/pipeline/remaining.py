@@ -17,8 +17,7 @@ from missionc.base.trace import Trace
 from missionc.diagnostics.code import NOT_SAID, PAST_DOES_NOT_FIT
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Mission
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import ANY_BACKEND, check
+from missionc.pipeline.front_end import ANY_BACKEND, Checked, check
 from missionc.pipeline.provenance import inputs
 from missionc.progression.formula_progression import TooEntangledError
 from missionc.progression.past_document import Past

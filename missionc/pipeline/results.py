@@ -17,7 +17,7 @@ from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.diagnostics.render import counts
 from missionc.output.folder.file_names import REPORT
-from missionc.pipeline.checked import Checked, below
+from missionc.pipeline.front_end import Checked, below
 
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement

@@ -20,7 +20,6 @@ import numpy as np
 
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Graph, Mission
-from missionc.kernel.constants import NO, YES, constant
 from missionc.kernel.evaluate import value_of
 from missionc.kernel.nodes import (
     All,
@@ -41,6 +40,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
+from missionc.kernel.normal_form import NO, YES, constant
 from missionc.kernel.walk import children, looks_back, postorder, rebuilt, same_objects
 from missionc.language.margins.links import all_links
 from missionc.monitoring.evaluate import Evaluation

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from missionc.kernel.constants import constant, truth
 from missionc.kernel.nodes import All, Any, AtLeast, Node, says_opposite
+from missionc.kernel.normal_form import constant, truth
 
 
 class Lattice:

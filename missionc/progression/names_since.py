@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 
 from missionc import ir
-from missionc.kernel.constants import truth
 from missionc.kernel.nodes import All, Always, Any, Atom, Eventually, Is, Node, Not
+from missionc.kernel.normal_form import truth
 
 
 class NamesSince:

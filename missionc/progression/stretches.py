@@ -14,8 +14,8 @@ import numpy as np
 from missionc import ir
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
-from missionc.kernel.constants import NO, constant
 from missionc.kernel.nodes import Goal, Kernel, Node
+from missionc.kernel.normal_form import NO, constant
 from missionc.language.margins.resources import flag_truths, levels, within
 from missionc.progression.formula_progression import progressed
 from missionc.progression.names_since import NamesSince

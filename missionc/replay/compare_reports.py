@@ -15,7 +15,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.output.report.report_html import report
 from missionc.pipeline.provenance import texts
 from missionc.replay.read_folder import OutputFolder
-from missionc.replay.rebuild.report_page import plotted
+from missionc.replay.rebuild.rebuild_documents import plotted
 from missionc.replay.reverify import Reverified
 
 

@@ -18,7 +18,7 @@ from missionc.diagnostics.code import OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MANIFEST, REPORT, SIMULATION
 from missionc.output.folder.manifest import relisted
-from missionc.output.folder.unwritable import shown
+from missionc.output.folder.ownership import shown
 from missionc.output.folder.write_file import write_inside
 from missionc.output.folder.write_folder import refuse, write_folder
 from missionc.replay.read_folder import OutputFolder, read_folder

@@ -16,7 +16,7 @@ import numpy as np
 
 from missionc.base.judgement import Judgements
 from missionc.base.limits import Limits
-from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.piecewise_polynomials import Pieces, read
 from missionc.diagnostics.code import EXTRA_MISSING, FOLDER_REFUSED, NOT_TO_BE_LOST
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
@@ -24,7 +24,7 @@ from missionc.monitoring.monitor import monitor
 from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.simulate import engines
 from missionc.simulate.default_engine import sample_times
-from missionc.simulate.firmware_setpoints import setpoints
+from missionc.simulate.disturbance import setpoints
 from missionc.simulate.trials import Trial, Trials, cannot_lose, nobody, run
 
 SHOWN = 5

@@ -1,17 +1,94 @@
 """The order of definitions: each comes after those it rests on; cycles are reported.
 
 says MC107
+
+Topological order of definitions: each comes after what it rests on.
+
+Unused declarations: names that nothing refers to.
+
+A team, an agent or an obstacle acts by being there, and a file of places may
+have more than one mission needs. A beacon is used by every graph of beacons,
+and the only graph by every route that leaves ``on`` out.
+
+    says MC103
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 
 from missionc.diagnostics import code
-from missionc.diagnostics.model import Label
-from missionc.resolve.context import Context
-from missionc.resolve.topological_order import in_order
+from missionc.diagnostics.model import Diagnostic, Label
+from missionc.resolve.context import Context, Kind, Named, Names
+from missionc.resolve.delete_declaration import deleted
+from missionc.syntax import ast
 from missionc.syntax.references import mentions
+
+
+def in_order(rests_on: Mapping[str, Iterable[str]]) -> tuple[list[str], list[tuple[str, ...]]]:
+    """The names in order, and the cycles.
+
+    A cycle is a chain of names in which each rests on the next and the last on
+    the first. Its names come in the order too: whoever walks it finds the
+    missing one not made yet. Names that are no key are passed over.
+    Iterative: a chain of definitions may be longer than Python's stack.
+    """
+    order: list[str] = []
+    cycles: list[tuple[str, ...]] = []
+    done: set[str] = set()
+    for root in rests_on:
+        if root in done:
+            continue
+        chain = [root]
+        place = {root: 0}
+        pending = [iter(tuple(rests_on[root]))]
+        while chain:
+            following = next(pending[-1], "")
+            if not following:
+                name = chain.pop()
+                pending.pop()
+                del place[name]
+                done.add(name)
+                order.append(name)
+            elif following in place:
+                cycles.append(tuple(chain[place[following] :]))
+            elif following in rests_on and following not in done:
+                place[following] = len(chain)
+                chain.append(following)
+                pending.append(iter(tuple(rests_on[following])))
+    return order, cycles
+
+
+ACT_BY_BEING_THERE = (Kind.TEAM, Kind.AGENT, Kind.OBSTACLE)
+
+
+def unused(names: Names, program: ast.Program) -> list[Diagnostic]:
+    """A warning for each; none for what was suggested in place of an unknown name. A family is one name."""
+    used = set(names.suggested)
+    kinds_used: set[Kind] = set()
+    for declaration in program.declarations:
+        mentioned = mentions(declaration)
+        used.update(mentioned.names)
+        kinds_used.update([Kind.BEACON] * mentioned.every_beacon + [Kind.GRAPH] * mentioned.only_graph)
+    read = {each.span for each in program.declarations if isinstance(each, ast.FromFile)}
+    times = Counter(each.name.text for each in program.declarations if isinstance(each, Named))
+    return [
+        _nothing_uses(name, declared.kind, declared.declaration, once=times[name] == 1)
+        for name, declared in names.declared.items()
+        if name not in used and declared.kind not in kinds_used and declared.kind not in ACT_BY_BEING_THERE
+        if declared.declaration.span not in read
+    ]
+
+
+def _nothing_uses(text: str, kind: Kind, declaration: Named, *, once: bool) -> Diagnostic:
+    return Diagnostic(
+        code.UNUSED_NAME,
+        f"nothing uses `{text}`",
+        Label(declaration.name.span, kind.value),
+        help="use it or leave it out",
+        fix=deleted(declaration.span) if once else None,
+    )
 
 
 def ordered(context: Context, bodies: Mapping[str, object]) -> list[str]:

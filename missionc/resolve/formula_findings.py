@@ -10,8 +10,7 @@ from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.diagnostics.suggest import nearest
 from missionc.language.predicates import CALLED
-from missionc.resolve.context import Context
-from missionc.resolve.names import some_of
+from missionc.resolve.context import Context, some_of
 from missionc.resolve.resolve_quantities import excerpt, shown
 from missionc.syntax import ast
 

@@ -17,7 +17,7 @@ from missionc.diagnostics.model import Diagnostic, Label
 from missionc.diagnostics.suggest import nearest
 from missionc.ir import Agent, Exactly, Mission, Pad, Vector
 from missionc.ir.wording import listed, metres
-from missionc.maps.pose_table import PoseRow, pose_table
+from missionc.maps.table import PoseRow, pose_table
 
 NEAR = 0.1
 """Metres from its pad, or from below its start: further off, somebody may have put two vehicles in the wrong order."""

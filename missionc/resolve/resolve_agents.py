@@ -1,31 +1,284 @@
 """Resolution of teams and agents, numbered through the mission, with their starts and finishes; groups of them.
 
 says MC013 MC014 MC105 MC206 MC207 MC209 MC210 MC303 MC513
+
+Start grids: places spread evenly on a line, and in rows and columns.
+
+Resolution of ``flight``: where the agents of a team stand, how high they rise, and how fast.
+
+says MC013 MC206 MC209 MC210
+
+Resolution of vehicles: a profile by its name, with figures of the mission's own; and the yaw of a team.
+
+says MC201 MC206 MC209 MC210
+
+Resolution of dynamics: the kind of an agent's motion and its bounds.
+
+says MC013 MC014 MC201 MC206 MC210
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TypeVar, assert_never
 
 from missionc import ir
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres
+from missionc.data.vehicles import profiles
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
-from missionc.resolve.context import Context
+from missionc.diagnostics.suggest import Nothing
+from missionc.ir import Vector
+from missionc.ir.dynamics import DYNAMICS, Limit, by_word
+from missionc.resolve.context import AGENTS, REPORTED, Context, Kind, Unresolved
 from missionc.resolve.definitions import ordered
-from missionc.resolve.grid import on_grid, on_line
-from missionc.resolve.names import AGENTS, Kind, Unresolved
-from missionc.resolve.resolve_dynamics import UNMOVED, resolve_dynamics
-from missionc.resolve.resolve_pads import pads_of, resolve_pads
 from missionc.resolve.resolve_points import known, resolve_point
-from missionc.resolve.resolve_quantities import excerpt, number, shown, whole
-from missionc.resolve.resolve_settings import known_settings, missing, relation, said_twice
+from missionc.resolve.resolve_quantities import SI, excerpt, number, shown, whole, with_unit_of
+from missionc.resolve.resolve_settings import known_settings, missing, relation, said_twice, unknown_word
 from missionc.resolve.resolve_shapes import NOWHERE
-from missionc.resolve.resolve_vehicles import resolve_vehicle, resolve_yaw
 from missionc.syntax import ast
+
+
+def on_line(first: Vector, last: Vector, count: int) -> tuple[Vector, ...]:
+    """So many points equally spaced from the first to the last, both included; a single one is in the middle."""
+    return tuple(_between(first, last, (_part(index, count),) * len(first)) for index in range(count))
+
+
+def on_grid(first: Vector, last: Vector, count: int) -> tuple[Vector, ...]:
+    """So many points in rows and columns between two opposite corners, both included.
+
+    The first row runs along the first axis from the first corner, the next ones
+    follow along the second axis, and in a volume layers along the third. A lone
+    row, column or layer is in the middle. The numbers of rows and columns are
+    those whose cells are nearest to squares (cubes), with the fewest free
+    places, then the fewest columns, among equals.
+    """
+    sides = tuple(abs(b - a) for a, b in zip(first, last, strict=True))
+    counts = _counts(sides, count)
+    points = []
+    for index in range(count):
+        parts, rest = [], index
+        for length in counts:
+            rest, place = divmod(rest, length)
+            parts.append(_part(place, length))
+        points.append(_between(first, last, tuple(parts)))
+    return tuple(points)
+
+
+def _part(index: int, count: int) -> float:
+    return index / (count - 1) if count > 1 else 0.5
+
+
+def _between(first: Vector, last: Vector, parts: tuple[float, ...]) -> Vector:
+    return tuple(b if part == 1 else a + (b - a) * part for a, b, part in zip(first, last, parts, strict=True))
+
+
+def _counts(sides: Vector, count: int) -> tuple[int, ...]:
+    """How many points along each side: one along a side of no length."""
+    long = tuple(axis for axis, side in enumerate(sides) if side > 0) or (0,)
+    choices: list[dict[int, int]]
+    match long:
+        case (axis,):
+            choices = [{axis: count}]
+        case (first, second):
+            choices = [{first: some, second: math.ceil(count / some)} for some in range(1, count + 1)]
+        case _:
+            choices = [
+                {0: some, 1: others, 2: math.ceil(count / (some * others))}
+                for some in range(1, count + 1)
+                for others in range(1, math.ceil(count / some) + 1)
+            ]
+    every = [tuple(choice.get(axis, 1) for axis in range(len(sides))) for choice in choices]
+    return min(every, key=lambda counts: (_stretch(sides, counts, long), math.prod(counts), counts))
+
+
+def _stretch(sides: Vector, counts: tuple[int, ...], axes: tuple[int, ...]) -> float:
+    """How much longer than wide a cell is; 1 for a square. Rounded, so that equals are equal."""
+    gaps = [sides[axis] / max(counts[axis] - 1, 1) for axis in axes]
+    return round(max(gaps) / min(gaps), 9) if min(gaps) > 0 else 1.0
+
+
+FLOOR = 0.0
+"""Metres: the height of every pad."""
+
+
+def pads_of(context: Context, flight: ast.Flight) -> ast.Pads | None:
+    """The one place where it says its pads; a second one is reported."""
+    pads = [item for item in flight.items if isinstance(item, ast.Pads)]
+    for again in pads[1:]:
+        said_twice(context, "`pads`", again.span, pads[0].span)
+    return pads[0] if pads else None
+
+
+def resolve_pads(
+    context: Context, flight: ast.Flight, places: tuple[ir.Place, ...] | None, owner: str, count: int
+) -> tuple[ir.Pad, ...]:
+    """A pad for each of so many agents.
+
+    Args:
+        places: of the pads, as many; None where the mission does not say.
+    """
+    settings = [item for item in flight.items if isinstance(item, ast.Setting)]
+    known = known_settings(context, settings, tuple(ir.PAD_FIGURES), f"the `flight` of {owner}")
+    values = {name: _pad_figure(context, name, setting) for name, setting in known.items()}
+    hover = known.get("hover")
+    if hover is not None and context.dimension == 2:
+        context.report(
+            code.UNKNOWN_SETTING,
+            f"{owner} flies in a plane, and hovers at its `altitude`",
+            hover.span,
+            help="leave `hover` out, and give the team an `altitude`",
+        )
+        del values["hover"]
+    points = _points(context, places) if places is not None else (None,) * count
+    return tuple(ir.Pad(point, flight.span, **values) for point in points)
+
+
+def _pad_figure(context: Context, name: str, setting: ast.Setting) -> float:
+    """NaN once it is reported."""
+    figure = ir.PAD_FIGURES[name]
+    relation(context, setting, figure.relation)
+    return number(context, setting.high, figure.dimension, f"the `{name}`", above=0)
+
+
+def _points(context: Context, places: tuple[ir.Place, ...]) -> tuple[ir.Vector, ...]:
+    """The places in the plane; one above the floor is reported, once where they share their words."""
+    points, told = [], set()
+    for place in places:
+        assert isinstance(place, ir.Exactly)
+        if len(place.point) == 3 and place.point[2] > FLOOR and place.span not in told:
+            told.add(place.span)
+            context.report(
+                code.VALUE_OUT_OF_RANGE,
+                f"a pad is on the floor, and this one is at a height of {shown(place.point[2])} m",
+                place.span,
+                help="give it the height 0; how high the agents rise is said by `hover`",
+            )
+        points.append(place.point[:2])
+    return tuple(points)
+
+
+def resolve_vehicle(context: Context, vehicle: ast.Vehicle) -> ir.Vehicle:
+    """The profile with the mission's own figures in place of its."""
+    known = profiles()
+    name: str | Nothing = vehicle.name.text
+    if name not in known:
+        name = unknown_word(context, vehicle.name, tuple(known), "`vehicle`", "profile")
+    profile = known[name] if isinstance(name, str) else ir.PLAIN
+    settings = known_settings(context, vehicle.settings, tuple(ir.FIGURES), f"`{profile.name}`")
+    values = {key: _vehicle_figure(context, key, setting) for key, setting in settings.items()}
+    return replace(profile, **values)  # type: ignore[arg-type]
+
+
+def resolve_yaw(context: Context, yaw: ast.Yaw) -> ir.Yaw:
+    if yaw.angle is None:
+        return ir.AlongPath()
+    return ir.Fixed(number(context, yaw.angle, Dimension.ANGLE, "the yaw"))
+
+
+def _vehicle_figure(context: Context, name: str, setting: ast.Setting) -> float | ir.Band:
+    """NaN once it is reported, as everywhere in ``resolve``."""
+    figure, what = ir.FIGURES[name], f"the `{name}`"
+    relation(context, setting, figure.relation)
+    if figure.relation == "..":
+        return _band(context, figure, setting, what)
+    if figure.whole:
+        size = whole(context, setting.high, what, least=1)
+        return size if math.isnan(size) else int(size)
+    if figure.above:
+        return number(context, setting.high, figure.dimension, what, above=0)
+    return number(context, setting.high, figure.dimension, what, least=0)
+
+
+def _band(context: Context, figure: ir.Figure, setting: ast.Setting, what: str) -> ir.Band:
+    high = number(context, setting.high, figure.dimension, f"the upper end of {what}", above=0)
+    if setting.low is None:
+        return ir.Band(high, high)
+    lower = with_unit_of(setting.low, setting.high, figure.dimension)
+    low = number(context, lower, figure.dimension, f"the lower end of {what}", least=0)
+    if low >= high:
+        unit = SI[figure.dimension]
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"{what} runs from {shown(low)}{unit} to {shown(high)}{unit}, which is no band",
+            setting.span,
+            help="write the lower end first",
+        )
+    elif figure.around and (low >= 1 or high <= 1):
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"{what} runs from {shown(low)} to {shown(high)}, and at 1 a vehicle hovers",
+            setting.span,
+            help="write a band with 1 in it",
+        )
+    return ir.Band(low, high)
+
+
+SETTINGS: dict[str, tuple[str, ...]] = {
+    kind.word: ("speed", *(limit.setting for limit in kind.limits)) for kind in DYNAMICS
+}
+"""The kinds of dynamics and the settings each takes."""
+
+UNMOVED = DYNAMICS[0].of(REPORTED, REPORTED, *(REPORTED for _ in DYNAMICS[0].limits))
+"""In place of dynamics that have been reported."""
+
+
+def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
+    word = dynamics.name.text
+    if word not in SETTINGS:
+        unknown_word(context, dynamics.name, tuple(SETTINGS), "`dynamics`", "kind")
+        return UNMOVED
+    kind = by_word[word]
+    settings = known_settings(context, dynamics.settings, SETTINGS[word], f"`{word}`")
+    slowest, fastest = _speeds(context, dynamics, settings)
+    if slowest > 0 and not kind.may_be_restless:
+        restless = " or ".join(f"`{each.word}`" for each in DYNAMICS if each.may_be_restless)
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"the lowest speed is {shown(slowest)} m/s; only a {restless} has one above 0",
+            settings["speed"].span,
+            help=f"write `speed <= V`, or take a {restless}",
+        )
+    return kind.of(slowest, fastest, *(_limit(context, dynamics, settings, limit) for limit in kind.limits))
+
+
+def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting]) -> tuple[float, float]:
+    """The lowest and the highest speed; the lowest is 0 where only a bound above is given."""
+    speed = settings.get("speed")
+    if speed is None:
+        missing(context, f"the speed of `{dynamics.name.text}`", dynamics.span, "write `speed <= V`")
+        return REPORTED, REPORTED
+    relation(context, speed, "<=", "..")
+    fastest = number(context, speed.high, Dimension.SPEED, "the highest speed", above=0)
+    if speed.low is None:
+        return 0.0, fastest
+    low = with_unit_of(speed.low, speed.high, Dimension.SPEED)
+    slowest = number(context, low, Dimension.SPEED, "the lowest speed", least=0)
+    if slowest > fastest:
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"the lowest speed, {shown(slowest)} m/s, is above the highest, {shown(fastest)} m/s",
+            speed.span,
+            help=f"write `speed {shown(fastest)}..{shown(slowest)} m/s`",
+            fix=Fix(speed.span, f"speed {shown(fastest)}..{shown(slowest)} m/s"),
+        )
+    return slowest, fastest
+
+
+def _limit(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting], limit: Limit) -> float:
+    setting = settings.get(limit.setting)
+    if setting is None and limit.default is not None:
+        return limit.default
+    if setting is None:
+        way_out = f"write `{limit.setting} <= {limit.setting[0].upper()}`"
+        missing(context, f"the {limit.setting} of `{dynamics.name.text}`", dynamics.span, way_out)
+        return REPORTED
+    relation(context, setting, "<=")
+    return number(context, setting.high, limit.dimension, limit.name, above=0)
+
 
 ALTITUDE = Metres(1.0)
 """What an agent has where its team does not say."""

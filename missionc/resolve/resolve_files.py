@@ -6,6 +6,8 @@
 
 The declarations that name files stay beside what is made of them, so that what they mention counts as used. What is
 made has the span of the declaration that names the file; names and shapes have theirs in the file where it is a text.
+
+Summary of the files that a mission reads: the places and lanes of each, what was left out, the extents.
 """
 
 from __future__ import annotations
@@ -20,16 +22,16 @@ from posixpath import basename, splitext
 from typing import TYPE_CHECKING, TypeVar
 
 from missionc import ir
+from missionc.base.figures import counted
 from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.base.units import Dimension
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Diagnostic
-from missionc.resolve.context import Context
-from missionc.resolve.names import collect
-from missionc.resolve.resolve_parameters import resolve_parameters
+from missionc.ir.wording import point
+from missionc.resolve.context import Context, collect
 from missionc.resolve.resolve_points import known, plane_point
-from missionc.resolve.resolve_quantities import number
+from missionc.resolve.resolve_quantities import number, resolve_parameters
 from missionc.resolve.resolve_settings import known_settings, relation, said_twice, unknown_word
 from missionc.syntax import ast
 from missionc.syntax.read_places import named_files
@@ -37,7 +39,51 @@ from missionc.syntax.tokens import nameable, reserved
 
 if TYPE_CHECKING:
     from missionc.maps.feature import Area, Asked, Circle, Corners, Feature
-    from missionc.maps.point_table import PointRow
+    from missionc.maps.table import PointRow
+
+
+def file_lines(mission: ir.Mission) -> list[str]:
+    """A line for each file and kind of place; none for a mission without files."""
+    return [_line(file, lanes) for file, lanes in _files(mission)]
+
+
+def file_records(mission: ir.Mission) -> list[dict[str, object]]:
+    """The same for JSON: ``lanes`` is null but for roadmaps; ``low`` and ``high`` in metres, null without extents."""
+    return [_record(file, lanes) for file, lanes in _files(mission)]
+
+
+def _record(file: ir.PlacesFile, lanes: int | None) -> dict[str, object]:
+    low, high = file.summary.extents or (None, None)
+    return {
+        "file": file.path,
+        "kind": file.kind,
+        "count": file.summary.count,
+        "lanes": lanes,
+        "left_out": [{"kind": each.kind, "reason": each.reason, "count": each.count} for each in file.summary.left_out],
+        "low": low and [round(value, 9) for value in low],
+        "high": high and [round(value, 9) for value in high],
+    }
+
+
+def _files(mission: ir.Mission) -> Iterator[tuple[ir.PlacesFile, int | None]]:
+    """Each file, and of a roadmap the number of its lanes."""
+    yield from ((file, None) for file in mission.files)
+    if mission.solve.roadmap is not None:
+        from missionc.maps.read_map import ReadSummary, box  # few missions have one
+
+        roadmap = mission.solve.roadmap
+        extents = box(node.position for node in roadmap.nodes)
+        yield ir.PlacesFile(roadmap.path, "node", ReadSummary(len(roadmap.nodes), (), extents)), len(roadmap.lanes)
+
+
+def _line(file: ir.PlacesFile, lanes: int | None) -> str:
+    """``hall.yaml: 3 obstacles, (0, 0) to (10, 5) m; left out: 2 TEXT (not an area)``."""
+    from missionc.maps.read_map import without  # few missions read files
+
+    between = f", {' to '.join(map(point, file.summary.extents))} m" if file.summary.extents else ""
+    of_lanes = "" if lanes is None else f", {counted(lanes, 'lane')}"
+    return f"{file.path}: {counted(file.summary.count, file.kind)}{of_lanes}{between}{without(file.summary.left_out)}"
+
 
 KINDS = {"obstacles": "obstacle", "regions": "region", "beacons": "beacon"}
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_]")
@@ -107,8 +153,8 @@ def _item(context: Context, item: Item) -> Item:
 def _rows(context: Context, file: ast.File, *, timed: bool = False) -> list[PointRow]:
     if not file.sources:
         return []
-    from missionc.maps.point_table import point_table  # few missions have one
-    from missionc.maps.read_summary import ReadSummary, box
+    from missionc.maps.read_map import ReadSummary, box
+    from missionc.maps.table import point_table  # few missions have one
 
     rows = point_table(file.sources[0], file.span, context.limits, timed=timed)
     if isinstance(rows, Diagnostic):
@@ -132,8 +178,8 @@ def _numbers(values: Iterable[float], span: Span) -> tuple[ast.Number, ...]:
 
 def _asked(context: Context, node: ast.FromFile) -> Asked | None:
     """What the declaration asks of its file; None once something is reported."""
-    from missionc.maps.companions import ending
     from missionc.maps.feature import Asked
+    from missionc.maps.map_metadata import ending
     from missionc.maps.read_map import FORMS
 
     before = len(context.findings)
@@ -283,7 +329,7 @@ def _place(node: ast.FromFile, feature: Feature, name: ast.Name) -> Iterator[ast
 def _shape(feature: Feature, shape: Area | Circle, height: ast.Height | None, *, whole: bool) -> ast.Shape:
     """The shape; an area with holes is a difference if ``whole``, and otherwise a union: inside, and outside, true."""
     from missionc.maps.feature import Circle
-    from missionc.maps.vectorise import without_holes
+    from missionc.maps.occupancy_grid import without_holes
 
     span = feature.span
     if isinstance(shape, Circle):

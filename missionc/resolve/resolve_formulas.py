@@ -1,11 +1,24 @@
 """Resolution of formulas: names become predicates, bounds become steps and hops, every ``let`` one shared object.
 
 says MC005 MC101 MC104 MC109 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
+
+Type checking of formulas: about one agent or about the team, and the messages where the two are mixed up.
+
+Each formula is first judged from its operands up (``joined``); a place that
+needs one of the two then looks down for the operands that are about the other
+(``check``), so that a message names them and not the whole formula.
+
+    says MC203 MC204
+
+The scope of operators before their operand: one left of ``reach``, ``until`` or their like ends before it.
+
+says MC015
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import assert_never
 
@@ -14,26 +27,176 @@ from missionc.base.source import Span
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.ir import About
-from missionc.language.operator import Bounds, Operator
+from missionc.language.operator import Bounds, Fixity, Operator
 from missionc.language.operators import by_name
 from missionc.language.predicates import CALLED
-from missionc.resolve.check_types import check, check_definition
-from missionc.resolve.context import Context
+from missionc.resolve.context import AGENTS, STATE_WORDS, UNRESOLVED, Context, Kind, Typed, Unresolved, joined
 from missionc.resolve.definitions import ordered
-from missionc.resolve.families import no_family
 from missionc.resolve.formula_findings import asked_of_the_lost, no_such_call, not_a_formula, not_on_the_graph
 from missionc.resolve.lost_agents import named_members, without_any
-from missionc.resolve.names import AGENTS, STATE_WORDS, UNRESOLVED, Kind, Unresolved
-from missionc.resolve.prefix_scope import check_prefix_scope
 from missionc.resolve.resolve_agents import resolve_set
-from missionc.resolve.resolve_comparisons import one_agent, resolve_comparison
-from missionc.resolve.resolve_headings import resolve_facing
-from missionc.resolve.resolve_lengths import no_graph, resolve_length
+from missionc.resolve.resolve_comparisons import no_graph, one_agent, resolve_comparison, resolve_facing, resolve_length
 from missionc.resolve.resolve_quantities import excerpt, shown, whole
 from missionc.resolve.resolve_shapes import NOWHERE
 from missionc.resolve.resolve_time import resolve_period, resolve_window
-from missionc.resolve.typed import Typed, joined
+from missionc.resolve.spell_out import no_family
 from missionc.syntax import ast
+
+
+def check(context: Context, formula: Typed, needed: About, asker: str) -> None:
+    """Reports every operand that is not about ``needed``; ``asker`` says what needs it (``every drone:``)."""
+    others = list(_about(formula, needed))
+    for operand in _not_about(formula, needed):
+        if needed is About.TEAM:
+            _quantifier_missing(context, operand, others, whole=operand is formula)
+        else:
+            _quantifier_too_many(context, operand, asker, beside=formula.mixed)
+
+
+def check_definition(context: Context, formula: Typed) -> Typed:
+    """A ``let`` may be about either, but not about both; a mixed one is reported here and fits everywhere."""
+    if not formula.mixed:
+        return formula
+    check(context, formula, About.TEAM, "")
+    return Typed(formula.formula, About.EITHER, formula.span, size=formula.size, depth=formula.depth)
+
+
+def _not_about(formula: Typed, needed: About) -> Iterator[Typed]:
+    """The largest operands that are about the other of the two."""
+    if formula.mixed:
+        for operand in formula.operands:
+            yield from _not_about(operand, needed)
+    elif formula.about not in (needed, About.EITHER):
+        yield formula
+
+
+def _about(formula: Typed, needed: About) -> Iterator[Typed]:
+    if formula.mixed:
+        for operand in formula.operands:
+            yield from _about(operand, needed)
+    elif formula.about is needed:
+        yield formula
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _quantifier_missing(context: Context, operand: Typed, others: list[Typed], whole: bool) -> None:
+    text = excerpt(operand.span)
+    teams = list(context.sets)
+    who = teams[0] if teams else "TEAM"
+    words = f"every {who}: {text}"
+    complete = text == operand.span.text
+    if isinstance(operand.formula, ir.Belongs):
+        _nothing_asked(context, operand, others)
+        return
+    context.report(
+        code.QUANTIFIER_MISSING,
+        f"`{text}` is about one agent; it does not say which",
+        operand.span,
+        labels=tuple(Label(other.span, "this is about the team") for other in others[:1]),
+        help=f"write `{words}`, or `some {who}: …`" if whole else f"write `({words})`, or `(some {who}: …)`",
+        fix=Fix(operand.span, words if whole else f"({words})") if complete and teams else None,
+    )
+
+
+def _nothing_asked(context: Context, operand: Typed, others: list[Typed]) -> None:
+    """``truck and drone[0]: base``"""
+    text = excerpt(operand.span)
+    single = isinstance(operand.formula, ir.Belongs) and len(operand.formula.agents.agents) == 1
+    context.report(
+        code.QUANTIFIER_MISSING,
+        f"`{text}` by itself asks whether an agent belongs to it; this does not say which agent",
+        operand.span,
+        labels=tuple(Label(other.span, "this is about the team") for other in others[:1]),
+        help=f"ask something of it, as in `({text if single else f'every {text}'}: f)`",
+    )
+
+
+def _quantifier_too_many(context: Context, operand: Typed, asker: str, beside: bool) -> None:
+    if beside and asker.endswith(":") and isinstance(operand.formula, ir.AtLeastOf | ir.OfAgent):
+        way_out = f"end what `{asker}` asks before it, with brackets: `({asker} …)`; or leave its quantifier out"
+    elif isinstance(operand.formula, ir.AtLeastOf | ir.OfAgent) and operand.span == operand.formula.span:
+        way_out = "leave its quantifier out"
+    else:
+        way_out = f"take it out of `{asker}`"
+    context.report(
+        code.QUANTIFIER_TOO_MANY,
+        f"`{excerpt(operand.span)}` is about the team; `{asker}` asks about one agent",
+        operand.span,
+        help=way_out,
+    )
+
+
+def check_prefix_scope(context: Context, formula: ast.Apply) -> None:
+    """Reports operators without parentheses that may be meant of the whole formula, and are asked of its left side.
+
+    ``not f reach[…] g`` is left alone: read aloud, ``not f`` is one condition.
+    """
+    operator = by_name.get(formula.operator)
+    if operator is None or operator.fixity is not Fixity.INFIX or operator.bounds is Bounds.NONE:
+        return
+    first = _bare_prefix(formula)
+    if first is None:
+        return
+    last = first
+    body = first.operands[0]
+    while isinstance(body, ast.Apply) and _is_prefix(body) and body.span.end == first.span.end:
+        if not _denies(body):
+            last = body
+        body = body.operands[0]
+    if not _denies(last):
+        _ends_early(context, formula, first, last.operands[0])
+
+
+def _bare_prefix(formula: ast.Apply) -> ast.Apply | None:
+    """The operator before its operand that ends, without a parenthesis, where this infix operator begins."""
+    part, end = formula.operands[0], formula.operands[0].span.end
+    if part.span.start != formula.span.start:
+        return None
+    while isinstance(part, ast.Apply) and part.span.end == end:
+        if _is_prefix(part):
+            return part
+        part = part.operands[-1]
+    return None
+
+
+def _is_prefix(formula: ast.Apply) -> bool:
+    operator = by_name.get(formula.operator)
+    return operator is not None and operator.fixity is Fixity.PREFIX and formula.number is None
+
+
+def _denies(formula: ast.Apply) -> bool:
+    return formula.operator == "not"
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _ends_early(context: Context, formula: ast.Apply, prefix: ast.Apply, body: ast.Formula) -> None:
+    source, begin = formula.span.source, prefix.span.start
+    words = body.span.part(begin, begin + len(source.text[begin : body.span.start].rstrip().rstrip("(").rstrip()))
+    after = source.text[words.end : prefix.span.end]
+    whole = formula.span.part(prefix.span.end - len(after.lstrip()), formula.span.end)
+    left = formula.span.part(formula.span.start, prefix.span.end)
+    asked = excerpt(Span(source, whole.start, prefix.span.end))
+    right = f"{formula.operator}[…] {_right(formula)}"
+    context.report(
+        code.ENDS_EARLY,
+        f"`{excerpt(words)}` is asked of `{asked}` alone: it ends before `{formula.operator}`",
+        words,
+        labels=(Label(formula.operator_span, f"its left side is `{excerpt(left, 60)}`"),),
+        help=f"write `{excerpt(words)} ({asked} {right})` to ask it of the whole, or"
+        f" `({excerpt(prefix.span, 60)}) {right}` for what it says now",
+        fix=Fix(whole, f"({whole.text})"),
+    )
+
+
+def _right(formula: ast.Apply) -> str:
+    """The right side as it is written, its parentheses included."""
+    begin = formula.span.start if formula.bounds is None else formula.bounds.span.end
+    return excerpt(Span(formula.span.source, begin, formula.span.end)).lstrip("] ")
+
 
 AS_FORMULA = {
     Kind.PARAM: "compare something with it, as in `x <= {name}`",

@@ -23,24 +23,21 @@ from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres, Seconds, Steps
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.diagnostics.text_order import in_text_order
-from missionc.resolve.context import Context
+from missionc.resolve.context import Context, collect
+from missionc.resolve.definitions import unused
 from missionc.resolve.delete_declaration import deleted
-from missionc.resolve.names import collect
 from missionc.resolve.resolve_agents import resolve_groups, resolve_set, resolve_teams
 from missionc.resolve.resolve_files import with_places
 from missionc.resolve.resolve_formations import resolve_formation
 from missionc.resolve.resolve_formulas import resolve_lets
 from missionc.resolve.resolve_goals import resolve_objective, resolve_requirements, resolve_solve
-from missionc.resolve.resolve_graphs import resolve_graph
-from missionc.resolve.resolve_parameters import resolve_parameters
+from missionc.resolve.resolve_graphs import resolve_flag, resolve_graph, resolve_resource
 from missionc.resolve.resolve_points import resolve_point, resolve_world
-from missionc.resolve.resolve_quantities import number
-from missionc.resolve.resolve_resources import resolve_flag, resolve_resource
+from missionc.resolve.resolve_quantities import number, resolve_parameters
 from missionc.resolve.resolve_settings import missing, said_twice
 from missionc.resolve.resolve_shapes import resolve_regions
 from missionc.resolve.resolve_time import resolve_delay, resolve_time
 from missionc.resolve.spell_out import spell_out
-from missionc.resolve.unused_names import unused
 from missionc.syntax import ast
 
 

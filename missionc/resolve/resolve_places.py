@@ -15,13 +15,11 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import Dimension, Metres
-from missionc.resolve.context import Context
-from missionc.resolve.names import collect
+from missionc.resolve.context import Context, collect
 from missionc.resolve.resolve_agents import resolve_teams
 from missionc.resolve.resolve_files import with_places
-from missionc.resolve.resolve_parameters import resolve_parameters
 from missionc.resolve.resolve_points import known, resolve_point, resolve_world
-from missionc.resolve.resolve_quantities import number
+from missionc.resolve.resolve_quantities import number, resolve_parameters
 from missionc.resolve.resolve_shapes import resolve_regions
 from missionc.resolve.resolve_time import resolve_time
 from missionc.resolve.spell_out import spell_out

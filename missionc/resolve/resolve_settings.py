@@ -12,8 +12,7 @@ from missionc.base.source import Span
 from missionc.diagnostics import code
 from missionc.diagnostics.model import Fix, Label
 from missionc.diagnostics.suggest import Nothing, nearest
-from missionc.resolve.context import Context
-from missionc.resolve.names import some_of
+from missionc.resolve.context import Context, some_of
 from missionc.resolve.resolve_quantities import excerpt
 from missionc.syntax import ast
 

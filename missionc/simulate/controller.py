@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.trace import Array
-from missionc.simulate import firmware_setpoints, quadrotor
-from missionc.simulate.firmware_setpoints import GRAVITY
+from missionc.simulate import disturbance, quadrotor
+from missionc.simulate.disturbance import GRAVITY
 from missionc.simulate.quadrotor import TURNS, Vehicle
 
 MASS_THRUST = 132_000.0
@@ -85,19 +85,19 @@ class Controller:
             reference: what it is told, (13, bodies).
         """
         gains = self.gains
-        error = reference[firmware_setpoints.POSITION] - position
+        error = reference[disturbance.POSITION] - position
         self._sum = _bounded(self._sum + error * self.seconds, self._longest)
         force = (
-            gains.mass * reference[firmware_setpoints.ACCELERATION]
+            gains.mass * reference[disturbance.ACCELERATION]
             + self._stiffness * error
-            + self._damping * (reference[firmware_setpoints.VELOCITY] - velocity)
+            + self._damping * (reference[disturbance.VELOCITY] - velocity)
             + self._integral * self._sum
         )
         force[2] += gains.mass * GRAVITY
         axes = quadrotor.axes(body[quadrotor.ATTITUDE])
-        apart = _apart(_aimed(force, reference[firmware_setpoints.YAW]), axes)
+        apart = _apart(_aimed(force, reference[disturbance.YAW]), axes)
         self._turned = _bounded(self._turned - apart * self.seconds, self._longest_turn)
-        slow = reference[firmware_setpoints.RATES] - body[quadrotor.RATES]
+        slow = reference[disturbance.RATES] - body[quadrotor.RATES]
         torque = self._rate * slow - self._turn * apart + self._settle * self._turned + self._lead * (slow - self._last)
         self._last = slow
         push = force[0] * axes[2][0] + force[1] * axes[2][1] + force[2] * axes[2][2]

@@ -6,10 +6,19 @@
 ``Airborne`` is moved from setpoint to setpoint by whoever has setpoints; ``fly``
 has them of polynomials. The controller is asked 500 times a second, as on
 board; the body moves as often. Agents do not touch.
+
+The estimate of position and velocity that a controller is shown: late, with updates missing, beside the truth.
+
+Downwash: the force that a vehicle's rotors push those below it down with.
+
+Source:
+    Panerati et al., "Learning to Fly: a Gym Environment with PyBullet Physics for Reinforcement Learning of Multi-agent
+    Quadcopter Control" (2021), III-B, and the figures for a Crazyflie 2.x that its code has.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,14 +26,84 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.simulate import firmware_setpoints, quadrotor
+from missionc.curves.piecewise_polynomials import Pieces
+from missionc.simulate import quadrotor
 from missionc.simulate.controller import Controller, Gains
-from missionc.simulate.disturbance import UNDISTURBED, Disturbance, Drawn
-from missionc.simulate.downwash import push
-from missionc.simulate.estimate import Estimate
-from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND, setpoints
+from missionc.simulate.disturbance import (
+    POSITION,
+    SETPOINTS_PER_SECOND,
+    UNDISTURBED,
+    YAW,
+    Disturbance,
+    Drawn,
+    setpoints,
+)
 from missionc.simulate.quadrotor import Vehicle
+
+
+class Estimate:
+    """One for each body. A state is position and velocity, (6, bodies), m and m/s.
+
+    Args:
+        first: the state that they begin in, and have been in.
+        late: a state is shown so many commands later.
+        seconds: between two commands.
+    """
+
+    def __init__(self, first: Array, late: int, seconds: float) -> None:
+        self._past = deque([first.copy()] * late)
+        self._seconds = seconds
+        self._held: Array | None = None
+
+    def shown(self, state: Array, noise: Array | None, stale: NDArray[np.bool_] | None) -> tuple[Array, Array]:
+        """Position and velocity for this command: (3, bodies) twice.
+
+        Args:
+            noise: (3, bodies), m, added to the position.
+            stale: (bodies,): those to whom no update comes are shown where they would be at the velocity that they were
+                last shown.
+        """
+        fresh = state
+        if self._past:
+            self._past.append(state.copy())
+            fresh = self._past.popleft()
+        if stale is not None:
+            gone_on = fresh if self._held is None else self._held.copy()
+            if self._held is not None:
+                gone_on[:3] += self._seconds * self._held[3:]
+            fresh = self._held = np.where(stale, gone_on, fresh)
+        position = fresh[:3] if noise is None else fresh[:3] + noise
+        return position, fresh[3:]
+
+
+ROTOR = 0.0231348
+"""Radius of a rotor, m."""
+STRENGTH = 2267.18
+"""N, of a rotor's radius below."""
+WIDTH = (-0.11, 0.16)
+"""Metres at no distance, and for each metre below: how wide the stream is."""
+NEAREST = 0.1
+"""Metres below: nearer, the model grows beyond all bounds, and bodies touch."""
+
+
+def push(position: Array, together: int, still: NDArray[np.bool_] | None = None) -> Array:
+    """Downward force on each body, of all that are above it: (3, bodies), m -> (bodies,), N.
+
+    Args:
+        together: so many neighbouring columns fly in the same air.
+        still: (bodies,): whose rotors stand; nobody's where none is given.
+    """
+    x, y, z = position.reshape(3, -1, together)
+    below = z[:, None, :] - z[:, :, None]
+    beside = (x[:, None, :] - x[:, :, None]) ** 2 + (y[:, None, :] - y[:, :, None]) ** 2
+    height = np.maximum(below, NEAREST)
+    width = np.maximum(np.abs(WIDTH[0] + WIDTH[1] * height), 1e-3)
+    each = STRENGTH * (ROTOR / (4 * height)) ** 2 * np.exp(-beside / (2 * width**2))
+    blows = below > 0
+    if still is not None:
+        blows &= ~still.reshape(-1, 1, together)
+    return np.asarray(np.where(blows, each, 0.0).sum(axis=-1).ravel())
+
 
 COMMANDS = 5
 """Commands of the controller for each setpoint."""
@@ -199,8 +278,8 @@ def fly(
     bodies = flights * agents
     at_first = _told(pieces, drawn.clock, times[:1])[:, 0]
     air = Airborne(
-        at_first[firmware_setpoints.POSITION] + drawn.start.reshape(bodies, 3).T,
-        at_first[firmware_setpoints.YAW],
+        at_first[POSITION] + drawn.start.reshape(bodies, 3).T,
+        at_first[YAW],
         drawn.mass.ravel() * vehicle.mass,
         vehicle,
         gains,

@@ -14,8 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from missionc.base.strict_json import is_number
 from missionc.simulate.controller import Gains
 from missionc.simulate.default_engine import COMMANDS
-from missionc.simulate.disturbance import GUST_SECONDS, NOISE_SECONDS, UNDISTURBED, Disturbance
-from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
+from missionc.simulate.disturbance import GUST_SECONDS, NOISE_SECONDS, SETPOINTS_PER_SECOND, UNDISTURBED, Disturbance
 from missionc.simulate.quadrotor import Vehicle
 from missionc.simulate.trial_bounds import ENGINES, LARGEST_SEED, MOST, MOST_FLIGHTS, MOST_LOST, OTHERS, QUADROTOR
 from missionc.simulate.trials import Trial

@@ -22,8 +22,7 @@ from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 from missionc.verify.certificate import Check
-from missionc.verify.plan.agent_separation import relative_margins
-from missionc.verify.plan.obstacle_clearance import check_obstacles
+from missionc.verify.plan.clearances import check_obstacles, relative_margins
 from missionc.world.vectors import norm
 
 USUAL = 0.95

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.simulate.firmware_setpoints import GRAVITY
+from missionc.simulate.disturbance import GRAVITY
 
 POSITION, VELOCITY, ATTITUDE, RATES, THRUST = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13), slice(13, 17)
 """The rows of a state."""

@@ -5,28 +5,73 @@
 
 Only as many flights as fit into ``MOST_BYTES`` are in the air together. Where
 nothing is drawn all flights are one and the same, and one is flown.
+
+Confidence bounds of a fraction: the number of successes to the bounds of the true share.
+
+The headline of simulated flights: what they show of all flights like them, and no more.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.figures import counted
+from missionc.base.late_dataclass import dataclass
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import Pieces
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.simulate import firmware_setpoints
-from missionc.simulate.confidence_interval import Fraction, fraction
+from missionc.simulate import disturbance
 from missionc.simulate.default_engine import Flown, fly, sample_times
-from missionc.simulate.disturbance import UNDISTURBED, Disturbance, drawn
+from missionc.simulate.disturbance import UNDISTURBED, Disturbance, drawn, setpoints
 from missionc.simulate.engines import fly_with
-from missionc.simulate.firmware_setpoints import setpoints
 from missionc.simulate.judge_flight import Error, Flight, judge
 from missionc.simulate.trial_bounds import QUADROTOR
 from missionc.verify.certificate import Check
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Fraction:
+    """``held`` of ``flights``, and exact bounds of the true share with a confidence of 95 %.
+
+    ``least`` is the one-sided lower bound, for "at least". ``low`` and ``high`` are the two-sided interval.
+    """
+
+    held: int
+    flights: int
+    least: float
+    low: float
+    high: float
+
+    @property
+    def share(self) -> float:
+        return self.held / self.flights
+
+
+def fraction(held: int, flights: int) -> Fraction:
+    """Exact (Clopper–Pearson) bounds: each covers the true share with at least its confidence, however few the flights.
+
+    Raises:
+        ValueError: there are no flights, or not so many.
+
+    Source:
+        Clopper and Pearson, "The Use of Confidence or Fiducial Limits Illustrated in the Case of the Binomial" (1934).
+    """
+    if not 0 <= held <= flights or flights == 0:
+        raise ValueError(f"{held} of {flights} flights")
+    from scipy.special import betaincinv  # takes a while to load, and few commands count flights
+
+    def above(doubt: float) -> float:
+        return float(betaincinv(held, flights - held + 1, doubt)) if held else 0.0
+
+    doubt = 1 - CONFIDENCE
+    high = float(betaincinv(held + 1, flights - held, 1 - doubt / 2)) if held < flights else 1.0
+    return Fraction(held, flights, above(doubt), above(doubt / 2), high)
+
 
 MOST_BYTES = 1 << 29
 """Bytes for the paths of flights that are in the air together."""
@@ -155,7 +200,7 @@ def run(
     times, seconds = sample_times(mission.horizon), float(mission.horizon)
     lost = lost_agents(mission, trial.disturbance)
     different = trial.flights if trial.disturbance.random else 1
-    planned = np.stack([np.moveaxis(setpoints(own, times)[firmware_setpoints.POSITION], 0, -1) for own in pieces])
+    planned = np.stack([np.moveaxis(setpoints(own, times)[disturbance.POSITION], 0, -1) for own in pieces])
     allowed = np.array([agent.vehicle.tracking or TRACKING for agent in mission.agents])
     together = max(1, MOST_BYTES // (planned[..., 0].size * NUMBERS * 8))
     flights: list[Flight] = []
@@ -187,3 +232,22 @@ def _first(flown: Flown, count: int) -> Flown:
 def _joined(parts: list[Flown]) -> Flown:
     columns = zip(*((part.position, part.velocity, part.heading) for part in parts), strict=True)
     return Flown(parts[0].times, *(np.concatenate(column) for column in columns))
+
+
+def headline(trials: Trials) -> str:
+    """The lower bound of the share of flights that are as required; of flights that are all alike, how the one went."""
+    kept = trials.kept
+    if kept.flights == 1 or not trials.trial.disturbance.random:
+        verdict = "as required" if kept.held else "not as required"
+        if kept.flights == 1:
+            return f"one flight, {verdict}"
+        return f"{counted(kept.flights, 'flight')}, all alike since nothing is drawn, {verdict}"
+    return (
+        f"in at least {shown(kept.least)} of such flights (one-sided 95 % lower confidence bound) "
+        f"every requirement holds, nobody is too far off and nothing touched: {kept.held} of {kept.flights}"
+    )
+
+
+def shown(share: float) -> str:
+    """A lower bound in percent, rounded down to a tenth."""
+    return f"{int(share * 1000) / 10:.1f} %"

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from missionc.diagnostics.code import SWEEP_AT_WORK
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.unwritable import cannot_write, reason, shown
+from missionc.output.folder.ownership import cannot_write, reason, shown
 from missionc.output.folder.write_file import NOT_REGULAR
 
 LARGEST = 1 << 30

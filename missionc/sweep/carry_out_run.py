@@ -29,8 +29,8 @@ from missionc.output.folder.manifest import sha256
 from missionc.pipeline import driver
 from missionc.pipeline.results import Compiled, Refused, Verified
 from missionc.pipeline.run_limited import Ended, within
+from missionc.sweep.run_answer import ERROR, RunResult, Value
 from missionc.sweep.run_request import Flights, Request
-from missionc.sweep.run_result import ERROR, RunResult, Value
 from missionc.syntax.read_file import LINK
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def _flown(compiled: Compiled, outcome: Verified, flights: Flights, request: Req
 
 
 def _fly(compiled: Compiled, outcome: Verified, flights: Flights, seed: int) -> Trials:
-    from missionc.curves.crazyflie_csv import Pieces, read
+    from missionc.curves.piecewise_polynomials import Pieces, read
     from missionc.simulate.disturbance import Disturbance
     from missionc.simulate.trials import Trial, run
 

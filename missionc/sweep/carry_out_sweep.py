@@ -3,11 +3,20 @@
 in   SweepRequest
 out  SweepResult
 says MC404 MC701 MC702 MC730 MC760 MC761 MC762 MC763 MC764 MC765 MC766, and what ``check`` says
+
+The check of every combination of a sweep, before any of them is planned.
+
+in   a mission's file, the grid, how it is checked
+out  what was checked of each combination, and all findings: of those that several have, one
+
+The time that is left of a sweep, from the runs that are over: an interval, or nothing where they say too little.
 """
 
 from __future__ import annotations
 
+import math
 import shlex
+import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
@@ -15,6 +24,7 @@ from pathlib import Path
 
 from missionc.backends.options import DESCRIBED
 from missionc.base.figures import counted
+from missionc.base.limits import Limits
 from missionc.base.signals import asked, hold
 from missionc.base.units import Seconds
 from missionc.diagnostics.code import NOT_TO_BE_LOST
@@ -23,22 +33,141 @@ from missionc.ir import Mission
 from missionc.output.folder.manifest import sha256
 from missionc.output.folder.write_file import write_file, write_inside
 from missionc.output.plot import plot
+from missionc.pipeline.front_end import Checked, check
 from missionc.pipeline.provenance import inputs
 from missionc.sweep import results_table, run_answer
 from missionc.sweep.append_journal import Journal
-from missionc.sweep.check_combinations import CheckedGrid, check_combinations
 from missionc.sweep.compare_sweeps import Comparison, compare_sweeps, refuse
-from missionc.sweep.executors import Pool
-from missionc.sweep.group_statistics import Group, groups
 from missionc.sweep.plot_sweep import sweep_figure
-from missionc.sweep.remaining_time import every
-from missionc.sweep.run_grid import Grid, Run
+from missionc.sweep.results_table import Group, groups
+from missionc.sweep.run_answer import ERROR
+from missionc.sweep.run_grid import Combination, Grid, Run, too_many, words
 from missionc.sweep.run_request import Settings
-from missionc.sweep.run_result import ERROR
-from missionc.sweep.run_sweep import run_sweep
+from missionc.sweep.run_sweep import Pool, run_sweep
 from missionc.sweep.sweep_folder import PLANS, Row, SweepFolder, at_work, begin, over, read_sweep
 from missionc.sweep.sweep_html import Page, place_of, sweep_html
-from missionc.sweep.varied_values import too_many
+
+SHOWN = 4
+"""Combinations that a finding names."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckedGrid:
+    """What was checked of each combination, in the grid's order, and the findings of all."""
+
+    each: Mapping[Combination, Checked]
+    findings: tuple[Diagnostic, ...]
+
+
+def check_combinations(
+    file: Path,
+    grid: Grid,
+    fixed: Mapping[str, str],
+    backend: str,
+    vehicle: str,
+    limits: Limits,
+    listen: Callable[[int], None],
+) -> CheckedGrid:
+    """Check them all; ``listen`` hears how many are."""
+    each: dict[Combination, Checked] = {}
+    for values in grid.combinations:
+        overrides = {**fixed, **dict(values)}
+        each[values] = check(file, overrides=overrides, backend=backend, vehicle=vehicle, limits=limits)
+        listen(len(each))
+    return CheckedGrid(each, _told_once(each))
+
+
+def _told_once(each: Mapping[Combination, Checked]) -> tuple[Diagnostic, ...]:
+    """Each finding once, with the combinations that have it, where those are not all."""
+    found: dict[object, tuple[Diagnostic, list[Combination]]] = {}
+    for values, checked in each.items():
+        for finding in checked.findings:
+            span = finding.primary.span if finding.primary else None
+            place = None if span is None else (span.source.name, span.start, span.end)
+            found.setdefault((finding.code.name, finding.message, place), (finding, []))[1].append(values)
+    return tuple(_with_combinations(finding, of, len(each)) for finding, of in found.values())
+
+
+def _with_combinations(finding: Diagnostic, of: list[Combination], all_there_are: int) -> Diagnostic:
+    if len(of) == all_there_are:
+        return finding
+    more = f", and {len(of) - SHOWN} more" if len(of) > SHOWN else ""
+    return replace(finding, notes=(*finding.notes, f"with {'; '.join(map(words, of[:SHOWN]))}{more}"))
+
+
+NORMAL_95 = 1.959963984540054
+"""The standard normal distribution lies within plus and minus this with a probability of 95 %."""
+
+LEAST = 5
+"""Runs that have to be over before anything is said."""
+
+
+class RemainingTime:
+    """What is known of how long runs take; those before this command, too, where their seconds are in the journal.
+
+    Runs of one combination are alike. Of combinations of which none is over,
+    nothing is known but what runs take on the whole: the interval says so by
+    its width.
+
+    Args:
+        left: how many runs of each combination are still to be done.
+        rows: runs that are over already.
+    """
+
+    def __init__(self, left: Mapping[Combination, int], rows: Mapping[Run, Row]) -> None:
+        self._left = dict(left)
+        self._took: dict[Combination, list[float]] = {}
+        for run, row in rows.items():
+            self._took.setdefault(run.values, []).append(_seconds(row))
+
+    def over(self, row: Row) -> None:
+        """One more run is over."""
+        self._left[row.run.values] = self._left.get(row.run.values, 1) - 1
+        self._took.setdefault(row.run.values, []).append(_seconds(row))
+
+    def left(self, workers: int) -> tuple[float, float] | None:
+        """Seconds, the least and the most that 95 of 100 such sweeps still take.
+
+        None where too few runs are over to say so, or where nobody is at work.
+        """
+        known = [seconds for own in self._took.values() for seconds in own]
+        if len(known) < LEAST or not workers:
+            return None
+        mean, variance = 0.0, 0.0
+        for values, count in self._left.items():
+            own = self._took.get(values, ())
+            sample = own if len(own) >= LEAST else known
+            middle, spread = _moments(sample)
+            mean += count * middle
+            variance += spread * (count + count**2 / len(sample))
+        width = NORMAL_95 * math.sqrt(variance)
+        return max(0.0, mean - width) / workers, (mean + width) / workers
+
+
+def _seconds(row: Row) -> float:
+    values = row.result.values
+    return sum(float(value) for name in ("seconds", "flown_in") if isinstance(value := values.get(name), int | float))
+
+
+def _moments(sample: list[float] | tuple[float, ...]) -> tuple[float, float]:
+    mean = sum(sample) / len(sample)
+    return mean, sum((each - mean) ** 2 for each in sample) / max(1, len(sample) - 1)
+
+
+def every(seconds: Seconds, work: Callable[[], object]) -> Callable[[], None]:
+    """A function that does the work where so many seconds have passed, and ten times as many as it takes."""
+    due = time.monotonic() + seconds
+
+    def perhaps() -> None:
+        nonlocal due
+        began = time.monotonic()
+        if began >= due:
+            work()
+            now = time.monotonic()
+            due = now + max(seconds, 10 * (now - began))
+
+    return perhaps
+
 
 PAGE = "sweep.html"
 AGAIN = Seconds(60.0)

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from missionc.curves.crazyflie_csv import polynomials
+from missionc.curves.piecewise_polynomials import polynomials
 from missionc.output.folder.file_names import flights_in
-from missionc.replay.folder_files import FolderFiles, check_mission
+from missionc.replay.read_folder import FolderFiles, check_mission
 from missionc.simulate.trials import run
-from missionc.sweep import flight_records
-from missionc.sweep.run_result import RunResult
+from missionc.sweep import flights_journal
+from missionc.sweep.run_answer import RunResult
 from missionc.sweep.trial_request import TrialRequest
 
 FLOWN = "flown"
@@ -33,4 +33,4 @@ def carry_out(request: TrialRequest) -> RunResult:
         raise ValueError(f"the mission cannot be read: {checked}")
     texts = flights_in(mission.agents, request.files)
     trials = run(mission, kernel, [polynomials(texts[agent.name]) for agent in mission.agents], request.trial)
-    return RunResult(FLOWN, {}, {}, ((RECORDS, flight_records.written(trials.flights, request.curves)),))
+    return RunResult(FLOWN, {}, {}, ((RECORDS, flights_journal.written(trials.flights, request.curves)),))

@@ -25,10 +25,10 @@ import numpy as np
 
 from missionc.diagnostics.code import NOT_COMPARABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.unwritable import shown
-from missionc.sweep.group_statistics import Measure, measures
+from missionc.output.folder.ownership import shown
+from missionc.sweep.results_table import Measure, measures
+from missionc.sweep.run_answer import ERROR
 from missionc.sweep.run_grid import Combination, Grid, Run
-from missionc.sweep.run_result import ERROR
 from missionc.sweep.sweep_folder import Row, SweepFolder
 
 LEVEL = 0.05

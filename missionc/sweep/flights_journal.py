@@ -5,26 +5,86 @@ out  the flights that are over, by their numbers; a line more for those that are
 says MC706 MC707 MC763
 
 The first line says what the flights are of. Each line after it has the records of some flights with following numbers.
+
+Records of flights, from which what is said of trials can be made: numbers and words, in JSON and back.
+
+The states at the steps are not among them: of a flight that is not shown
+nobody needs them.
 """
 
 from __future__ import annotations
 
+import base64
+import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from missionc.base.judgement import Judgement
 from missionc.base.strict_json import NotJsonError, parse_json, parse_record
+from missionc.base.trace import Trace
 from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.unwritable import ANOTHER_FILE, cannot_write, reason, shown
+from missionc.output.folder.ownership import ANOTHER_FILE, cannot_write, reason, shown
 from missionc.pipeline.checkpoint_file import Identity, difference
 from missionc.simulate.judge_flight import Error, Flight
-from missionc.sweep import flight_records, wire_text
+from missionc.sweep import run_answer
 from missionc.sweep.append_journal import LARGEST, Journal, locked
 from missionc.verify.certificate import Check
+
+
+def written(flights: Iterable[Flight], curves: bool) -> bytes:
+    """The records; every number reads back as the same double.
+
+    Args:
+        curves: whether the error over time is among them.
+    """
+    return json.dumps([_record(each, curves) for each in flights], separators=(",", ":")).encode("ascii")
+
+
+def read(content: bytes, trace: Trace) -> list[Flight]:
+    """The flights of some records; ``trace`` stands for the states of each."""
+    return read_flights(parse_json(content, finite=False), trace)
+
+
+def read_flights(records: Iterable[dict[str, Any]], trace: Trace) -> list[Flight]:
+    """The same, of records that were read as JSON before.
+
+    Raises:
+        ValueError, KeyError, TypeError: one is none of a flight.
+    """
+    return [_flight(each, trace) for each in records]
+
+
+def _record(flight: Flight, curves: bool) -> dict[str, Any]:
+    return {
+        "error": [asdict(each) for each in flight.error],
+        "requirements": [asdict(each) for each in flight.requirements],
+        "preferences": [asdict(each) for each in flight.preferences],
+        "room": [asdict(each) for each in flight.room],
+        "largest": base64.b64encode(flight.largest.astype("<f8").tobytes()).decode("ascii") if curves else "",
+    }
+
+
+def _flight(record: dict[str, Any], trace: Trace) -> Flight:
+    return Flight(
+        tuple(Error(**each) for each in record["error"]),
+        np.frombuffer(base64.b64decode(record["largest"]), dtype="<f8").astype(np.float64),
+        trace,
+        _judgements(record["requirements"]),
+        _judgements(record["preferences"]),
+        tuple(Check(**{**each, "agents": tuple(each["agents"])}) for each in record["room"]),
+    )
+
+
+def _judgements(records: Sequence[dict[str, Any]]) -> tuple[Judgement, ...]:
+    return tuple(Judgement(**{**each, "agents": tuple(each["agents"])}) for each in records)
+
 
 SCHEMA = "missionc.flights/1"
 ANOTHER = "another file with `--journal`"
@@ -94,7 +154,7 @@ def opened(path: Path) -> Iterator[FlightsJournal | Diagnostic]:
 
 
 def _first(of: Identity) -> bytes:
-    return wire_text.one_line({"schema": SCHEMA, "run": dict(of)}).encode("ascii")
+    return run_answer.one_line({"schema": SCHEMA, "run": dict(of)}).encode("ascii")
 
 
 def _not_of(line: bytes, of: Identity) -> str:
@@ -109,7 +169,7 @@ def _not_of(line: bytes, of: Identity) -> str:
 def _flights(line: bytes, like: Flight) -> dict[int, Flight]:
     """The flights of a line, by their numbers."""
     document = parse_json(line, finite=False)
-    first, flights = document["first"], flight_records.flights(document["flights"], like.trace)
+    first, flights = document["first"], read_flights(document["flights"], like.trace)
     if type(first) is not int or not all(_alike(each, like) for each in flights):
         raise NotJsonError("its flights are not those of this team")
     return dict(enumerate(flights, first))

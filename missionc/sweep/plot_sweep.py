@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 from missionc.output.plot.figure_request import WIDTHS
 from missionc.output.plot.plot import GREY, rendered, style
 from missionc.output.plot.plot_strip import INCH, TEXT
-from missionc.sweep.group_statistics import SHARE, Group, Measure, measures, pooled
+from missionc.sweep.results_table import SHARE, Group, Measure, measures, pooled
+from missionc.sweep.run_grid import number_of
 from missionc.sweep.sweep_folder import Row
-from missionc.sweep.varied_values import number_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

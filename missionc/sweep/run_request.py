@@ -15,7 +15,7 @@ from missionc.base.limits import Limits
 from missionc.base.strict_json import parse_record
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
-from missionc.sweep import wire_text
+from missionc.sweep import run_answer
 
 SCHEMA = "missionc.run/1"
 TIME_LIMIT = Seconds(600.0)
@@ -99,14 +99,14 @@ def written(request: Request) -> str:
     document = {
         "schema": SCHEMA,
         "seconds": settings.time_limit * (2 if settings.flights else 1),
-        "files": wire_text.sent(settings.files),
+        "files": run_answer.sent(settings.files),
         "values": dict(request.values),
         "seed": request.seed,
         "engines": list(request.engines),
         "keep": settings.keep,
         **settings.shared,
     }
-    return wire_text.one_line(document)
+    return run_answer.one_line(document)
 
 
 def read(text: str) -> Request:
@@ -117,7 +117,7 @@ def read(text: str) -> Request:
     """
     document = parse_record(text, SCHEMA)
     settings = Settings(
-        wire_text.received(document["files"]),
+        run_answer.received(document["files"]),
         document["fixed"],
         Limits(**document["limits"]),
         document["backend"],

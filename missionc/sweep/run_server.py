@@ -28,7 +28,7 @@ from contextlib import suppress
 from missionc.base.signals import leave_signals
 from missionc.base.strict_json import parse_record
 from missionc.sweep import run_answer, run_request, trial_request
-from missionc.sweep.run_result import RunResult
+from missionc.sweep.run_answer import RunResult
 
 GRACE = 30.0
 """Seconds that a run may take beyond its limits; then its process is killed."""

@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from missionc.base.limits import Limits
-from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import Pieces
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MISSION, PAST
 from missionc.output.folder.manifest import sha256
@@ -28,11 +28,10 @@ from missionc.replay.simulate_folder import fly_here
 from missionc.simulate.judge_flight import Flight
 from missionc.simulate.trial_bounds import QUADROTOR
 from missionc.simulate.trials import Trial, Trials
-from missionc.sweep import executors, flight_records, run_answer, trial_request
+from missionc.sweep import flights_journal, run_answer, run_sweep, trial_request
 from missionc.sweep.carry_out_trials import FLOWN, RECORDS
-from missionc.sweep.executors import Pool
 from missionc.sweep.flights_journal import FlightsJournal
-from missionc.sweep.run_sweep import received
+from missionc.sweep.run_sweep import Pool, received
 from missionc.sweep.trial_request import TrialRequest
 
 MOST_TOGETHER = 1000
@@ -121,7 +120,7 @@ class SpreadTrials:
             over, left = wait(left, return_when=FIRST_COMPLETED)
             for future in over:
                 part = asked[future]
-                if executors.abandoned(future) and again[part.first] < executors.AGAIN:
+                if run_sweep.abandoned(future) and again[part.first] < run_sweep.AGAIN:
                     again[part.first] += 1
                     once_more = self.pool.submit(self._request(opened, part))
                     asked[once_more] = part
@@ -140,9 +139,9 @@ class SpreadTrials:
         if isinstance(answer, Diagnostic):
             raise NotFlown(answer)
         if answer.result.outcome != FLOWN:
-            raise NotFlown(executors.not_done(str(answer.result.values.get("says"))))
+            raise NotFlown(run_sweep.not_done(str(answer.result.values.get("says"))))
         records = dict(answer.result.files)[RECORDS]
-        flights = flight_records.read(records, shown.flights[0].trace)
+        flights = flights_journal.read(records, shown.flights[0].trace)
         wrong = self.journal.add(part.first, records, flights) if self.journal else None
         if wrong:
             raise NotFlown(wrong)

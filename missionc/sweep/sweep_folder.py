@@ -20,13 +20,13 @@ from typing import Any
 from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.diagnostics.code import OTHER_SWEEP, SWEEP_UNREADABLE
 from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.ownership import cannot_write, exists, reason, shown
 from missionc.output.folder.staging import NAME, sweep
-from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
 from missionc.output.folder.write_file import write_inside
-from missionc.sweep import wire_text
+from missionc.sweep import run_answer
 from missionc.sweep.append_journal import LARGEST, Journal, locked
+from missionc.sweep.run_answer import ERROR, OUTCOMES, RunResult
 from missionc.sweep.run_grid import Run
-from missionc.sweep.run_result import ERROR, OUTCOMES, RunResult
 from missionc.syntax.read_file import Absent, read_bytes
 
 SWEEP, SCHEMA = "sweep.json", "missionc.sweep/1"
@@ -60,7 +60,7 @@ class Row:
 
     def as_line(self) -> bytes:
         """The line of the journal."""
-        return wire_text.one_line(self.as_record()).encode("ascii")
+        return run_answer.one_line(self.as_record()).encode("ascii")
 
 
 @dataclass(frozen=True, slots=True)

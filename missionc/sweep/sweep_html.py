@@ -14,11 +14,11 @@ from pathlib import Path
 
 from missionc.base.figures import counted, decimals
 from missionc.output.report.render_page import asset
-from missionc.simulate.confidence_interval import Fraction
+from missionc.simulate.trials import Fraction
 from missionc.sweep.compare_sweeps import LEVEL, Comparison
-from missionc.sweep.group_statistics import Group, Measure, Spread, counts, measures
+from missionc.sweep.results_table import Group, Measure, Spread, counts, measures
+from missionc.sweep.run_answer import OUTCOMES
 from missionc.sweep.run_grid import words
-from missionc.sweep.run_result import OUTCOMES
 from missionc.sweep.sweep_folder import Row
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"

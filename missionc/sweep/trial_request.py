@@ -10,7 +10,7 @@ from missionc.base.limits import Limits
 from missionc.base.strict_json import parse_record
 from missionc.simulate.disturbance import Disturbance
 from missionc.simulate.trials import Trial
-from missionc.sweep import wire_text
+from missionc.sweep import run_answer
 
 SCHEMA = "missionc.trials/1"
 SECONDS = 3600.0
@@ -44,12 +44,12 @@ def written(request: TrialRequest) -> str:
         "engines": [],
         "versions": dict(request.versions),
         "manifest": dict(request.manifest),
-        "files": wire_text.sent(request.files),
+        "files": run_answer.sent(request.files),
         "trial": asdict(request.trial),
         "limits": asdict(request.limits),
         "curves": request.curves,
     }
-    return wire_text.one_line(document)
+    return run_answer.one_line(document)
 
 
 def read(text: str) -> TrialRequest:
@@ -62,6 +62,6 @@ def read(text: str) -> TrialRequest:
     drawn = document["trial"].pop("disturbance")
     lost = tuple((str(name), float(when)) for name, when in drawn.pop("lose"))
     trial = Trial(**document["trial"], disturbance=Disturbance(**drawn, lose=lost))
-    files = wire_text.received(document["files"])
+    files = run_answer.received(document["files"])
     limits = Limits(**document["limits"])
     return TrialRequest(document["manifest"], files, trial, limits, document["curves"], document["versions"])

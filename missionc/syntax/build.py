@@ -13,8 +13,7 @@ from missionc.base.source import Span
 from missionc.diagnostics.code import SYNTAX
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.syntax import ast
-from missionc.syntax.build_formula import FORMULAS, MisreadError, as_formula
-from missionc.syntax.build_quantity import QUANTITIES
+from missionc.syntax.build_formula import FORMULAS, QUANTITIES, MisreadError, as_formula
 from missionc.syntax.tokens import Token, quoted
 
 FORMATIONS = ("line", "chain", "circle", "grid", "star", "offsets", "distances")

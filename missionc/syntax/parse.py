@@ -17,14 +17,7 @@ from typing import TypeAlias, cast
 from missionc.base.late_dataclass import dataclass
 from missionc.base.limits import DEEPEST, Limits
 from missionc.base.source import Source, Span
-from missionc.diagnostics.code import (
-    DECLARED_AGAIN,
-    EMPTY,
-    FILE_TOO_LARGE,
-    INCLUDE_CYCLE,
-    INCLUDE_TOO_DEEP,
-    NESTED_TOO_DEEP,
-)
+from missionc.diagnostics import code as codes
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.syntax import ast, parse_table
 from missionc.syntax.build import FUNCTIONS, NESTS
@@ -237,7 +230,7 @@ def _start(finding: Diagnostic) -> int:
 
 def _empty(source: Source) -> Diagnostic:
     return Diagnostic(
-        EMPTY,
+        codes.EMPTY,
         "the mission says nothing: there is no declaration in the file",
         Label(Span(source, 0, 0)),
         help="start with `mission NAME`; `missionc explain MC003` shows a whole mission",
@@ -249,7 +242,7 @@ def _too_large(source: Source, sizes: list[int], chain: tuple[Span, ...], limits
     one = f"the file has {total} bytes"
     many = f"`{source.name}` is one too many: the {len(sizes)} files of the mission have {total} bytes so far"
     return Diagnostic(
-        FILE_TOO_LARGE,
+        codes.FILE_TOO_LARGE,
         f"{many if chain else one}; the limit is {limits.file_bytes}",
         Label(chain[-1] if chain else Span(source, 0, 0)),
         help=f"raise the limit: `--limit file_bytes={total}`",
@@ -260,7 +253,7 @@ def _too_deep(span: Span, limits: Limits) -> Diagnostic:
     raised = min(2 * limits.nesting, DEEPEST)
     more = f", or raise the limit: `--limit nesting={raised}`" if raised > limits.nesting else ""
     return Diagnostic(
-        NESTED_TOO_DEEP,
+        codes.NESTED_TOO_DEEP,
         f"nested more than {limits.nesting} deep",
         Label(span),
         help=f"name the inner part with `let`{more}",
@@ -272,9 +265,11 @@ def _cycle(name: str, chain: tuple[Span, ...]) -> Diagnostic:
     files = files[files.index(name) :]
     steps = chain[len(chain) - len(files) :]
     if len(files) == 1:
-        return Diagnostic(INCLUDE_CYCLE, f"`{name}` includes itself", Label(steps[-1]), help="delete the `include`")
+        return Diagnostic(
+            codes.INCLUDE_CYCLE, f"`{name}` includes itself", Label(steps[-1]), help="delete the `include`"
+        )
     return Diagnostic(
-        INCLUDE_CYCLE,
+        codes.INCLUDE_CYCLE,
         f"`{name}` includes itself by way of {', '.join(f'`{file}`' for file in files[1:])}",
         Label(steps[-1], f"`{name}` again"),
         tuple(Label(step, f"`{file}` is included here") for step, file in zip(steps, files[1:], strict=False)),
@@ -284,7 +279,7 @@ def _cycle(name: str, chain: tuple[Span, ...]) -> Diagnostic:
 
 def _included_twice(name: str, include: ast.Include, first: Span) -> Diagnostic:
     return Diagnostic(
-        DECLARED_AGAIN,
+        codes.DECLARED_AGAIN,
         f"`{name}` is included twice",
         Label(include.span),
         (Label(first, "included here already"),),
@@ -294,7 +289,7 @@ def _included_twice(name: str, include: ast.Include, first: Span) -> Diagnostic:
 
 def _includes_too_deep(chain: tuple[Span, ...], limits: Limits) -> Diagnostic:
     return Diagnostic(
-        INCLUDE_TOO_DEEP,
+        codes.INCLUDE_TOO_DEEP,
         f"includes within includes, {len(chain)} deep; the limit is {limits.include_depth}",
         Label(chain[-1]),
         help=f"include the files from the main one, or raise the limit: `--limit include_depth={len(chain)}`",

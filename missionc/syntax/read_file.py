@@ -24,27 +24,16 @@ from typing import Protocol
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.diagnostics.code import (
-    CHECKPOINT_UNREADABLE,
-    FILE_CHANGED,
-    FILE_TOO_LARGE,
-    FOLDER_UNREADABLE,
-    INCLUDE_NOT_ALLOWED,
-    MAP_UNREADABLE,
-    SCENARIO_UNUSABLE,
-    TRACE_UNREADABLE,
-    UNREADABLE,
-    Code,
-)
+from missionc.diagnostics import code as codes
 from missionc.diagnostics.model import Diagnostic, Label
 
 LIMITS = {
-    UNREADABLE: "file_bytes",
-    TRACE_UNREADABLE: "trace_bytes",
-    CHECKPOINT_UNREADABLE: "checkpoint_bytes",
-    FOLDER_UNREADABLE: "trace_bytes",
-    MAP_UNREADABLE: "map_bytes",
-    SCENARIO_UNUSABLE: "file_bytes",
+    codes.UNREADABLE: "file_bytes",
+    codes.TRACE_UNREADABLE: "trace_bytes",
+    codes.CHECKPOINT_UNREADABLE: "checkpoint_bytes",
+    codes.FOLDER_UNREADABLE: "trace_bytes",
+    codes.MAP_UNREADABLE: "map_bytes",
+    codes.SCENARIO_UNUSABLE: "file_bytes",
 }
 """The limit that a file of each kind may exceed, by the code that says it cannot be read."""
 
@@ -62,7 +51,7 @@ class Absent(Diagnostic):
 
 
 def read_bytes(
-    path: Path, name: str, limit: int, code: Code = UNREADABLE, cause: Span | None = None
+    path: Path, name: str, limit: int, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
 ) -> bytes | Diagnostic:
     """What a regular file holds, at most ``limit`` bytes of it.
 
@@ -86,14 +75,16 @@ def read_bytes(
 
 
 def read_text(
-    path: Path, name: str, limit: int, code: Code = UNREADABLE, cause: Span | None = None
+    path: Path, name: str, limit: int, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
 ) -> str | Diagnostic:
     """A file's text: UTF-8, with or without a byte order mark, without NUL; arguments as of ``read_bytes``."""
     content = read_bytes(path, name, limit, code, cause)
     return content if isinstance(content, Diagnostic) else text_of(content, name, code, cause)
 
 
-def text_of(content: bytes, name: str, code: Code = UNREADABLE, cause: Span | None = None) -> str | Diagnostic:
+def text_of(
+    content: bytes, name: str, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
+) -> str | Diagnostic:
     """The text that bytes are; arguments as of ``read_bytes``."""
     if b"\0" in content:
         return _unreadable(code, name, f"it is binary: byte {content.index(0) + 1} is zero", cause)
@@ -106,7 +97,7 @@ def text_of(content: bytes, name: str, code: Code = UNREADABLE, cause: Span | No
 
 def read_source(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
     """A mission file, within the limits."""
-    text = read_text(path, name, limits.file_bytes, UNREADABLE, cause)
+    text = read_text(path, name, limits.file_bytes, codes.UNREADABLE, cause)
     return text if isinstance(text, Diagnostic) else Source(name, text)
 
 
@@ -123,7 +114,7 @@ def data_of(content: bytes, name: str) -> Source:
 
 def read_data(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
     """A file that is no mission, within the limits."""
-    content = read_bytes(path, name, limits.map_bytes, MAP_UNREADABLE, cause)
+    content = read_bytes(path, name, limits.map_bytes, codes.MAP_UNREADABLE, cause)
     return content if isinstance(content, Diagnostic) else data_of(content, name)
 
 
@@ -136,16 +127,16 @@ def read_standard_input(limits: Limits) -> Source | Diagnostic:
         content = sys.stdin.buffer.read(limit + 1)
     except (OSError, ValueError) as error:
         why = _reason(error) if isinstance(error, OSError) else "standard input is closed"
-        return _unreadable(UNREADABLE, name, why, None)
+        return _unreadable(codes.UNREADABLE, name, why, None)
     if len(content) > limit:
-        return too_large(UNREADABLE, name, len(content), limit, more=True)
+        return too_large(codes.UNREADABLE, name, len(content), limit, more=True)
     text = text_of(content, name)
     return text if isinstance(text, Diagnostic) else Source(name, text)
 
 
 def closed_input() -> Diagnostic:
     """The refusal of standard input that was closed when the process started: Python has no such file then."""
-    return _unreadable(UNREADABLE, "<stdin>", "standard input is closed", None)
+    return _unreadable(codes.UNREADABLE, "<stdin>", "standard input is closed", None)
 
 
 def loader(main: Path, name: str, limits: Limits) -> Loader:
@@ -167,7 +158,7 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
         try:
             path = leads.get(span.source.name) or (paths[span.source.name].parent / written).resolve()
         except (OSError, RuntimeError, ValueError):
-            return _unreadable(UNREADABLE, written, "its links lead nowhere", span)
+            return _unreadable(codes.UNREADABLE, written, "its links lead nowhere", span)
         # Whether a file outside exists is nobody's business, so this comes before any look at it.
         if not path.is_relative_to(root):
             return _not_allowed(written, "it lies outside the mission's own folder", span)
@@ -207,12 +198,12 @@ def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> 
         shown = f"{folder}/{name}"
         if name not in files:
             absent = "it is not one of the mission's files"
-            return _unreadable(MAP_UNREADABLE if data else UNREADABLE, shown, absent, cause, absent=True)
+            return _unreadable(codes.MAP_UNREADABLE if data else codes.UNREADABLE, shown, absent, cause, absent=True)
         if data and not _leads(files[name]):
             return data_of(files[name], shown)
         if len(files[name]) > limits.file_bytes:
-            return too_large(UNREADABLE, shown, len(files[name]), limits.file_bytes, cause)
-        text = text_of(files[name], shown, UNREADABLE, cause)
+            return too_large(codes.UNREADABLE, shown, len(files[name]), limits.file_bytes, cause)
+        text = text_of(files[name], shown, codes.UNREADABLE, cause)
         return text if isinstance(text, Diagnostic) else Source(shown, text)
 
     def load(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
@@ -241,7 +232,7 @@ def strange(written: str) -> bool:
     return PurePosixPath(written).is_absolute() or not written or "\0" in written or "\\" in written
 
 
-def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: Code) -> bytes | Diagnostic:
+def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: codes.Code) -> bytes | Diagnostic:
     """What an open file holds; arguments as of ``read_bytes``.
 
     Raises:
@@ -261,20 +252,20 @@ def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: Code)
 
 
 def too_large(
-    code: Code, name: str, size: int, limit: int, cause: Span | None = None, *, more: bool = False
+    code: codes.Code, name: str, size: int, limit: int, cause: Span | None = None, *, more: bool = False
 ) -> Diagnostic:
     """What is said of ``size`` bytes, or ``more`` of which nobody knows how many, where ``limit`` are allowed."""
     limited = LIMITS.get(code)
     raised = f"allow more with `--limit {limited}={'BYTES' if more else size}`" if limited else "give a smaller file"
     return Diagnostic(
-        FILE_TOO_LARGE,
+        codes.FILE_TOO_LARGE,
         f"`{name}` has {size} bytes{' or more' if more else ''}; the limit is {limit}",
         Label(cause, "asked for here") if cause else None,
-        help=f"split the mission with `include`, or {raised}" if code is UNREADABLE else raised,
+        help=f"split the mission with `include`, or {raised}" if code is codes.UNREADABLE else raised,
     )
 
 
-def cannot_read(code: Code, name: str, error: OSError, cause: Span | None = None) -> Diagnostic:
+def cannot_read(code: codes.Code, name: str, error: OSError, cause: Span | None = None) -> Diagnostic:
     """What is said where the system refuses to open or read a file."""
     return _unreadable(code, name, _reason(error), cause, absent=error.errno == errno.ENOENT)
 
@@ -303,13 +294,13 @@ def _reason(error: OSError) -> str:
     return words[:1].lower() + words[1:]
 
 
-def _unreadable(code: Code, name: str, reason: str, cause: Span | None, *, absent: bool = False) -> Diagnostic:
+def _unreadable(code: codes.Code, name: str, reason: str, cause: Span | None, *, absent: bool = False) -> Diagnostic:
     return (Absent if absent else Diagnostic)(
         code,
         f"cannot read `{name}`: {reason}",
         Label(cause, "asked for here") if cause else None,
         help="give a file that is there and can be read"
-        if code in (CHECKPOINT_UNREADABLE, FOLDER_UNREADABLE, MAP_UNREADABLE)
+        if code in (codes.CHECKPOINT_UNREADABLE, codes.FOLDER_UNREADABLE, codes.MAP_UNREADABLE)
         else "give a file of UTF-8 text that is there and can be read",
     )
 
@@ -317,7 +308,7 @@ def _unreadable(code: Code, name: str, reason: str, cause: Span | None, *, absen
 def changed_meanwhile(name: str, cause: Span | None = None) -> Diagnostic:
     """What to say of a file that somebody writes to while it is read, or before what was made of it is written."""
     return Diagnostic(
-        FILE_CHANGED,
+        codes.FILE_CHANGED,
         f"`{name}` changed while it was read",
         Label(cause, "asked for here") if cause else None,
         help="run the command again when nothing writes to the file",
@@ -326,7 +317,7 @@ def changed_meanwhile(name: str, cause: Span | None = None) -> Diagnostic:
 
 def _not_allowed(written: str, reason: str, span: Span) -> Diagnostic:
     return Diagnostic(
-        INCLUDE_NOT_ALLOWED,
+        codes.INCLUDE_NOT_ALLOWED,
         f"`{written}` cannot be included: {reason}",
         Label(span),
         help="include a file in the mission's own folder or below it, by a relative path",

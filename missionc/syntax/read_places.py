@@ -47,7 +47,7 @@ class Files:
         first = self._read(file.path, file.span)
         if isinstance(first, Diagnostic):
             return first
-        from missionc.maps.companions import companion  # few missions have a map
+        from missionc.maps.map_metadata import companion  # few missions have a map
 
         other = companion(file.path, first)
         if other.path == "":

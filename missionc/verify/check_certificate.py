@@ -17,11 +17,10 @@ from dataclasses import asdict
 from typing import Any, TypeAlias
 
 from missionc.base.strict_json import NotJsonError, is_number, parse_record
-from missionc.verify.certificate import Certificate, Check, Figure
+from missionc.verify.certificate import CERTAIN, Certificate, Check, Figure
 from missionc.verify.compare_documents import close, difference, shown
 from missionc.verify.proof.branch_and_bound import SHARE
 from missionc.verify.proof.proof_boxes import Boxes, fault
-from missionc.verify.tolerances import CERTAIN
 
 SCHEMA = "missionc.certificate/2"
 

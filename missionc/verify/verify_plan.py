@@ -19,10 +19,9 @@ from missionc.monitoring.monitor import monitor
 from missionc.verify.between.between_steps import verify_between
 from missionc.verify.certificate import Certificate, Check, Figure
 from missionc.verify.flight.verify_polynomials import verify_polynomials
-from missionc.verify.plan.agent_separation import check_separation
 from missionc.verify.plan.algebraic_connectivity import connectivity
+from missionc.verify.plan.clearances import check_obstacles, check_separation
 from missionc.verify.plan.lanes_kept import check_lanes_kept
-from missionc.verify.plan.obstacle_clearance import check_obstacles
 from missionc.verify.plan.requirements_at_steps import check_requirements
 from missionc.verify.plan.starts_and_finishes import check_places, check_world
 from missionc.verify.plan.step_dynamics import check_dynamics, check_shape

@@ -14,7 +14,7 @@ from itertools import product
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Shape, Vector, World
 from missionc.world import plain_floats
-from missionc.world.area import SURE
+from missionc.world.configuration_space import SURE
 from missionc.world.height_layers import extent
 from missionc.world.plain_floats import Place
 from missionc.world.signed_distance import signed_distance

@@ -19,23 +19,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from missionc import ir
 from missionc.base.late_dataclass import dataclass
 from missionc.base.trace import Array, Flags
-from missionc.ir import (
-    Ball,
-    Box,
-    Difference,
-    Disc,
-    Intersection,
-    Mission,
-    Obstacle,
-    Path,
-    Polygon,
-    Prism,
-    Shape,
-    Still,
-    Union,
-)
 from missionc.world.displacement import displaced
 
 Indices = NDArray[np.int64]
@@ -80,7 +66,7 @@ class Column:
         return np.array(low[:dimension]), np.array(high[:dimension])
 
 
-Solid = Column | Ball
+Solid = Column | ir.Ball
 """What obstacles are made of."""
 
 
@@ -108,26 +94,26 @@ class Motions:
         return bulge
 
 
-def solids(shape: Shape) -> tuple[Solid, ...]:
+def solids(shape: ir.Shape) -> tuple[Solid, ...]:
     """What a shape is made of: its points, or (where a disc or ball is cut) a few more."""
-    everywhere = Prism(-math.inf, math.inf)
+    everywhere = ir.Prism(-math.inf, math.inf)
     match shape:
-        case Box(low, high):
-            heights = Prism(low[2], high[2]) if len(low) == 3 else everywhere
+        case ir.Box(low, high):
+            heights = ir.Prism(low[2], high[2]) if len(low) == 3 else everywhere
             return (Column(shapely.box(low[0], low[1], high[0], high[1]), 0.0, heights.low, heights.high),)
-        case Disc(centre, radius, band):
+        case ir.Disc(centre, radius, band):
             heights = band or everywhere
             return (Column(shapely.Point(centre[0], centre[1]), radius, heights.low, heights.high),)
-        case Polygon(corners, band):
+        case ir.Polygon(corners, band):
             heights = band or everywhere
             return (Column(shapely.Polygon(corners), 0.0, heights.low, heights.high),)
-        case Ball():
+        case ir.Ball():
             return (shape,)
-        case Union(left, right):
+        case ir.Union(left, right):
             return solids(left) + solids(right)
-        case Intersection(left, right):
+        case ir.Intersection(left, right):
             return tuple(both for one in solids(left) for other in solids(right) for both in _common(one, other))
-        case Difference(left, right):
+        case ir.Difference(left, right):
             rest = solids(left)
             for other in solids(right):
                 rest = tuple(piece for one in rest for piece in _without(one, other))
@@ -179,12 +165,12 @@ def _rectangles(low: Array, high: Array) -> NDArray[np.object_]:
     return rectangles
 
 
-def standing_solids(mission: Mission) -> tuple[Solid, ...]:
+def standing_solids(mission: ir.Mission) -> tuple[Solid, ...]:
     """The parts of all obstacles that stand still, those that grow as they are at first."""
     return tuple(
         solid
         for obstacle in mission.obstacles
-        if isinstance(obstacle.motion, Still)
+        if isinstance(obstacle.motion, ir.Still)
         for solid in solids(obstacle.shape)
     )
 
@@ -197,7 +183,7 @@ def clear_motions(obstacles: tuple[Solid, ...], motions: Motions, step: float, m
     return clear
 
 
-def clear_of_movers(mission: Mission, motions: Motions, margin: float) -> Flags:
+def clear_of_movers(mission: ir.Mission, motions: Motions, margin: float) -> Flags:
     """Which motions keep ``margin`` metres from the obstacles that move or grow, by the step at which they start.
 
     Returns:
@@ -218,7 +204,7 @@ def clear_of_movers(mission: Mission, motions: Motions, margin: float) -> Flags:
     return clear
 
 
-def clear_places(mission: Mission, position: Array, margin: float, steps: Sequence[int]) -> Flags:
+def clear_places(mission: ir.Mission, position: Array, margin: float, steps: Sequence[int]) -> Flags:
     """Which places keep ``margin`` metres from the obstacles that move or grow at these steps.
 
     Args:
@@ -239,9 +225,9 @@ def clear_places(mission: Mission, position: Array, margin: float, steps: Sequen
     return clear
 
 
-def _straight(obstacle: Obstacle, motions: Motions, begin: float, until: float) -> Iterator[tuple[float, float]]:
+def _straight(obstacle: ir.Obstacle, motions: Motions, begin: float, until: float) -> Iterator[tuple[float, float]]:
     """The times between which the obstacle's path and, nearly, the motions are straight, and it hardly grows."""
-    path = obstacle.motion.times if isinstance(obstacle.motion, Path) else ()
+    path = obstacle.motion.times if isinstance(obstacle.motion, ir.Path) else ()
     corners = [begin, *(time for time in path if begin < time < until), until]
     for first, last in pairwise(corners):
         yield from pairwise(_chords(motions, first, last, obstacle.growth))
@@ -263,7 +249,7 @@ def _bounds(solid: Solid, dimension: int) -> tuple[Array, Array]:
 
 def _touches(solid: Solid, start: Array, end: Array, margin: Array) -> Flags:
     """Which segments come closer than ``margin``."""
-    if isinstance(solid, Ball):
+    if isinstance(solid, ir.Ball):
         along = end - start
         square = np.sum(along * along, axis=1)
         part = np.sum((solid.centre - start) * along, axis=1) / np.where(square > 0, square, 1.0)
@@ -308,14 +294,14 @@ def _regular(column: Column, radius: float) -> shapely.Geometry:
 
 
 def _common(one: Solid, other: Solid) -> tuple[Solid, ...]:
-    if isinstance(one, Ball) or isinstance(other, Ball):
-        return (one,) if isinstance(one, Ball) else (other,)
+    if isinstance(one, ir.Ball) or isinstance(other, ir.Ball):
+        return (one,) if isinstance(one, ir.Ball) else (other,)
     base = shapely.intersection(_around(one), _around(other))
     return _column(base, max(one.low, other.low), min(one.high, other.high))
 
 
 def _without(one: Solid, other: Solid) -> tuple[Solid, ...]:
-    if isinstance(one, Ball) or isinstance(other, Ball):
+    if isinstance(one, ir.Ball) or isinstance(other, ir.Ball):
         return (one,)
     apart = min(one.high, other.high) <= max(one.low, other.low)
     if apart or shapely.disjoint(_around(one), _around(other)):

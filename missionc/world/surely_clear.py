@@ -11,7 +11,7 @@ from itertools import combinations
 
 from missionc.ir import Mission, Obstacle, Vector
 from missionc.world import plain_floats
-from missionc.world.area import MANY, SURE
+from missionc.world.configuration_space import MANY, SURE
 from missionc.world.displacement import displaced
 from missionc.world.plain_floats import Place
 from missionc.world.signed_distance import measured_outside, signed_distance

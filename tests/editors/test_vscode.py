@@ -15,7 +15,7 @@ import pytest
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.diagnostics.code import Severity
-from missionc.lsp.outline import Outline
+from missionc.lsp.open_text import Outline
 from missionc.lsp.scene.scene import scene
 from missionc.pipeline import front_end
 from missionc.version import __version__

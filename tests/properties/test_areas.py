@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from missionc.base.units import Metres
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, World
-from missionc.world.area import SURE, Area
-from missionc.world.configuration_space import Atlas, common, covers, disjoint, empty, without
+from missionc.world.configuration_space import SURE, Area, Atlas, common, covers, disjoint, empty, without
 from tests.support.random_runs import SPAN
 
 COORDINATES = st.sampled_from([0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.5, 6.0])

@@ -27,8 +27,17 @@ from missionc.monitoring.evaluate import Evaluation as Truth
 from missionc.monitoring.logic import TRUTH, Values
 from missionc.monitoring.monitor import truths
 from missionc.verify.between.between_steps import between_steps
-from missionc.verify.between.interval_sets import Signal, Spans, looking_back, of_parts, sometime, throughout, until
-from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.verify.between.interval_sets import (
+    STEP,
+    Motion,
+    Signal,
+    Spans,
+    looking_back,
+    of_parts,
+    sometime,
+    throughout,
+    until,
+)
 from missionc.verify.between.truth_over_time import Evaluation
 from tests.support.random_runs import SPAN, Case, cases, mission_of, trace_of
 

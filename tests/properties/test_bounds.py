@@ -11,8 +11,8 @@ import pytest
 from hypothesis import HealthCheck, event, given, settings
 
 from missionc.backends.api import Budget
-from missionc.backends.cover import least_duration as module
-from missionc.backends.cover.least_duration import least_duration
+from missionc.backends.cover import refute as module
+from missionc.backends.cover.refute import least_duration
 from missionc.backends.run_account import Account
 from missionc.checks.lower_bounds import lower_bounds
 from missionc.ir import Mission

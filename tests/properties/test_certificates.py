@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from missionc.backends.api import Budget
 from missionc.backends.cover.cover import build_cover
 from missionc.backends.cover.motion_caps import motion_caps
-from missionc.backends.cover.question import Question
+from missionc.backends.cover.refute import Question
 from missionc.backends.cover.relax_kernel import relaxed
 from missionc.backends.run_account import Account
 from missionc.backends.smt.sat.solve import Solvers
@@ -26,7 +26,7 @@ from missionc.verify.impossibility.check_motion import inflated
 from missionc.verify.impossibility.check_refutation import check_cover
 from missionc.verify.impossibility.cnf import Cnf
 from missionc.verify.impossibility.cover_document import ClaimedCover, document, read_cover
-from missionc.verify.impossibility.encode_motion import encode_motion
+from missionc.verify.impossibility.encode_formulas import encode_motion
 from tests.support.motions_with_missions import Planned, on_a_grid, under_way
 
 pysat = pytest.importorskip("pysat.solvers")

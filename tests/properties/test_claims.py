@@ -11,17 +11,13 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.curves.piecewise_polynomials import Curves, Indices, values
-from missionc.verify.flight.body_clearance import clear_of
 from missionc.verify.flight.flight_curves import Flight, seen_from
-from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
-from missionc.verify.flight.prove_claim import MANY, prove
-from missionc.verify.flight.vehicle_claims import limits
+from missionc.verify.flight.joint_claims import clear_of, downwash, obstacles, separation, world
+from missionc.verify.flight.verify_polynomials import MANY, limits, prove
 from missionc.verify.plan.obstacle_bodies import solid
 from missionc.verify.proof import branch_and_bound as search
-from missionc.verify.proof.branch_and_bound import branch_and_bound
-from missionc.verify.proof.claims import Claim, Judge
-from missionc.verify.proof.interval_margins import at_least, at_most, between, in_band, upright
-from missionc.verify.proof.proof_boxes import bound_on, boxes_of, fault
+from missionc.verify.proof.branch_and_bound import Claim, Judge, branch_and_bound
+from missionc.verify.proof.proof_boxes import at_least, at_most, between, bound_on, boxes_of, fault, in_band, upright
 from tests.support.legal_plans import mission_of, moving, still
 
 SEEDS = st.integers(0, 10_000)

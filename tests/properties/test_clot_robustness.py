@@ -48,7 +48,7 @@ from missionc.backends.clot.cost_graph.motion_batch import States, team, velocit
 from missionc.backends.clot.cost_graph.robustness import Robustness, over, until
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
-from missionc.language.margins.spanning_trees import spanning_tree
+from missionc.language.margins.connected import spanning_tree
 
 torch.set_num_threads(1)
 seeds = st.integers(0, 2**32 - 1)

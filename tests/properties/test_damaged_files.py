@@ -19,19 +19,18 @@ from missionc.closed_loop.scenario import read_scenario
 from missionc.diagnostics.model import Diagnostic
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.live.mcap_poses import FOXGLOVE, McapPoses
-from missionc.monitoring.live.read_samples import SampleReader, UnusableError
-from missionc.monitoring.read_flown import read_flown
+from missionc.monitoring.live.samples import SampleReader, UnusableError
+from missionc.monitoring.read_trace import read_flown
 from missionc.output.documents.safe_end_json import read_safe_end
 from missionc.pipeline.checkpoint_file import from_bytes, to_bytes
 from missionc.progression.past_document import Flown, Past, past_json, read_past
 from missionc.progression.stretches import Stretch
 from missionc.simulate.judge_flight import Error, Flight
-from missionc.sweep import flight_records, flights_journal
+from missionc.sweep import flights_journal
 from missionc.sweep.flights_journal import FlightsJournal
-from missionc.sweep.group_statistics import groups
-from missionc.sweep.results_table import Table
+from missionc.sweep.results_table import Table, groups
+from missionc.sweep.run_answer import RunResult
 from missionc.sweep.run_grid import Run
-from missionc.sweep.run_result import RunResult
 from missionc.sweep.sweep_folder import JOURNAL, SWEEP, Row, SweepFolder, begin, read_sweep
 from missionc.verify.certificate import Check
 from tests.support.legal_plans import mission_of
@@ -97,7 +96,7 @@ def documents() -> Mapping[str, tuple[bytes, Callable[[bytes, Path], object]]]:
     begins = {name: np.zeros((5, 4)) for name in NAMES}
     past = past_json(Past((Flown(Stretch(STATES, (), (), {NAMES[0]: 0.5}, begins), NAMES, 1.0, {"a": "b"}, begins),)))
     row = Row(RUN, RunResult("planned", {"seconds": 1.5, "says": ""}, {"nodes": 3}))
-    lines = flights_journal._first(IDENTITY) + b'\n{"first":1,"flights":%s}\n' % flight_records.written([FLOWN], False)
+    lines = flights_journal._first(IDENTITY) + b'\n{"first":1,"flights":%s}\n' % flights_journal.written([FLOWN], False)
     pose = {
         "timestamp": {"sec": 5, "nsec": 7},
         "pose": {"position": dict.fromkeys("xyz", 1.0), "orientation": dict.fromkeys("xyzw", 0.5)},

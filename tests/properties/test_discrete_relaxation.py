@@ -14,7 +14,7 @@ from tests.support.random_runs import SPAN, Case, as_planned, cases, mission_of
 
 pytest.importorskip("torch")
 
-from missionc.backends.hybrid.discrete_relaxation import discrete
+from missionc.backends.hybrid.backend import discrete
 
 
 def truths(case: Case, formula: ir.Formula) -> tuple[bool, list[bool], bool]:

@@ -12,14 +12,13 @@ from hypothesis import given, settings
 from missionc import ir
 from missionc.base.units import Steps
 from missionc.checks.check_horizons import steps_ahead
-from missionc.explain.explanation import document, explained, lines
+from missionc.explain.explanation import document, explained, lines, traps_of
 from missionc.explain.sentences import MOST_PARTS, Sentences, sentences
-from missionc.explain.traps import traps_of
 from missionc.explain.window_diagram import WIDTH, draw, windows
 from missionc.language.operator import Bounds
 from missionc.language.operators import OPERATORS, by_name
 from missionc.language.walk_formulas import bottom_up, goals, reaches_back
-from missionc.resolve.show_ir_formula import show_formula
+from missionc.resolve.show_ir import show_formula
 from missionc.syntax.ast import Metric
 from tests.support.random_flight_missions import random_mission
 from tests.support.random_runs import BASE, FIELD, SPAN, Case, cases, mission_of

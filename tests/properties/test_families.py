@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.pipeline.front_end import check
-from missionc.resolve.context import Context
-from missionc.resolve.names import collect
-from missionc.resolve.resolve_parameters import resolve_parameters
+from missionc.resolve.context import Context, collect
+from missionc.resolve.resolve_quantities import resolve_parameters
 from missionc.resolve.show_ir import show_ir
 from missionc.syntax.parse import parse
 from tests.support.flat_families import HEAD, MOVES, flat

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.backends.hybrid.discrete_relaxation import discrete
+from missionc.backends.hybrid.backend import discrete
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Steps
 from missionc.ir import Mission

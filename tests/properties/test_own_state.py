@@ -20,7 +20,7 @@ from missionc.kernel.normal_form import negated
 from missionc.language.operators import by_name
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import robustness, truth
-from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.verify.between.interval_sets import STEP, Motion
 from missionc.verify.between.truth_over_time import Evaluation
 from tests import reference
 from tests.support.random_runs import (

@@ -15,8 +15,8 @@ from missionc.kernel.nodes import Kernel
 from missionc.language.operator import Operator
 from missionc.language.operators import OPERATORS
 from missionc.lower.expand import expand
-from missionc.monitoring.live.plan_forecast import PlanForecast
 from missionc.monitoring.live.samples import StepState
+from missionc.monitoring.live.session import PlanForecast
 from missionc.monitoring.monitor import monitor
 from tests.support.random_runs import SPAN, Case, cases
 

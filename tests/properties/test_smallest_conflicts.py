@@ -22,7 +22,7 @@ from missionc.backends.smt.subset_questions import SubsetQuestions, Unknown
 from missionc.base.source import Source
 from missionc.cli.summary import compiled_document
 from missionc.pipeline import driver
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.no_plan import impossible
 from missionc.pipeline.results import Blame, Compiled, Explained, Trial
 from tests.support.exhaustive_lanes import missions_on_lanes, satisfiable

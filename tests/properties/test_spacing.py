@@ -18,7 +18,7 @@ from missionc.base.units import Metres, Seconds
 from missionc.curves.piecewise_polynomials import motion
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import driver
-from missionc.verify.plan.agent_separation import check_separation
+from missionc.verify.plan.clearances import check_separation
 from missionc.world.placement_conflicts import too_close
 from missionc.world.relative_motion import closest_approach
 from missionc.world.required_separation import SpacingTable

@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from missionc.maps.vectorise import Cells, vectorise, without_holes
+from missionc.maps.occupancy_grid import Cells, vectorise, without_holes
 from missionc.resolve.polygon_faults import SIMPLE, fault
 
 ROUNDING = 1e-6

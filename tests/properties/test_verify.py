@@ -22,10 +22,10 @@ from missionc.monitoring.read_trace import read_trace
 from missionc.output.folder.file_names import file_names
 from missionc.pipeline import driver
 from missionc.pipeline.results import Verified
-from missionc.verify.plan import obstacle_clearance
+from missionc.verify.plan import clearances
+from missionc.verify.plan.clearances import check_obstacles
 from missionc.verify.plan.conservative_advancement import least
 from missionc.verify.plan.obstacle_bodies import solid
-from missionc.verify.plan.obstacle_clearance import check_obstacles
 from missionc.verify.verify_plan import verify, verify_polynomials
 from tests.support.legal_plans import NOTHING, mission_of, moved, moving, still, straight, wandering
 
@@ -64,7 +64,7 @@ def test_who_is_far_from_an_obstacle_need_not_be_looked_at(
     mission = replace(mission, obstacles=(obstacle,))
     curves = motion(mission, trace)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(obstacle_clearance, "NEAREST", 1)
+        patched.setattr(clearances, "NEAREST", 1)
         (one,) = check_obstacles(mission, curves)
     (every,) = check_obstacles(mission, curves)
     assert one.margin == pytest.approx(every.margin, abs=2e-6 + 2e-3 * abs(every.margin))

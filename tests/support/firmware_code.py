@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.simulate import firmware_setpoints, quadrotor
+from missionc.curves.piecewise_polynomials import Pieces
+from missionc.simulate import disturbance, quadrotor
 from missionc.simulate.quadrotor import Vehicle, at_rest, moved
 
 SOURCES = "MISSIONC_FIRMWARE"
@@ -231,7 +231,7 @@ def heavier(firmware: Firmware, share: float, seconds: float) -> Array:
     vehicle = Vehicle()
     state = at_rest(vehicle, np.array([[0.0], [0.0], [1.0]]), np.zeros(1))
     told = np.zeros(13)
-    told[firmware_setpoints.POSITION] = (0, 0, 1)
+    told[disturbance.POSITION] = (0, 0, 1)
     firmware.begin()
     heights = []
     for _ in range(round(seconds * 500)):

@@ -13,9 +13,9 @@ import numpy as np
 from missionc.base.trace import Array, Flags
 from missionc.ir import Agent, Exactly, Mission
 from missionc.kernel.nodes import Goal, Kernel
+from missionc.verify.certificate import MOTION
 from missionc.verify.impossibility.bodies import blocked
-from missionc.verify.impossibility.check_bodies import check_pairs
-from missionc.verify.impossibility.check_labels import CheckedLabels
+from missionc.verify.impossibility.check_bodies import CheckedLabels, check_pairs
 from missionc.verify.impossibility.check_motion import (
     MotionLimits,
     check_absent,
@@ -28,7 +28,6 @@ from missionc.verify.impossibility.cnf import Cnf
 from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover, Label
 from missionc.verify.impossibility.encode_formulas import Never, refutation
 from missionc.verify.impossibility.intervals import Boxes, Interval
-from missionc.verify.tolerances import MOTION
 
 
 def boldest(mission: Mission, kernel: Kernel, cells: int, draw: random.Random) -> ClaimedCover:

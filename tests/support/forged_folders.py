@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.curves.crazyflie_csv import COLUMNS
+from missionc.curves.piecewise_polynomials import COLUMNS
 from missionc.curves.smooth_splines import control_points_of
 
 Files: TypeAlias = dict[str, bytes]

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.curves.crazyflie_csv import Pieces, written
+from missionc.curves.piecewise_polynomials import Pieces, written
 from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.output.export.verified_flight import Flight, Part, flight
 from tests.support.legal_plans import NOTHING, mission_of, straight, wandering

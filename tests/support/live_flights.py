@@ -7,7 +7,7 @@ import json
 from missionc.base.source import Source
 from missionc.monitoring.live.session import Session
 from missionc.pipeline import driver
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 
 FLIGHT = """mission flight
 time  step 1 s, horizon 4 s

@@ -22,8 +22,7 @@ from missionc.kernel.nodes import Goal, Kernel, Node
 from missionc.kernel.normal_form import negated
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import monitor
-from missionc.verify.plan.agent_separation import check_separation
-from missionc.verify.plan.obstacle_clearance import check_obstacles
+from missionc.verify.plan.clearances import check_obstacles, check_separation
 from tests.support import random_runs
 from tests.support.legal_plans import mission_of, moving, pushed, still, straight, wandering
 from tests.support.random_runs import SPAN, as_planned

@@ -17,7 +17,7 @@ from missionc.base.source import Source
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.pipeline import driver
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 
 HORIZON = 10
 """Seconds, and steps: of every one of these missions."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.monitoring.read_flown import read_flown
+from missionc.monitoring.read_trace import read_flown
 from missionc.output.folder.file_names import flights_in
 from missionc.pipeline.driver import compile
 from missionc.pipeline.replan.patch import patched

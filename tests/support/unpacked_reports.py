@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from missionc.base.source import Source
 from missionc.base.trace import Plan, Trace
-from missionc.curves.crazyflie_csv import COLUMNS
+from missionc.curves.piecewise_polynomials import COLUMNS
 from missionc.output.folder.file_names import SIMULATION_SCHEMA
 from missionc.output.report.pack import FAR, PER_METRE
 from missionc.output.report.report_html import Plotted

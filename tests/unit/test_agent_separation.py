@@ -11,9 +11,8 @@ import pytest
 from missionc import ir
 from missionc.base.units import Metres
 from missionc.curves.piecewise_polynomials import Curves, motion
-from missionc.verify.certificate import Check
-from missionc.verify.plan.agent_separation import check_separation, near_pairs, pair_margins, relative_margins
-from missionc.verify.tolerances import CERTAIN
+from missionc.verify.certificate import CERTAIN, Check
+from missionc.verify.plan.clearances import check_separation, near_pairs, pair_margins, relative_margins
 from tests.support.legal_plans import mission_of, straight
 
 

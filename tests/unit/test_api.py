@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import missionc
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.results import Compiled, Monitored
 from tests.support.small_missions import CONFLICT, SMALL, WRONG, parked
 

@@ -12,9 +12,8 @@ from missionc import ir
 from missionc.base.units import Metres, Seconds
 from missionc.ir.predicates import Compare, Coordinate, DistanceTo, Facing, Feature, Flagged, Level, Speed
 from missionc.monitoring.live import atom_bounds
-from missionc.monitoring.live.atom_bounds import AtomBounds
+from missionc.monitoring.live.atom_bounds import AtomBounds, Cells
 from missionc.monitoring.live.bounds import denied, of_measure
-from missionc.monitoring.live.horizon_cells import Cells
 from missionc.monitoring.live.team_state import TeamState
 from tests.support.random_runs import SPAN, mission_of
 

@@ -31,8 +31,7 @@ from missionc.ir.predicates import (
 )
 from missionc.verify.between import atoms
 from missionc.verify.between.atoms import atom_signals, link_signals
-from missionc.verify.between.interval_sets import Signal
-from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.verify.between.interval_sets import STEP, Motion, Signal
 from tests.support.random_runs import SPAN, mission_of
 
 END = 2 * STEP

@@ -21,9 +21,8 @@ from missionc.kernel.walk import postorder
 from missionc.pipeline.driver import check, compile
 from missionc.pipeline.results import Refused, Verified
 from missionc.verify.between.between_steps import between_steps
-from missionc.verify.between.counterexample import Culprit
-from missionc.verify.between.counterexample_text import sentence
-from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.verify.between.counterexample import Culprit, sentence
+from missionc.verify.between.interval_sets import STEP, Motion
 from missionc.verify.certificate import Between, Verdict
 
 HEAD = """\

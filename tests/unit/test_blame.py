@@ -11,8 +11,8 @@ import pytest
 from missionc.ir.predicates import Compare, Coordinate
 from missionc.kernel.nodes import All, Always, At, Atom, Is, Node, Not
 from missionc.kernel.nodes import Any as Some
-from missionc.monitoring.blame import Blame
 from missionc.monitoring.monitor import truth
+from missionc.monitoring.verdict_table import Blame
 from missionc.output.region_roles import region_roles
 from missionc.output.report.report_html import data
 from tests.support.random_runs import mission_of, trace_of

@@ -13,8 +13,8 @@ from missionc.base.trace import Array
 from missionc.curves.bernstein_intervals import Enclosed
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
-from missionc.verify.flight.body_clearance import box_clear_of, clear_of, clear_of_growing
-from missionc.verify.proof.claims import Bounds
+from missionc.verify.flight.joint_claims import box_clear_of, clear_of, clear_of_growing
+from missionc.verify.proof.branch_and_bound import Bounds
 
 ALLOWANCE = 2.0**-40
 HUGE = 2.0**40

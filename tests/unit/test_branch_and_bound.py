@@ -12,8 +12,15 @@ from missionc.base.trace import Array
 from missionc.curves.bernstein_intervals import Enclosed
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.verify.proof import branch_and_bound as search
-from missionc.verify.proof.branch_and_bound import Parts, branch_and_bound, failing_pieces
-from missionc.verify.proof.claims import Bounds, Claim, everyone, of_agents
+from missionc.verify.proof.branch_and_bound import (
+    Bounds,
+    Claim,
+    Parts,
+    branch_and_bound,
+    everyone,
+    failing_pieces,
+    of_agents,
+)
 
 Margin = Callable[[Indices, Array, Array], tuple[Array, Array, Array]]
 """The margin of items, from a share of the piece to another one."""

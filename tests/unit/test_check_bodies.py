@@ -15,8 +15,7 @@ from missionc.ir import Ball, Box, Difference, Disc, Intersection, Shape, Union
 from missionc.ir.predicates import Compare, Coordinate, DistanceTo, Inside, Speed
 from missionc.verify.impossibility import bodies as module
 from missionc.verify.impossibility.bodies import blocked, boxes_in, lies_in, parts
-from missionc.verify.impossibility.check_bodies import check_boxes, check_pairs, check_rooms, fits
-from missionc.verify.impossibility.check_labels import CheckedLabels
+from missionc.verify.impossibility.check_bodies import CheckedLabels, check_boxes, check_pairs, check_rooms, fits
 from missionc.verify.impossibility.cover_document import CellsOfKind, Label, Unreadable
 from missionc.verify.impossibility.intervals import Boxes
 from tests.support.random_runs import SPAN

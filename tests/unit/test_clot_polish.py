@@ -28,7 +28,7 @@ from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.ir import Connected, Mission
 from missionc.kernel.nodes import Kernel
-from missionc.language.margins.spanning_trees import spanning_tree
+from missionc.language.margins.connected import spanning_tree
 from missionc.pipeline import driver
 from missionc.verify.plan.step_dynamics import check_dynamics
 from missionc.world.displacement import displaced

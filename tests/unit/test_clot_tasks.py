@@ -20,7 +20,7 @@ from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.tours import tours
 from missionc.backends.clot.schedule.visits import Appointment, Schedule
-from missionc.backends.hybrid.resample import first_order
+from missionc.backends.hybrid.backend import first_order
 from missionc.ir import Box, DoubleIntegrator, Mission, SingleIntegrator, Unicycle
 from missionc.world.signed_distance import signed_distance
 from tests.support.transport_missions import checked, planned

@@ -18,8 +18,8 @@ from missionc.kernel.nodes import Kernel
 from missionc.lower.choose_backend import Choice
 from missionc.monitoring.signature import Signatures, differences
 from missionc.pipeline.alternatives.compare_options import compare_options
-from missionc.pipeline.alternatives.quality import quality
 from missionc.pipeline.alternatives.restriction import Restriction
+from missionc.pipeline.alternatives.search_alternatives import quality
 from missionc.pipeline.driver import weighs_options
 from missionc.pipeline.front_end import check
 from missionc.verify.verify_plan import verify

@@ -8,7 +8,6 @@ import pytest
 
 from missionc import ir
 from missionc.ir.predicates import Inside
-from missionc.kernel.constants import NO, YES, at_least, constant, folded, without_constants
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -31,6 +30,7 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
+from missionc.kernel.normal_form import NO, YES, at_least, constant, folded, without_constants
 from missionc.kernel.walk import children
 from tests.support.random_runs import BASE, SPAN, graphs_of
 

@@ -22,8 +22,7 @@ from missionc.cli.exit_status import Status
 from missionc.curves.piecewise_polynomials import motion
 from missionc.ir import Lane, LaneNode, Lanes
 from missionc.verify.certificate import Verdict
-from missionc.verify.recorded.constraint_judge import ConstraintJudge, judge_constraints
-from missionc.verify.recorded.state_margins import States
+from missionc.verify.recorded.constraint_judge import ConstraintJudge, States, judge_constraints
 from tests.support.legal_plans import SPAN, mission_of, pushed, still, straight
 
 BARE = ("velocity", "heading")

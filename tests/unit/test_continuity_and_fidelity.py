@@ -12,11 +12,10 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Array
 from missionc.curves.bernstein_intervals import Enclosed
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import Curves
+from missionc.curves.piecewise_polynomials import Curves, Pieces
 from missionc.verify.certificate import Check
 from missionc.verify.flight.continuity_and_fidelity import check_flight, check_smooth, clock, exactness, tube
-from missionc.verify.proof.claims import Claim
+from missionc.verify.proof.branch_and_bound import Claim
 from tests.support.legal_plans import mission_of
 
 MISSION = mission_of([(9.0, 9.0, 9.0), (1.0, 2.0, 3.0)], 3)

@@ -24,8 +24,7 @@ from missionc.kernel.nodes import (
 )
 from missionc.kernel.walk import postorder
 from missionc.verify.between.counterexample import Culprit, Search
-from missionc.verify.between.interval_sets import Signal, Spans
-from missionc.verify.between.motion_clock import STEP
+from missionc.verify.between.interval_sets import STEP, Signal, Spans
 
 END = 4 * STEP
 ALWAYS, NEVER = Signal(((0, END),), ()), Signal((), ((0, END),))

@@ -13,9 +13,8 @@ from missionc.base.units import Metres, Seconds
 from missionc.curves.piecewise_polynomials import Curves
 from missionc.ir.predicates import Compare, Coordinate, DistanceBetween, InFormation, Predicate
 from missionc.kernel.nodes import Atom, EveryNeighbour, Neighbour, Node
-from missionc.verify.between.counterexample import Culprit
-from missionc.verify.between.counterexample_text import agents_of, sentence, stretch
-from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.verify.between.counterexample import Culprit, agents_of, sentence, stretch
+from missionc.verify.between.interval_sets import STEP, Motion
 from tests.support.random_runs import SPAN, mission_of
 
 HALF, QUARTER = STEP // 2, STEP // 4

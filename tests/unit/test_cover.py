@@ -13,7 +13,7 @@ from missionc import ir
 from missionc.backends.api import Budget
 from missionc.backends.cover.bodies import bodies, standing_room
 from missionc.backends.cover.cells import Cells
-from missionc.backends.cover.crowding import fits
+from missionc.backends.cover.keep_apart import fits
 from missionc.backends.cover.may_moves import nearest
 from missionc.backends.cover.may_see import hidden
 from missionc.backends.cover.refute import Admitted, Answer, Refused, refute

@@ -15,14 +15,13 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.base.trace import Trace
-from missionc.curves.crazyflie_csv import COLUMNS, Pieces, read
+from missionc.curves.piecewise_polynomials import COLUMNS, Pieces, read
 from missionc.curves.smooth_splines import rounded
 from missionc.diagnostics.code import NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.crazyflie import Flyable, crazyflie
-from missionc.flight.fit_polynomials import Course, Fitted, Plane, fit, splines
-from missionc.flight.quadratic_program import NoFit
-from missionc.verify.tolerances import WAYPOINT
+from missionc.flight.fit_polynomials import Course, Fitted, NoFit, Plane, fit, splines
+from missionc.verify.certificate import WAYPOINT
 from missionc.verify.verify_plan import Certificate, verify, verify_polynomials
 from tests.support.legal_plans import NOTHING, mission_of, moving, pushed, still, straight, wandering
 

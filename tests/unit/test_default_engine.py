@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.simulate import firmware_setpoints
+from missionc.simulate import disturbance
 from missionc.simulate.default_engine import Airborne
-from missionc.simulate.firmware_setpoints import GRAVITY, SETPOINTS_PER_SECOND
+from missionc.simulate.disturbance import GRAVITY, SETPOINTS_PER_SECOND
 from missionc.simulate.quadrotor import Vehicle
 
 PLACES = np.array([[0.0, 2.0], [0.0, 0.0], [1.0, 1.5]])
@@ -17,7 +17,7 @@ PLACES = np.array([[0.0, 2.0], [0.0, 0.0], [1.0, 1.5]])
 def stand(places: Array) -> Array:
     """What bodies are told that are to stand at places: (3, bodies), m -> (13, bodies)."""
     reference = np.zeros((13, places.shape[1]))
-    reference[firmware_setpoints.POSITION] = places
+    reference[disturbance.POSITION] = places
     return reference
 
 

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.simulate import firmware_setpoints
-from missionc.simulate.default_engine import Airborne, Flown, fly, sample_times
-from missionc.simulate.disturbance import NOISE_SECONDS, Disturbance, Drawn, drawn
-from missionc.simulate.downwash import push
-from missionc.simulate.estimate import Estimate
-from missionc.simulate.firmware_setpoints import GRAVITY, SETPOINTS_PER_SECOND
+from missionc.curves.piecewise_polynomials import Pieces
+from missionc.simulate import disturbance
+from missionc.simulate.default_engine import Airborne, Estimate, Flown, fly, push, sample_times
+from missionc.simulate.disturbance import GRAVITY, NOISE_SECONDS, SETPOINTS_PER_SECOND, Disturbance, Drawn, drawn
 from missionc.simulate.quadrotor import Vehicle
 
 # ---------------------------------------------------------------- what is drawn
@@ -133,7 +130,7 @@ def test_a_weak_motor_lets_it_down_by_its_share_of_the_weight() -> None:
     motors = np.array([[0.9], [1.0], [1.0], [1.0]])
     air = Airborne(place, np.zeros(1), vehicle=Vehicle(lag=0.0), motors=motors)
     told = np.zeros((13, 1))
-    told[firmware_setpoints.POSITION] = place
+    told[disturbance.POSITION] = place
     air.advance(told)
     assert air.velocity[2, 0] == pytest.approx(-0.025 * GRAVITY / SETPOINTS_PER_SECOND, rel=0.06)
 
@@ -178,7 +175,7 @@ def test_who_hovers_below_sinks() -> None:
     position = np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 1.6]])
     air = Airborne(position, np.zeros(2), downwash=1.0)
     told = np.zeros((13, 2))
-    told[firmware_setpoints.POSITION] = position
+    told[disturbance.POSITION] = position
     for _ in range(200):
         air.advance(told)
     assert 0.02 < 1 - air.position[2, 0] < 0.4

@@ -20,7 +20,7 @@ from missionc.diagnostics.code import FILE_TOO_LARGE, MAP_FEATURE, MAP_OPTION, M
 from missionc.maps.drawing import drawing
 from missionc.maps.dxf.areas import SAGITTA
 from missionc.maps.feature import Circle, MapError, Place
-from missionc.maps.read_summary import LeftOut, Reading
+from missionc.maps.read_map import LeftOut, Reading
 from tests.support.random_drawings import DOWN, asked, polygons_of, text_of
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]

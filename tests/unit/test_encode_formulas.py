@@ -48,8 +48,7 @@ from missionc.kernel.nodes import (
     Until,
 )
 from missionc.verify.impossibility.cnf import FALSE, Cnf
-from missionc.verify.impossibility.encode_formulas import Never, refutation
-from missionc.verify.impossibility.encode_motion import encode_motion
+from missionc.verify.impossibility.encode_formulas import Never, encode_motion, refutation
 from tests.support.random_runs import BASE, FIELD, SPAN, mission_of
 from tests.unit.test_encode_motion import Motion, cover
 

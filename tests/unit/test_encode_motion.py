@@ -12,7 +12,7 @@ import pytest
 from missionc.base.trace import Flags
 from missionc.verify.impossibility.cnf import FALSE, TRUE, Cnf
 from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover
-from missionc.verify.impossibility.encode_motion import add_support, encode_motion, within_box
+from missionc.verify.impossibility.encode_formulas import add_support, encode_motion, within_box
 
 pysat = pytest.importorskip("pysat.solvers")
 

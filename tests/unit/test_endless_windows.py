@@ -29,7 +29,7 @@ from missionc.kernel.nodes import (
     WindowNode,
 )
 from missionc.kernel.walk import children, postorder
-from missionc.monitoring.live.endless_windows import looking_back
+from missionc.monitoring.live.judge import looking_back
 from missionc.monitoring.monitor import robustness
 from tests.support.random_runs import mission_of
 

@@ -23,7 +23,7 @@ from missionc.kernel.nodes import Kernel
 from missionc.monitoring.monitor import monitor
 from missionc.output.folder.write_folder import refuse
 from missionc.pipeline import driver
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.relax import search_relaxations
 from missionc.pipeline.results import Blame, Compiled, Explained, Relaxation, Verified
 from tests.support.small_missions import CONFLICT, SMALL

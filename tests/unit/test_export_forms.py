@@ -18,13 +18,12 @@ import pytest
 from numpy.typing import NDArray
 
 from missionc.base.palette import DARK
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import control_points
+from missionc.curves.piecewise_polynomials import Pieces, control_points
 from missionc.diagnostics.code import NOT_EXPORTED
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Box, Vehicle
-from missionc.output.export import cubics, skybrush, takeoff_and_landing, verified_flight
-from missionc.output.export.compressed import compress
+from missionc.output.export import skybrush, takeoff_and_landing, verified_flight
+from missionc.output.export.cflib import compress
 from missionc.output.export.formats import FORMATS, Exported, Flight
 from missionc.output.export.samples import RATE, sampled
 from missionc.output.export.takeoff_and_landing import GROUND, phases
@@ -407,7 +406,7 @@ def test_noses_that_turn_are_exported_where_a_form_knows_them() -> None:
 
 def test_a_skybrush_show_that_strays_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Coordinates in whole micrometres cannot be within a tenth of one."""
-    for module in (cubics, skybrush):
+    for module in (skybrush, skybrush):
         monkeypatch.setattr(module, "CLOSE", 1e-7)
     refused = FORMATS["skybrush"].export(wandered(2, 6, 2))
     assert isinstance(refused, Diagnostic)

@@ -14,15 +14,14 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.explain.explanation import explained, lines
-from missionc.lsp import document_symbols, goto, hover, rename
+from missionc.lsp import goto, hover, rename, workspace_symbols
 from missionc.lsp.completion import completion
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.folder.file_names import file_names
 from missionc.pipeline import driver
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import check
+from missionc.pipeline.front_end import Checked, check
 from missionc.pipeline.relax.edits import changes
-from missionc.pipeline.relax.relax_formulas import without
+from missionc.pipeline.relax.relax_world import without
 from missionc.resolve.show_ir import show_ir as show_ir
 from tests.support.flat_families import HEAD, MOVES, flat
 from tests.support.open_texts import edited, marked, opened
@@ -358,7 +357,7 @@ def test_the_editor_knows_families_and_indices() -> None:
     said = hover.hover(found, here)
     assert isinstance(said, types.Hover)
     assert "an index" in said.contents.value  # type: ignore[union-attr]
-    names = [symbol.name for symbol in document_symbols.symbols(found)]
+    names = [symbol.name for symbol in workspace_symbols.symbols(found)]
     assert names == ["demo", "w[i in 0..3]", "t[i in 0..3]", "go[k in 0..3]"]
     found, here = marked(HEAD + REGIONS.replace("w[i in 0", "w|[i in 0") + "require a: every t[1]: w[1]\n")
     renamed = edited(found, rename.rename(found, here, "wall").changes[found.uri])  # type: ignore[index]

@@ -15,9 +15,9 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.replan_summary import replanned_document, replanned_lines
-from missionc.curves.crazyflie_csv import Pieces, polynomials, read
+from missionc.curves.piecewise_polynomials import Pieces, polynomials, read
 from missionc.flight.stop_and_hover import state_at
-from missionc.monitoring.read_flown import read_flown
+from missionc.monitoring.read_trace import read_flown
 from missionc.output.folder.file_names import flights_in
 from missionc.pipeline.driver import compile
 from missionc.pipeline.replan.patch import patched

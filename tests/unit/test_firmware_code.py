@@ -15,7 +15,7 @@ import pytest
 from missionc.base.trace import Array
 from missionc.simulate.controller import Controller, Gains
 from missionc.simulate.default_engine import Airborne
-from missionc.simulate.firmware_setpoints import setpoints
+from missionc.simulate.disturbance import setpoints
 from missionc.simulate.quadrotor import THRUST, Vehicle
 from tests.support.firmware_code import (
     ANSWERS,

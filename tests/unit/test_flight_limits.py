@@ -15,8 +15,7 @@ from hypothesis.extra import numpy as arrays
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Steps
-from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.curves.piecewise_polynomials import Curves, values
+from missionc.curves.piecewise_polynomials import Curves, Pieces, read, values
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
 from missionc.diagnostics.model import Diagnostic
@@ -24,7 +23,7 @@ from missionc.flight.crazyflie import Flyable, crazyflie
 from missionc.flight.refusals import proposed
 from missionc.flight.required_performance import required_performance
 from missionc.flight.vehicle_limits import Limit, cuts, limits_of, peaks
-from missionc.verify.flight.vehicle_claims import GRAVITY
+from missionc.verify.flight.verify_polynomials import GRAVITY
 from missionc.world.slow_down import slowed
 from tests.support.legal_plans import NOTHING, mission_of, pushed, straight
 

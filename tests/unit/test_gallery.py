@@ -14,7 +14,7 @@ from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.explain import convention_examples
-from missionc.explain.traps import traps_of
+from missionc.explain.explanation import traps_of
 from missionc.ir.dynamics import DYNAMICS
 from missionc.language.operators import OPERATORS
 from missionc.language.predicates import PREDICATES

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from missionc.kernel.nodes import All, Always, At, Eventually, Is, Node, Until
-from missionc.monitoring.live import horizon_cells
+from missionc.monitoring.live import atom_bounds
 from missionc.monitoring.live.asked_steps import Asked, asked_steps, reaches_start
+from missionc.monitoring.live.atom_bounds import Cells, cells_after
 from missionc.monitoring.live.columns import Columns
-from missionc.monitoring.live.horizon_cells import Cells, cells_after
 
 # -------------------------------------------------------------------- cells
 
@@ -33,7 +33,7 @@ def test_cells_end_at_deadlines_and_where_what_is_asked_always_ends() -> None:
 
 
 def test_the_nearest_deadlines_alone_end_cells(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(horizon_cells, "MOST_DEADLINES", 2)
+    monkeypatch.setattr(atom_bounds, "MOST_DEADLINES", 2)
     assert ends(0, 64, deadlines=(63, 50, 20, 7)) == [1, 2, 4, 7, 8, 16, 20, 32, 64]
     assert ends(0, 64, spans=(63, 50, 20, 7)) == [1, 2, 4, 7, 8, 16, 20, 32, 64]
 

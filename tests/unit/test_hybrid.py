@@ -8,8 +8,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.api import Impossible, NotFound, Outcome, Reason, Report
-from missionc.backends.hybrid.discrete_relaxation import Clock, discrete
-from missionc.backends.hybrid.resample import on_clock, positions
+from missionc.backends.hybrid.backend import Clock, discrete, on_clock, positions
 from missionc.backends.smt.backend import SmtBackend
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout

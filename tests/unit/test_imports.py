@@ -179,9 +179,9 @@ def data_into_code(path: Path) -> list[str]:
     return faults
 
 
-def test_no_module_is_longer_than_four_hundred_lines() -> None:
+def test_no_module_is_longer_than_six_hundred_lines() -> None:
     assert MODULES
-    long = [str(path) for path in MODULES if len(path.read_text(encoding="utf-8").splitlines()) > 400]
+    long = [str(path) for path in MODULES if len(path.read_text(encoding="utf-8").splitlines()) > 600]
     assert not long, "\n".join(long)
 
 

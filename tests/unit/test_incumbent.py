@@ -27,11 +27,10 @@ from missionc.diagnostics.defect import improvement_failed
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.folder import write_folder
-from missionc.output.folder.unwritable import cannot_write
+from missionc.output.folder.ownership import cannot_write
 from missionc.pipeline import driver, incumbent
-from missionc.pipeline.alternatives import compare_options, ranked_plans
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import check
+from missionc.pipeline.alternatives import compare_options, search_alternatives
+from missionc.pipeline.front_end import Checked, check
 from missionc.pipeline.results import Compiled, Impossible, Unverified, Verified
 from missionc.pipeline.run_limited import Ended
 from missionc.verify.certificate import Between, Verdict
@@ -224,7 +223,7 @@ def test_a_better_option_that_cannot_be_certified_leaves_the_plan_before(monkeyp
     ("module", "name", "more", "says"),
     [
         (driver, "plan_throughout", {}, "planning for the time between the samples"),
-        (ranked_plans, "search_alternatives", {"alternatives": 2}, "planning alternatives"),
+        (search_alternatives, "search_alternatives", {"alternatives": 2}, "planning alternatives"),
     ],
 )
 def test_further_plans_may_fail(
@@ -240,7 +239,7 @@ def test_a_step_without_memory_is_no_defect(monkeypatch: pytest.MonkeyPatch) -> 
     def greedy(*_: object) -> NoReturn:
         raise MemoryError
 
-    monkeypatch.setattr(ranked_plans, "search_alternatives", greedy)
+    monkeypatch.setattr(search_alternatives, "search_alternatives", greedy)
     result, _ = planned(alternatives=2)
     assert failures(result) == ["planning alternatives failed: memory ran out"]
     assert isinstance(result.outcome, Verified)

@@ -31,8 +31,7 @@ from missionc.kernel.nodes import (
 )
 from missionc.monitoring.live.asked_steps import Asked
 from missionc.monitoring.live.columns import Columns
-from missionc.monitoring.live.judge import LiveJudge
-from missionc.monitoring.live.pointwise import Parts
+from missionc.monitoring.live.judge import LiveJudge, Parts
 from missionc.monitoring.live.verdicts import Standing, Verdict
 from missionc.monitoring.monitor import robustness
 from tests.support.random_runs import SPAN, mission_of

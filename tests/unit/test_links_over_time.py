@@ -10,10 +10,9 @@ import pytest
 from missionc import ir
 from missionc.base.units import Metres, Seconds
 from missionc.curves.piecewise_polynomials import Curves
-from missionc.verify.between import links_over_time
-from missionc.verify.between.interval_sets import Signal
-from missionc.verify.between.links_over_time import Links, links_of, nearby, reach, route
-from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.verify.between import truth_over_time
+from missionc.verify.between.interval_sets import STEP, Motion, Signal
+from missionc.verify.between.truth_over_time import Links, links_of, nearby, reach, route
 from tests.support.random_runs import SPAN, mission_of
 
 END = 2 * STEP
@@ -117,7 +116,7 @@ def test_lengths_are_looked_at_in_a_limited_number_of_stretches(monkeypatch: pyt
     links, end, half = linked((0, 1, ALWAYS)), [NEVER, ALWAYS, NEVER], STEP // 2
 
     def found(most: int) -> Signal:
-        monkeypatch.setattr(links_over_time, "MOST_CELLS", most)
+        monkeypatch.setattr(truth_over_time, "MOST_CELLS", most)
         return route(0.0, 2.0, links, [ALWAYS] * 3, end, leaving)[0]
 
     moments = Signal(((0, 0),), ((END, END),))

@@ -19,13 +19,12 @@ from missionc.base.source import Source, Span
 from missionc.cli.app import main
 from missionc.diagnostics.code import CODES
 from missionc.language.operators import OPERATORS
-from missionc.lsp import document_symbols, goto, inlay_hints, quick_fixes
-from missionc.lsp.background_checks import Checks
+from missionc.lsp import goto, inlay_hints, quick_fixes, workspace_symbols
+from missionc.lsp.background_checks import Checks, diagnostics
 from missionc.lsp.completion import completion
 from missionc.lsp.formatting import formatting
 from missionc.lsp.hover import hover
-from missionc.lsp.positions import Places
-from missionc.lsp.publish_diagnostics import diagnostics
+from missionc.lsp.open_text import Places
 from missionc.lsp.rename import RefusedError, renamable, rename
 from missionc.pipeline.front_end import check
 from missionc.syntax.format import format_mission
@@ -269,7 +268,7 @@ def test_a_label_is_renamed_by_itself() -> None:
 
 def test_the_declarations_are_listed_those_that_are_broken_too() -> None:
     here = opened(text(HOME, "region new = box"))
-    listed = {symbol.name: symbol for symbol in document_symbols.symbols(here)}
+    listed = {symbol.name: symbol for symbol in workspace_symbols.symbols(here)}
     assert {"sample", "base", "drone", "radio", "home", "new"} <= listed.keys()
     assert (listed["new"].detail, listed["home"].detail) == ("a region", "require")
 

@@ -12,10 +12,10 @@ pytest.importorskip("pygls")
 
 from lsprotocol import types
 
-from missionc.lsp import last_plan, workspace_symbols
+from missionc.lsp import code_lenses, workspace_symbols
 from missionc.lsp.code_lenses import lenses
-from missionc.lsp.document_links import links
 from missionc.lsp.folding import folds
+from missionc.lsp.goto import links
 from missionc.lsp.open_text import OpenText
 from missionc.lsp.semantic_tokens import LEGEND, semantic_tokens
 from missionc.lsp.workspace_symbols import WorkspaceSymbols
@@ -242,6 +242,6 @@ def test_a_plan_of_another_mission_or_too_large_says_nothing(tmp_path: Path, mon
     assert above(here, tmp_path) == []
     planned(tmp_path, {"a.mission": mission, "../b": "", "/c": ""}, {"home": 0.5})
     assert [words for _, words in above(here, tmp_path)] == ["robustness 0.500 (last plan, changed since)"]
-    monkeypatch.setattr(last_plan, "MOST_BYTES", 8)
+    monkeypatch.setattr(code_lenses, "MOST_BYTES", 8)
     planned(tmp_path, {"a.mission": mission}, {"home": 0.25, "other": 1})
     assert above(here, tmp_path) == []

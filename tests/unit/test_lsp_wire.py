@@ -15,8 +15,7 @@ from pygls.io_ import run
 
 from missionc.base.source import Source
 from missionc.lsp.open_text import name_of
-from missionc.lsp.server import Server, made
-from missionc.lsp.wire import LONGEST, Incoming
+from missionc.lsp.server import LONGEST, Incoming, Server, made
 from missionc.pipeline.front_end import check
 from tests.support.small_missions import SMALL
 

@@ -14,7 +14,7 @@ from missionc.diagnostics.code import (
     UNUSABLE_PAD,
     VALUE_OUT_OF_RANGE,
 )
-from missionc.explain.flights import flights_said
+from missionc.explain.explanation import flights_said
 from tests.support.check_findings import WORLD, findings, found, meant, only, text, words
 
 VOLUME = WORLD.replace("(0, 0)", "(0, 0, 0)").replace("(10, 10)", "(10, 10, 3)")

@@ -19,7 +19,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
 from missionc.lower.tighten import with_flyable_speeds
 from missionc.pipeline import driver, plan_with_margin
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.plan_calmly import CALM, plan_calmly
 from missionc.pipeline.results import Compiled, Refused, Verified
 from missionc.world.flyable_steps import CRUISE

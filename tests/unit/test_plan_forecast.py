@@ -11,10 +11,10 @@ from missionc import ir
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres, Seconds
 from missionc.kernel.nodes import All, Always, At, Atom, Goal, Is, Kernel, Neighbour, PathLength, Reach, Route
-from missionc.monitoring.live import plan_forecast
+from missionc.monitoring.live import session
 from missionc.monitoring.live.first_violations import first_violations
-from missionc.monitoring.live.plan_forecast import PlanForecast
 from missionc.monitoring.live.samples import StepState
+from missionc.monitoring.live.session import PlanForecast
 from tests.support.random_runs import SPAN, mission_of
 
 STEPS = 4
@@ -106,7 +106,7 @@ def test_forecasts_are_so_many_as_a_share_of_a_core_allows(monkeypatch: pytest.M
     """Two formulas of ten values, each a hundredth of a second: a fifth of one, four times a tenth of a step."""
     kernel = Kernel((EAST,), ())
     assert PlanForecast(MISSION, kernel, PLAN).every == 1
-    monkeypatch.setattr(plan_forecast, "SECONDS", 0.01)
+    monkeypatch.setattr(session, "SECONDS", 0.01)
     forecast = PlanForecast(MISSION, kernel, PLAN)
     assert forecast.every == 4
     assert forecast.take(state(0, 0.75, 2.5), [0]) == {0: 0.75}
@@ -114,7 +114,7 @@ def test_forecasts_are_so_many_as_a_share_of_a_core_allows(monkeypatch: pytest.M
     assert forecast.take(state(2, 0.5, 2.5), []) == {}
     assert forecast.take(state(3, 0.5, 2.5), [0]) == {}
     assert forecast.take(state(4, 0.25, 2.5), [0]) == {0: 0.25}
-    monkeypatch.setattr(plan_forecast, "SECONDS", 0.02)
+    monkeypatch.setattr(session, "SECONDS", 0.02)
     last = PlanForecast(MISSION, kernel, PLAN)
     assert last.every == 8
     assert last.take(state(0, 0.75, 2.5), [0]) == {0: 0.75}

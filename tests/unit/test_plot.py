@@ -13,9 +13,7 @@ import pytest
 from missionc import ir
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.plot.label_places import name_place
-from missionc.output.plot.parallel_lanes import lanes
-from missionc.output.plot.plot import COLOURS, plot
+from missionc.output.plot.plot import COLOURS, lanes, name_place, plot
 from missionc.output.plot.silhouette import View, inner_point
 from missionc.verify.plan.obstacle_bodies import solid
 from tests.support.legal_plans import SPAN, mission_of, moving, still, straight, wandering

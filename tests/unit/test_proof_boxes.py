@@ -13,10 +13,9 @@ from missionc.base.trace import Array
 from missionc.curves.bernstein_intervals import Enclosed
 from missionc.curves.piecewise_polynomials import Indices
 from missionc.verify.certificate import Check
-from missionc.verify.flight import prove_claim
-from missionc.verify.flight.prove_claim import prove
-from missionc.verify.proof.branch_and_bound import Parts
-from missionc.verify.proof.claims import Bounds, Claim, everyone
+from missionc.verify.flight import verify_polynomials
+from missionc.verify.flight.verify_polynomials import prove
+from missionc.verify.proof.branch_and_bound import Bounds, Claim, Parts, everyone
 from missionc.verify.proof.proof_boxes import Boxes, bound_on, boxes_of, fault, stated
 from tests.support.legal_plans import mission_of
 
@@ -220,7 +219,7 @@ def test_where_the_least_takes_many_boxes_fewer_prove_what_is_asked(
     monkeypatch: pytest.MonkeyPatch, many: int, least: float, boxes_made: int
 ) -> None:
     """Bounds are looser by twice the length of a part: to the gap these are eight, and one of the other piece."""
-    monkeypatch.setattr(prove_claim, "MANY", many)
+    monkeypatch.setattr(verify_polynomials, "MANY", many)
     check, proof = prove(MISSION, table([least, 3.0], [least, 3.0], gap=0.25, subjects=1, loose=2.0))
     assert check.passed is (least > 0)
     assert len(proof.bounds[0]) == boxes_made

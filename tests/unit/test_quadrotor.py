@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import values
+from missionc.curves.piecewise_polynomials import Pieces, values
 from missionc.simulate import quadrotor
 from missionc.simulate.controller import Gains
 from missionc.simulate.default_engine import Flown, fly, sample_times
-from missionc.simulate.disturbance import UNDISTURBED, Disturbance, drawn
-from missionc.simulate.firmware_setpoints import GRAVITY, setpoints
+from missionc.simulate.disturbance import GRAVITY, UNDISTURBED, Disturbance, drawn, setpoints
 from missionc.simulate.quadrotor import Vehicle, at_rest, heading, moved
 
 STILL_AIR = replace(Vehicle(), drag=(0.0, 0.0))

@@ -9,7 +9,7 @@ import pytest
 
 from missionc.base.source import Source
 from missionc.monitoring.live.first_violations import first_violations
-from missionc.monitoring.live.read_samples import SampleReader, UnusableError
+from missionc.monitoring.live.samples import SampleReader, UnusableError
 from missionc.pipeline.front_end import check
 from tests.support.random_runs import trace_of
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missionc.base.source import Source, Span
 from missionc.maps.feature import Area, Circle, Feature, Place
-from missionc.maps.read_summary import LeftOut, Reading, ReadSummary, count_left_out
+from missionc.maps.read_map import LeftOut, Reading, ReadSummary, count_left_out
 
 SPAN = Span(Source("a.dxf", ""), 0, 0)
 

@@ -14,7 +14,7 @@ from missionc.base.units import Metres, Seconds
 from missionc.kernel.nodes import Goal, Kernel
 from missionc.lower.expand import expand
 from missionc.verify.impossibility.bodies import blocked, lies_in
-from missionc.verify.impossibility.check_labels import CheckedLabels
+from missionc.verify.impossibility.check_bodies import CheckedLabels
 from missionc.verify.impossibility.check_motion import check_turns, gone, limits_of, reached
 from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover
 from missionc.verify.impossibility.intervals import must_be_apart

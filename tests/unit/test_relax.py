@@ -7,13 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc.base.source import Source
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import check
-from missionc.pipeline.relax import relax_formulas, relax_time, relax_world
-from missionc.pipeline.relax.bisection import Trying
+from missionc.pipeline.front_end import Checked, check
+from missionc.pipeline.relax import relax_world
 from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way, conflict_targets
 from missionc.pipeline.relax.edits import Edit, changes, edited
 from missionc.pipeline.relax.knobs import Knob
+from missionc.pipeline.relax.search_relaxations import Trying
 
 RICH = """\
 mission rich
@@ -54,12 +53,12 @@ def knobs(found: Checked) -> list[Knob]:
     mission, asked = found.mission, asks(found)
     assert mission is not None
     return [
-        *relax_time.horizon(found, mission),
-        *relax_time.windows(found, mission, asked),
-        *relax_formulas.lengths(found, mission, asked),
-        *relax_formulas.counts(found, asked),
-        *relax_formulas.comparisons(found, asked),
-        *relax_formulas.headings(found, asked),
+        *relax_world.horizon(found, mission),
+        *relax_world.windows(found, mission, asked),
+        *relax_world.lengths(found, mission, asked),
+        *relax_world.counts(found, asked),
+        *relax_world.comparisons(found, asked),
+        *relax_world.headings(found, asked),
         *relax_world.graphs(found, asked),
         *relax_world.formations(found, asked),
         *relax_world.regions(found, mission, asked),
@@ -151,7 +150,7 @@ def test_every_change_is_of_a_text_that_checks(ask: str) -> None:
 def test_windows_that_are_written_with_the_horizons_parameter_follow_it() -> None:
     found = checked(RICH + HEARD)
     assert found.mission is not None
-    (horizon,) = relax_time.horizon(found, found.mission)
+    (horizon,) = relax_world.horizon(found, found.mission)
     assert lines(found, horizon.edit(14)) == ["param T = 26 s"]
 
 
@@ -163,7 +162,7 @@ def test_windows_that_end_with_the_mission_follow_its_horizon_however_they_are_w
         "require three: some drone: eventually[0, LATE] fire\n"
     )
     assert found.mission is not None
-    (horizon,) = relax_time.horizon(found, found.mission)
+    (horizon,) = relax_world.horizon(found, found.mission)
     edit = horizon.edit(3)
     assert edit is not None
     assert edit.says == "horizon 15 s instead of 12 s, with the windows that end with it"
@@ -177,7 +176,7 @@ def test_windows_that_end_with_the_mission_follow_its_horizon_however_they_are_w
 def test_a_parameter_given_on_the_command_line_is_changed_there() -> None:
     found = checked(RICH + HEARD, T="13s", R="2 m")
     assert found.mission is not None
-    (horizon,) = relax_time.horizon(found, found.mission)
+    (horizon,) = relax_world.horizon(found, found.mission)
     edit = horizon.edit(13)
     assert edit is not None
     (change,) = changes(edit, found.overrides)
@@ -189,7 +188,7 @@ def test_a_window_that_ends_past_the_mission_takes_the_horizon_with_it() -> None
     text = RICH.replace("horizon T", "horizon 12 s").replace("param T = 12 s\n", "")
     found = checked(text + "require late: some drone: eventually[0, 11 s] mast\n")
     assert found.mission is not None
-    (window,) = relax_time.windows(found, found.mission, asks(found))
+    (window,) = relax_world.windows(found, found.mission, asks(found))
     assert lines(found, window.edit(1)) == ["require late: some drone: eventually[0, 12 s] mast"]
     assert lines(found, window.edit(3)) == [
         "time step 1 s, horizon 14 s",
@@ -212,7 +211,7 @@ def test_two_numbers_on_one_line_are_one_change() -> None:
 def test_a_requirement_left_out_is_a_line_less() -> None:
     found = checked(RICH + HEARD)
     assert found.mission is not None
-    (knob,) = relax_formulas.without(found, found.mission, ("heard",))
+    (knob,) = relax_world.without(found, found.mission, ("heard",))
     edit = knob.edit(1)
     assert edit is not None
     (change,) = changes(edit, {})

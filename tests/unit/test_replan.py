@@ -15,7 +15,7 @@ from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds, Steps
 from missionc.cli.app import main
-from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.piecewise_polynomials import Pieces, read
 from missionc.diagnostics.code import (
     NO_LONGER_KEPT,
     NO_SAFE_STOP,
@@ -27,7 +27,7 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.flight.stop_and_hover import state_at
 from missionc.ir import Exactly
 from missionc.monitoring.monitor import monitor
-from missionc.monitoring.read_flown import FlownSoFar, read_flown
+from missionc.monitoring.read_trace import FlownSoFar, read_flown
 from missionc.pipeline.remaining import remaining
 from missionc.pipeline.replan.patch import patched
 from missionc.pipeline.replan.replan import replan

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.base.limits import Limits
 from missionc.diagnostics.suggest import Nothing, edits, nearest
-from missionc.resolve.grid import on_grid, on_line
+from missionc.resolve.definitions import in_order
 from missionc.resolve.polygon_faults import Simple, fault
-from missionc.resolve.topological_order import in_order
+from missionc.resolve.resolve_agents import on_grid, on_line
 from tests.support.resolved_missions import codes, demo, mission, only
 
 VOLUME = {

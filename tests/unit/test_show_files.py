@@ -9,7 +9,7 @@ import pytest
 
 from missionc.cli.app import main
 from missionc.lsp.hover import hover
-from missionc.resolve.show_files import file_lines
+from missionc.resolve.resolve_files import file_lines
 from tests.support.mapped_missions import YAML, meant, picture, written
 from tests.support.open_texts import opened
 

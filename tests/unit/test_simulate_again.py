@@ -17,20 +17,18 @@ import pytest
 
 from missionc.base.limits import Limits
 from missionc.cli.app import main
-from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import Pieces
 from missionc.monitoring.monitor import monitor
 from missionc.output.documents.simulation_json import simulation_json, simulation_record
 from missionc.replay.read_folder import OutputFolder, read_folder
 from missionc.replay.rebuild.simulation_document import _flown as fly_again
-from missionc.replay.rebuild.simulation_document import check_simulation
-from missionc.replay.rebuild.simulation_ties import settled
+from missionc.replay.rebuild.simulation_document import check_simulation, settled
 from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED
 from missionc.replay.render_report import render_report
 from missionc.replay.reverify import reverify
 from missionc.replay.reverify import reverify_opened as replay_of
 from missionc.simulate.default_engine import Flown, sample_times
-from missionc.simulate.disturbance import Disturbance
-from missionc.simulate.firmware_setpoints import setpoints
+from missionc.simulate.disturbance import Disturbance, setpoints
 from missionc.simulate.flight_conditions import conditions, trial_of
 from missionc.simulate.trial_bounds import LARGEST_SEED, MOST, MOST_FLIGHTS
 from missionc.simulate.trials import Trial, Trials

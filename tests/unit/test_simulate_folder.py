@@ -19,7 +19,7 @@ from missionc import ir
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.app import main
-from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.piecewise_polynomials import Pieces, read
 from missionc.output.folder import write_folder as write_folder_module
 from missionc.output.folder.write_folder import write_folder
 from missionc.pipeline import driver

@@ -18,10 +18,10 @@ from missionc.replay.simulate_folder import Simulated, simulate
 from missionc.simulate.disturbance import Disturbance
 from missionc.simulate.judge_flight import Flight
 from missionc.simulate.trials import Trial
-from missionc.sweep import flight_records, flights_journal, run_answer, spread_trials, trial_request
+from missionc.sweep import flights_journal, run_answer, spread_trials, trial_request
 from missionc.sweep.carry_out_trials import carry_out
-from missionc.sweep.executors import Pool
 from missionc.sweep.flights_journal import FlightsJournal
+from missionc.sweep.run_sweep import Pool
 from missionc.sweep.spread_trials import NotFlown, SpreadTrials
 from tests.support.small_missions import SMALL
 
@@ -133,7 +133,7 @@ def test_a_journal_that_does_not_fit_is_left_as_it_is(folder: Path, tmp_path: Pa
     alone = simulate(folder, Trial())
     assert alone.trials is not None
     like = alone.trials.flights[0]
-    file, flights = tmp_path / "flights.jsonl", flight_records.written([like], False)
+    file, flights = tmp_path / "flights.jsonl", flights_journal.written([like], False)
     assert begun(file, like) is None
     first = file.read_bytes()
     line = b'{"first":1,"flights":%s}\n' % flights

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import Pieces
 from missionc.data.vehicles import profiles
 from missionc.flight.stop_and_hover import LONGEST, state_at, stop_and_hover, stop_together
 from tests.support.hand_made_flights import place, turning, wandered

@@ -21,8 +21,8 @@ from websockets.sync.client import connect
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.cli.studio.words import COLOURS, words
-from missionc.lsp.outline import Outline
+from missionc.cli.studio.session import COLOURS, words
+from missionc.lsp.open_text import Outline
 from missionc.lsp.scene.scene import scene
 from missionc.syntax.tokens import WORDS
 from tests.support.small_missions import SMALL, WRONG

@@ -36,16 +36,14 @@ from missionc.diagnostics.code import (
 from missionc.diagnostics.model import Diagnostic
 from missionc.sweep import run_answer, run_request
 from missionc.sweep.append_journal import Journal
+from missionc.sweep.carry_out_sweep import RemainingTime
 from missionc.sweep.compare_sweeps import Comparison, compare_sweeps
-from missionc.sweep.group_statistics import groups
-from missionc.sweep.remaining_time import RemainingTime
-from missionc.sweep.results_table import OF_THE_MACHINE, Table
-from missionc.sweep.run_grid import Grid, Run
-from missionc.sweep.run_process import RunProcesses
+from missionc.sweep.results_table import OF_THE_MACHINE, Table, groups
+from missionc.sweep.run_answer import OUTCOMES, RunResult
+from missionc.sweep.run_grid import Grid, Run, Varied, read_varied
 from missionc.sweep.run_request import Flights, Request, Settings
-from missionc.sweep.run_result import OUTCOMES, RunResult
+from missionc.sweep.run_sweep import RunProcesses
 from missionc.sweep.sweep_folder import JOURNAL, SCHEMA, SWEEP, Row, SweepFolder, at_work, begin, read_sweep
-from missionc.sweep.varied_values import Varied, read_varied
 from tests.support.small_missions import CONFLICT, SMALL
 
 MANY = (

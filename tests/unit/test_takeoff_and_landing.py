@@ -13,7 +13,7 @@ from missionc.diagnostics.code import NOT_EXPORTED
 from missionc.ir import Box, Disc, Obstacle, Prism, Vehicle
 from missionc.output.export.takeoff_and_landing import GROUND, cannot_rise_or_land, phases
 from missionc.output.export.verified_flight import Flight, flight
-from missionc.verify.flight.flight_phases import ACCELERATION, LANDED, SPEED
+from missionc.verify.flight.verify_whole_flight import ACCELERATION, LANDED, SPEED
 from tests.support.hand_made_flights import wandered
 from tests.support.legal_plans import moving, still
 

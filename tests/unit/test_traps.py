@@ -10,7 +10,7 @@ from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.explain.convention_examples import TRAPS, Example, Trap
-from missionc.explain.traps import linked, table, traps_of
+from missionc.explain.explanation import linked, table, traps_of
 from missionc.kernel.nodes import At, Is, Neighbour
 from missionc.lower.expand import expand
 from missionc.monitoring.monitor import monitor, truth

@@ -33,8 +33,7 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.verify.between.interval_sets import Signal
-from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.verify.between.interval_sets import STEP, Motion, Signal
 from missionc.verify.between.truth_over_time import OTHERS, Evaluation, at, last_asked
 from tests.support.random_runs import SPAN, mission_of
 

@@ -13,8 +13,8 @@ from missionc import ir
 from missionc.base.trace import Array
 from missionc.verify.certificate import Check
 from missionc.verify.flight.flight_curves import Flight
-from missionc.verify.flight.vehicle_claims import check_endurance, check_memory, limits
-from missionc.verify.proof.claims import Claim
+from missionc.verify.flight.verify_polynomials import check_endurance, check_memory, limits
+from missionc.verify.proof.branch_and_bound import Claim
 from tests.support.legal_plans import mission_of
 
 

@@ -18,8 +18,7 @@ from missionc.data import vehicles as package
 from missionc.data.vehicles import example, profiles, read_profile
 from missionc.pipeline.front_end import check
 from missionc.replay.reverify import reverify
-from missionc.resolve.show_ir import show_ir
-from missionc.resolve.show_vehicle import figures_of
+from missionc.resolve.show_ir import figures_of, show_ir
 from tests.support.resolved_missions import codes, demo, mission, only
 
 GENTLE = """\

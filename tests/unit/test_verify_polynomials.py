@@ -11,7 +11,7 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
-from missionc.curves.crazyflie_csv import Pieces, written
+from missionc.curves.piecewise_polynomials import Pieces, written
 from missionc.kernel.nodes import Always, Atom, Goal, Kernel
 from missionc.verify.certificate import Certificate, Check, Figure
 from missionc.verify.flight.verify_polynomials import verify_polynomials

@@ -13,9 +13,8 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Array
 from missionc.base.units import Metres
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.verify.certificate import Check, Figure
-from missionc.verify.flight.landing_in_turns import Stop, landing_margins
+from missionc.curves.piecewise_polynomials import Pieces
+from missionc.verify.certificate import WAYPOINT, Check, Figure
 from missionc.verify.flight.verify_safe_end import (
     failing_stops,
     judge_stops,
@@ -23,7 +22,7 @@ from missionc.verify.flight.verify_safe_end import (
     verify_safe_end,
     with_turns,
 )
-from missionc.verify.tolerances import WAYPOINT
+from missionc.verify.flight.verify_whole_flight import Stop, landing_margins
 from tests.support.legal_plans import SPAN, mission_of, moving, still
 
 PLACES = [(1.0, 1.0, 1.0), (3.0, 1.0, 1.0)]

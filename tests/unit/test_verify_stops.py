@@ -9,7 +9,7 @@ import pytest
 
 from missionc import ir
 from missionc.base.trace import Trace
-from missionc.curves.crazyflie_csv import Pieces, written
+from missionc.curves.piecewise_polynomials import Pieces, written
 from missionc.flight.stop_and_hover import state_at
 from missionc.verify.certificate import Check
 from missionc.verify.flight.verify_stops import Stops, body_checks, stop_curves, verify_stops

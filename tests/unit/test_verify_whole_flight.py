@@ -12,10 +12,9 @@ from numpy.polynomial import Polynomial
 
 from missionc import ir
 from missionc.base.units import Metres
-from missionc.curves.crazyflie_csv import COLUMNS, Pieces, written
+from missionc.curves.piecewise_polynomials import COLUMNS, Pieces, written
 from missionc.verify.certificate import Certificate, Check, Figure
-from missionc.verify.flight.flight_phases import REST_TO_REST
-from missionc.verify.flight.verify_whole_flight import as_one, verify_whole_flight
+from missionc.verify.flight.verify_whole_flight import REST_TO_REST, as_one, verify_whole_flight
 from missionc.verify.flight.way_missions import Stage, Ways
 from tests.support.legal_plans import SPAN, mission_of, moving, still
 

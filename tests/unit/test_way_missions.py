@@ -10,7 +10,7 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Seconds
-from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import Pieces
 from missionc.verify.flight.way_missions import Stage, Way, distance_of, has_risen, is_whole, way_mission, ways_of
 from tests.support.legal_plans import SPAN, mission_of, moving, still
 

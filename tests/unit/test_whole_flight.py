@@ -20,7 +20,7 @@ from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
 from missionc.cli.app import main
-from missionc.curves.crazyflie_csv import Pieces, read
+from missionc.curves.piecewise_polynomials import Pieces, read
 from missionc.diagnostics.code import NO_WAY
 from missionc.diagnostics.model import Diagnostic
 from missionc.flight.stop_and_hover import state_at

@@ -320,7 +320,7 @@ def test_no_more_is_read_than_the_limit_allows(tmp_path: Path) -> None:
 
 
 def test_each_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import missionc.replay.folder_files as reading
+    import missionc.replay.read_folder as reading
 
     opened: list[str] = []
     read_inside = reading.read_inside

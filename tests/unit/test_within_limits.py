@@ -25,7 +25,7 @@ from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.pipeline import ask_backend, certify_plan, driver, front_end, plan_with_margin
+from missionc.pipeline import certify_plan, driver, front_end, plan_with_margin
 from missionc.pipeline.results import Compiled, Verified
 from missionc.pipeline.run_limited import Ended, within
 from tests.support.one_turn import OneTurn
@@ -183,7 +183,7 @@ def test_a_search_that_is_interrupted_gives_the_last_plan_it_had(
 
     monkeypatch.setattr(driver, "load_backend", lambda *_: Dawdling())
     limit = 2.0 if reason is CutShort.TIME else FAR
-    monkeypatch.setattr(ask_backend, "within", lambda _, work: within(time.monotonic() + limit, work))
+    monkeypatch.setattr(driver, "within", lambda _, work: within(time.monotonic() + limit, work))
     outcome = compiled(Seconds(60.0)).outcome
     assert isinstance(outcome, Verified)
     assert outcome.report.cut_short is reason

@@ -37,10 +37,10 @@ from missionc.diagnostics.code import (
     WRONG_DIMENSION,
     Code,
 )
+from missionc.lsp.background_checks import diagnostics
 from missionc.lsp.goto import definition
-from missionc.lsp.publish_diagnostics import diagnostics
 from missionc.lsp.rename import RefusedError, rename
-from missionc.maps import libraries
+from missionc.maps import map_metadata
 from missionc.pipeline.driver import check
 from missionc.syntax.format import format_mission
 from missionc.syntax.parse import parse
@@ -246,7 +246,7 @@ def test_a_library_that_is_not_there_is_asked_for(tmp_path: Path, monkeypatch: p
     def absent(name: str) -> None:
         raise ImportError(name)
 
-    monkeypatch.setattr(libraries, "import_module", absent)
+    monkeypatch.setattr(map_metadata, "import_module", absent)
     finding = only(tmp_path, FROM_GRID, GRID)
     assert finding.code is EXTRA_MISSING
     assert "pip install 'missionc[maps]'" in finding.help

@@ -9,8 +9,7 @@ import pytest
 
 from missionc import ir
 from missionc.base.trace import Trace
-from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.curves.piecewise_polynomials import values
+from missionc.curves.piecewise_polynomials import Pieces, read, values
 from missionc.flight.crazyflie import Flyable, crazyflie
 from tests.support.legal_plans import NOTHING, mission_of, straight
 

@@ -8,12 +8,18 @@ along an axis. A box is left out only if no centre in it is clear of what stands
 
 Source:
     Latombe, "Robot Motion Planning", 1991, chapter 6: approximate cell decomposition.
+
+Borders: where something begins to hold, or stops; cells are cut there.
+
+in   Mission, its relaxed kernel, a kind of agent
+out  Borders, each a little beyond the place itself, so that the cells beyond are surely on its other side
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,11 +28,136 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from missionc.backends.cover.bodies import SLACK, standing_room
-from missionc.backends.cover.borders import Border
+from missionc import ir
+from missionc.backends.cover.bodies import SLACK, bodies, standing_room
 from missionc.base.trace import Array, Flags
-from missionc.ir import Agent, Mission
-from missionc.world.distance_ranges import Range, length_range
+from missionc.kernel.nodes import Atom, Kernel, Not
+from missionc.kernel.walk import postorder
+from missionc.world.distance_ranges import Range, length_range, signed_distance_range
+
+BEYOND = 3e-5
+"""Metres from a place where a predicate changes to the cut: more than a predicate may be wrong by."""
+
+
+@dataclass(frozen=True, slots=True)
+class Border:
+    """All places so many metres outside of a shape; inside, where ``away`` is negative."""
+
+    shape: ir.Shape
+    away: float
+
+    def crosses(self, low: Array, high: Array) -> bool:
+        """Whether the places of a box, (dim,) corners, are on both its sides."""
+        distance = signed_distance_range(self.shape, low, high)
+        return bool(distance.low < self.away - BEYOND / 10 and distance.high > self.away + BEYOND / 10)
+
+    def edges(self, axis: int) -> Iterator[float]:
+        """Where it runs across an axis."""
+        yield from _edges(self.shape, self.away, axis)
+
+    def box(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """A box around it within another, (dim,) corners."""
+        begin, end = low.copy(), high.copy()
+        for axis in range(len(low)):
+            edges = np.clip([*self.edges(axis)], low[axis], high[axis])
+            if edges.size:
+                begin[axis], end[axis] = edges.min(), edges.max()
+        return begin, end
+
+
+def borders_of_obstacles(mission: ir.Mission, agent: ir.Agent) -> tuple[Border, ...]:
+    """Those beyond which there is no room beside a standing obstacle, each once."""
+    away = agent.radius + mission.clearance - 2 * SLACK
+    standing = (each.shape for each in mission.obstacles if each.constant)
+    return tuple(dict.fromkeys(Border(body, away) for shape in standing for body in bodies(shape)))
+
+
+def borders_asked(mission: ir.Mission, kernel: Kernel, agent: ir.Agent) -> tuple[Border, ...]:
+    """Those of places where agents start and finish, and of what is asked, each once."""
+    found: dict[Border, None] = {}
+    for other in mission.agents:
+        for place in (other.start, other.finish):
+            if isinstance(place, ir.Anywhere):
+                found[Border(place.region.shape, BEYOND)] = None
+    for node in postorder(goal.formula for goal in kernel.requirements):
+        match node:
+            case Not(Atom(predicate)):
+                asked = _of_predicate(predicate, mission, agent)
+                found.update((Border(shape, away - side * BEYOND), None) for shape, away, side in asked)
+            case Atom(predicate):
+                asked = _of_predicate(predicate, mission, agent)
+                found.update((Border(shape, away + side * BEYOND), None) for shape, away, side in asked)
+            case _:
+                pass
+    return tuple(found)
+
+
+def _of_predicate(
+    predicate: ir.Predicate, mission: ir.Mission, agent: ir.Agent
+) -> Iterator[tuple[ir.Shape, float, float]]:
+    """Shapes, by how many metres they are to be grown, and 1 where it holds inside of that, -1 where outside."""
+    match predicate:
+        case ir.Inside(region, body):
+            yield region.shape, -agent.radius if body else 0.0, 1.0
+        case ir.Touches(region):
+            yield region.shape, agent.radius, 1.0
+        case ir.Flagged(flag):
+            yield flag.set_in.shape, 0.0, 1.0
+            if flag.cleared_in is not None:
+                yield flag.cleared_in.shape, 0.0, -1.0
+        case ir.Compare(((weight, feature),), constant) if weight:
+            bound, side = -constant / weight, -math.copysign(1.0, weight)
+            match feature:
+                case ir.Coordinate(axis):
+                    yield _below(mission, axis, bound), 0.0, side
+                case ir.Altitude() if mission.dimension == 3:
+                    yield _below(mission, 2, bound), 0.0, side
+                case ir.DistanceTo(ir.Region(shape=shape)):
+                    yield shape, bound, side
+                case ir.DistanceTo(ir.Beacon(position=centre)):
+                    yield ir.Ball(centre, 0.0) if mission.dimension == 3 else ir.Disc(centre, 0.0), bound, side
+                case _:
+                    pass
+        case _:
+            pass
+
+
+def _below(mission: ir.Mission, axis: int, bound: float) -> ir.Box:
+    """A box over all of the world where a coordinate is less than a bound."""
+    low, high = mission.world.low, mission.world.high
+    far = max(one - other for one, other in zip(high, low, strict=True)) + 1.0
+    begin, end = [each - far for each in low], [each + far for each in high]
+    begin[axis], end[axis] = min(low[axis], bound) - far, bound
+    return ir.Box(tuple(begin), tuple(end))
+
+
+def _edges(shape: ir.Shape, away: float, axis: int) -> Iterator[float]:
+    match shape:
+        case ir.Box(low, high):
+            yield low[axis] - away
+            yield high[axis] + away
+        case ir.Polygon(corners) if axis < 2:
+            ends = sorted({corner[axis] for corner in corners})
+            yield from (each - away for each in ends)
+            yield from (each + away for each in ends)
+        case ir.Disc(centre, radius) if axis < 2:
+            yield centre[axis] - radius - away
+            yield centre[axis] + radius + away
+        case ir.Ball(centre, radius):
+            yield centre[axis] - radius - away
+            yield centre[axis] + radius + away
+        case ir.Polygon(_, band) | ir.Disc(_, _, band) if band is not None:
+            yield band.low - away
+            yield band.high + away
+        case ir.Union(left, right) | ir.Intersection(left, right):
+            yield from _edges(left, away, axis)
+            yield from _edges(right, away, axis)
+        case ir.Difference(left, right):
+            yield from _edges(left, away, axis)
+            yield from _edges(right, -away, axis)
+        case _:
+            pass
+
 
 CROSSED = 4.0
 """A box that a border crosses is halved as if it were so many times as long."""
@@ -87,7 +218,7 @@ def distance_range(one: Cells, other: Cells) -> Range:
     )
 
 
-def cells_of(mission: Mission, agent: Agent, borders: Sequence[Border], count: int) -> Cells:
+def cells_of(mission: ir.Mission, agent: ir.Agent, borders: Sequence[Border], count: int) -> Cells:
     """So many boxes or fewer over all places where the centre of such an agent may be."""
     standing = [each for each in mission.obstacles if each.constant]
     heap: list[tuple[float, int, Array, Array, tuple[Border, ...]]] = []

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.backends.cover.bodies import SLACK, standing_room
-from missionc.backends.cover.borders import Border, borders_asked, borders_of_obstacles
-from missionc.backends.cover.cells import Cells, cells_of, with_points
+from missionc.backends.cover.cells import Border, Cells, borders_asked, borders_of_obstacles, cells_of, with_points
 from missionc.backends.cover.may_moves import furthest, may_move, nearest
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.base.trace import Array, Flags

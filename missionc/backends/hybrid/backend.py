@@ -7,26 +7,27 @@ Z3 says which robots relay over which links and when; its motion is where the po
 and its choices are kept for the requirements that a roadmap can judge. Other plans of Z3's follow where one
 leads nowhere, and now and then a sketch of the transport's own. That a roadmap holds no plan says
 nothing about the world between its nodes, so that "impossible" is not this backend's to say.
+
+Discrete relaxation of a mission for a roadmap: its requirements without what is measured, on a coarser clock.
+
+    in   Kernel
+    out  Discrete: a Kernel that every plan of the mission satisfies, up to the rounding of windows
+
+A formation, or a length in metres, is hardly ever met from node to node. It is taken to be
+as it should be, whichever way it is asked. What is left follows from
+the requirement, so that where it cannot hold on a roadmap the whole cannot either.
+
+Resampling: a mission on a coarser clock and of first order, and a motion of that read on the mission's own clock.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import ceil, floor
 
 import numpy as np
 
-from missionc.backends.api import (
-    Budget,
-    Impossible,
-    NotFound,
-    Outcome,
-    Planned,
-    Turns,
-    forget,
-    ignore,
-    open_ended,
-    unheard,
-)
+from missionc.backends import api
 from missionc.backends.clot.backend import ATTEMPTS
 from missionc.backends.clot.backend import Run as Smooth
 from missionc.backends.clot.optimise.active_set import Choices
@@ -36,18 +37,132 @@ from missionc.backends.clot.run.begin import NOISE
 from missionc.backends.clot.run.run_state import Reached
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
-from missionc.backends.hybrid.discrete_relaxation import Discrete, discrete
-from missionc.backends.hybrid.resample import on_clock, positions
 from missionc.backends.options import Options
 from missionc.backends.smt import backend as smt
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.work import driven
 from missionc.base.solved import Solved, then_polished
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Trace
+from missionc.base.units import Seconds, Steps
 from missionc.diagnostics.model import Diagnostic
-from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.kernel.walk import awaited
+from missionc.ir import Dynamics, Mission, Objective
+from missionc.ir.dynamics.single_integrator import of_first_order
+from missionc.kernel.analysis import reads_lengths, steps_ahead
+from missionc.kernel.nodes import Atom, Goal, Kernel, Node, Not, PathLength, RouteNode, UntilNode, WindowNode
+from missionc.kernel.normal_form import YES, constant, folded
+from missionc.kernel.walk import awaited, bottom_up, postorder
+from missionc.world.dynamics import States, motion_of
+
+SLACK = 1e-9
+"""The share of a step that rounding alone may make of a whole number of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """``ticks`` of the roadmap for the ``steps`` of the mission. ``careful``: windows may become longer by rounding."""
+
+    steps: int
+    ticks: int
+    careful: bool = True
+
+    def window(self, low: int, high: int | None, every: bool) -> tuple[int, int | None]:
+        """A window in ticks: no shorter for what holds at ``every`` step of it, within it for what holds at some."""
+        first, last = low * self.ticks / self.steps, None if high is None else high * self.ticks / self.steps
+        if every:
+            begin, end = floor(first + SLACK), None
+            if last is not None:
+                end = ceil(last - SLACK) if self.careful else floor(last + SLACK)
+        else:
+            begin, end = ceil(first - SLACK), None if last is None else floor(last + SLACK)
+            begin = min(begin, self.ticks)
+            if end is not None and begin > end:
+                begin = end
+        return begin, end
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Discrete:
+    """``whole``: by name, the requirements in which nothing is measured."""
+
+    kernel: Kernel
+    whole: frozenset[str]
+
+
+def discrete(kernel: Kernel, steps: int, ticks: int) -> Discrete:
+    """What a roadmap of so many ``ticks`` can be asked for of a mission of so many ``steps``."""
+    goals = _goals(kernel, Clock(steps, ticks))
+    ahead = steps_ahead(goal.formula for goal in goals)
+    if any(ahead[goal.formula] > ticks for goal in goals):
+        goals = _goals(kernel, Clock(steps, ticks, careful=False))
+    whole = frozenset(goal.name for goal in kernel.requirements if not any(map(_measures, postorder((goal.formula,)))))
+    return Discrete(Kernel(tuple(goal for goal in goals if constant(goal.formula) is not True), ()), whole)
+
+
+def _measures(node: Node) -> bool:
+    return reads_lengths(node) or (isinstance(node, Atom) and node.predicate.is_exact)
+
+
+def _goals(kernel: Kernel, clock: Clock) -> list[Goal]:
+    formulas = (goal.formula for goal in kernel.requirements)
+    relaxed = bottom_up(formulas, lambda node, parts: _relaxed(node, parts, clock))
+    return [Goal(goal.name, relaxed[goal.formula], goal.span) for goal in kernel.requirements]
+
+
+def _relaxed(node: Node, parts: tuple[Node, ...], clock: Clock) -> Node:
+    """A formula over relaxed ones, on the clock of the roadmap."""
+    match node:
+        case PathLength() | Not(PathLength()) | RouteNode():
+            return YES
+        case Atom(predicate) | Not(Atom(predicate)) if predicate.is_exact:
+            return YES
+        case WindowNode() | UntilNode():
+            low, high = clock.window(node.low, node.high, node.every)
+            return folded(replace(node, low=low, high=high), parts)
+        case _:
+            return folded(node, parts)
+
+
+REST = 3
+"""From one rest to the next an inert agent has so many ticks: so often its plan on the roadmap may turn a corner."""
+
+
+def on_clock(mission: Mission, ticks: int) -> Mission:
+    """The mission with ``ticks`` steps of equal length, its agents without momentum and heading.
+
+    Nothing is preferred and nothing made least.
+    """
+    step = Seconds(mission.horizon / ticks)
+    agents = tuple(replace(each, dynamics=first_order(each.dynamics, step)) for each in mission.agents)
+    return replace(mission, agents=agents, step=step, steps=Steps(ticks), preferences=(), objective=Objective.NONE)
+
+
+def first_order(dynamics: Dynamics, step: float) -> Dynamics:
+    """Dynamics whose velocity may jump, at a pace that these can follow.
+
+    Of an agent with momentum that is the mean speed of a way from rest to rest that takes ``REST`` steps.
+
+    Args:
+        step: seconds.
+    """
+    if not dynamics.has_momentum and not dynamics.faces_ahead:
+        return dynamics
+    speed, slowing = dynamics.top_speed, dynamics.top_acceleration * REST * step
+    return of_first_order(slowing / 4 if slowing <= 2 * speed else speed - speed**2 / slowing)
+
+
+def positions(mission: Mission, motion: Trace) -> Array:
+    """Where a motion on any clock has the mission's agents at its own steps, (agents, steps + 1, dim), metres."""
+    time = np.arange(mission.steps + 1) * mission.step
+    last = motion.position.shape[1] - 2
+    tick = np.clip(np.floor(time / motion.step).astype(np.int64), 0, last)
+    since = (time - tick * motion.step)[:, None]
+    position = np.zeros((len(mission.agents), len(time), mission.dimension))
+    for agent in mission.agents:
+        states = States(motion.position[agent.index], motion.velocity[agent.index])
+        here, velocity, bend = motion_of(agent.dynamics, states.take(tick), states.take(tick + 1), motion.step)
+        position[agent.index] = here + velocity * since + bend * since**2 / 2
+    return position
+
 
 OWN = 3
 """Every so many-th first motion is the transport's own sketch, while Z3 finds others."""
@@ -70,11 +185,11 @@ class HybridBackend:
         """What to say where the solver or the device asked for is not there."""
         return solver_missing(options) or device_missing(options)
 
-    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
         """A joint motion that satisfies every requirement."""
         return driven(self.turns(mission, kernel, options, budget), budget)
 
-    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
         """The same in turns, of whole attempts."""
         yield 0.0
         with one_thread(), enough_memory():
@@ -98,7 +213,7 @@ class Run:
     mission: Mission
     kernel: Kernel
     options: Options
-    budget: Budget
+    budget: api.Budget
     smooth: Smooth = field(init=False)
     asked: Discrete = field(init=False)
     on_roadmap: Mission = field(init=False)
@@ -120,9 +235,9 @@ class Run:
         if not self.asked.kernel.requirements:
             self.refused = "no requirement is one for a roadmap"
 
-    def turns(self) -> Turns:
+    def turns(self) -> api.Turns:
         outcome = yield from self.smooth.turns(self.attempt)
-        if not isinstance(outcome, NotFound):
+        if not isinstance(outcome, api.NotFound):
             return outcome
         return replace(outcome, statement="; ".join(part for part in (outcome.statement, self.refused) if part))
 
@@ -144,10 +259,10 @@ class Run:
             asked = replace(
                 budget,
                 seed=seed,
-                listen=ignore,
-                found=unheard,
-                enough=open_ended,
-                keep=forget,
+                listen=api.ignore,
+                found=api.unheard,
+                enough=api.open_ended,
+                keep=api.forget,
                 resume=None,
                 work=DISCRETE,
             )
@@ -155,9 +270,9 @@ class Run:
             outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, options, asked)
             account.work += outcome.report.work
         match outcome:
-            case Planned(trace, report):
+            case api.Planned(trace, report):
                 account.sizes |= {name: size for name, size in report.sizes if name in ("nodes", "clauses")}
-            case Impossible(_, statement) | NotFound(_, statement):
+            case api.Impossible(_, statement) | api.NotFound(_, statement):
                 self.refused = statement
                 account.notes.append(f"the discrete part was left to the transport: {statement}")
                 return None

@@ -15,18 +15,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 
-from missionc.backends.api import (
-    Backend,
-    Budget,
-    Impossible,
-    NotFound,
-    Outcome,
-    Planned,
-    Reason,
-    Report,
-    Tried,
-    Turns,
-)
+from missionc.backends import api
 from missionc.backends.options import Options
 from missionc.backends.work import driven
 from missionc.base.figures import counted
@@ -42,7 +31,7 @@ ATTEMPTS, TIMES = 3, 2.0
 """Where roadmaps hold no plan, each other engine has so many attempts and so many times the work of the refusal. One
 that repeats another has its first turn alone, and none after a refusal."""
 
-WORST = (Reason.TIME, Reason.MEMORY, Reason.SIZE, Reason.SOLVER, Reason.NO_ROADMAP)
+WORST = (api.Reason.TIME, api.Reason.MEMORY, api.Reason.SIZE, api.Reason.SOLVER, api.Reason.NO_ROADMAP)
 """Reasons for no answer: that of the portfolio is the first of these that an engine gave."""
 
 
@@ -51,7 +40,7 @@ class Engine:
     """A backend that takes turns: its name, what loads it, and whether it makes the attempts of another one as well."""
 
     name: str
-    load: Callable[[], Backend]
+    load: Callable[[], api.Backend]
     repeats: bool = False
 
 
@@ -73,18 +62,18 @@ class PortfolioBackend:
         """Nothing: who is missing was left out."""
         return None
 
-    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
         """The first plan that an engine finds; else what they say together."""
         return driven(self.turns(mission, kernel, options, budget), budget)
 
-    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
         """The same, in turns: those of the engines."""
         with ExitStack() as stack:
             runs = [Run(each, mission, kernel, options, budget) for each in self.engines]
             for run in runs:
                 stack.enter_context(closing(run))
             outcome = yield from in_turns(runs)
-        notes = outcome.report.notes if isinstance(outcome, Planned) else (*outcome.report.notes, *self.lacking)
+        notes = outcome.report.notes if isinstance(outcome, api.Planned) else (*outcome.report.notes, *self.lacking)
         return replace(outcome, report=replace(outcome.report, notes=notes))
 
 
@@ -96,15 +85,15 @@ class Run:
     mission: Mission
     kernel: Kernel
     options: Options
-    budget: Budget
-    search: Turns | None = None
+    budget: api.Budget
+    search: api.Turns | None = None
     count: int = 0
     """Turns taken."""
     attempts: int = 0
     """Times it paused: the attempts of one that works in attempts."""
     work: float = 0.0
     seconds: float = 0.0
-    said: Outcome | None = None
+    said: api.Outcome | None = None
 
     @property
     def name(self) -> str:
@@ -127,7 +116,9 @@ class Run:
             self.said = ended.value
             self.work = ended.value.report.work or self.work
         except MemoryError as error:
-            self.said = NotFound(Reason.MEMORY, str(error) or Reason.MEMORY.value, Report(work=self.work))
+            self.said = api.NotFound(
+                api.Reason.MEMORY, str(error) or api.Reason.MEMORY.value, api.Report(work=self.work)
+            )
         finally:
             self.seconds += time.perf_counter() - begin
 
@@ -137,7 +128,7 @@ class Run:
             return self.work >= FIRST or refused < math.inf
         return self.attempts >= ATTEMPTS and self.work >= TIMES * refused
 
-    def begun(self) -> Turns:
+    def begun(self) -> api.Turns:
         """Its search, before its first turn."""
         backend = self.engine.load()
         budget = self.budget
@@ -151,7 +142,7 @@ class Run:
         next(search)
         return search
 
-    def named(self, plan: Planned) -> Planned:
+    def named(self, plan: api.Planned) -> api.Planned:
         """The plan as one of this engine's."""
         return replace(plan, report=replace(plan.report, engine=self.name))
 
@@ -161,33 +152,33 @@ class Run:
             self.search.close()
 
     @property
-    def failed(self) -> NotFound | None:
+    def failed(self) -> api.NotFound | None:
         """That it found nothing, if that is what it said."""
-        return self.said if isinstance(self.said, NotFound) else None
+        return self.said if isinstance(self.said, api.NotFound) else None
 
     @property
-    def refusal(self) -> Impossible | None:
+    def refusal(self) -> api.Impossible | None:
         """That its roadmaps hold no plan, if that is what it said."""
-        return self.said if isinstance(self.said, Impossible) else None
+        return self.said if isinstance(self.said, api.Impossible) else None
 
     @property
     def says(self) -> str:
         """What it came to, in words."""
         match self.said:
-            case Planned():
+            case api.Planned():
                 return "a plan"
-            case Impossible(statement=statement) | NotFound(statement=statement):
+            case api.Impossible(statement=statement) | api.NotFound(statement=statement):
                 return statement
             case _:
                 return f"none found in {counted(self.attempts, 'attempt')}" if self.count else "not asked"
 
     @property
-    def tried(self) -> Tried:
+    def tried(self) -> api.Tried:
         """What it did."""
-        return Tried(self.name, self.count, round(self.work, 3), Seconds(self.seconds), self.says)
+        return api.Tried(self.name, self.count, round(self.work, 3), Seconds(self.seconds), self.says)
 
 
-def in_turns(runs: list[Run]) -> Turns:
+def in_turns(runs: list[Run]) -> api.Turns:
     """What the first of them that plans says; else what all say together."""
     granted, most = (yield 0.0), FIRST
     while waiting := _waiting(runs):
@@ -197,9 +188,9 @@ def in_turns(runs: list[Run]) -> Turns:
             continue
         run, done = ready[0], sum(each.work for each in runs)
         run.turn(run.work + granted - done if len(waiting) == 1 else most, _refused(runs))
-        if isinstance(run.said, Planned):
+        if isinstance(run.said, api.Planned):
             return _with_accounts(run.named(run.said), runs)
-        if run.failed is not None and run.failed.reason is Reason.TIME:
+        if run.failed is not None and run.failed.reason is api.Reason.TIME:
             for other in waiting:  # each looks at the clock at once, and says how near it came
                 if other.said is None and other.search is not None:
                     other.turn(math.inf)
@@ -219,12 +210,12 @@ def _waiting(runs: list[Run]) -> list[Run]:
     return [run for run in runs if run.said is None and not run.had_chance(refused)]
 
 
-def _together(runs: list[Run]) -> Impossible | NotFound:
+def _together(runs: list[Run]) -> api.Impossible | api.NotFound:
     """What those say together that found nothing: a refusal of roadmaps where nobody else ran out of time."""
     failed = [(run, run.failed) for run in runs if run.failed is not None]
     reasons = [said.reason for _, said in failed]
     for run in runs:
-        if run.refusal is not None and Reason.TIME not in reasons:
+        if run.refusal is not None and api.Reason.TIME not in reasons:
             others = [
                 f"{other.name} found none in {counted(other.attempts, 'attempt')}"
                 for other in runs
@@ -239,7 +230,7 @@ def _together(runs: list[Run]) -> Impossible | NotFound:
     return replace(said, reason=reason, statement="; ".join(more) or reason.value, report=report)
 
 
-def _with_accounts(outcome: Outcome, runs: list[Run]) -> Outcome:
+def _with_accounts(outcome: api.Outcome, runs: list[Run]) -> api.Outcome:
     """With what each engine did; the seconds of the others are told by their names."""
     report = outcome.report
     others = [(run.name, Seconds(run.seconds)) for run in runs if run.count and run.name != report.engine]

@@ -12,9 +12,8 @@ from missionc.cli.exit_status import Status, say
 from missionc.cli.options import Pairs, existing, files, of_mission, read_limits
 from missionc.diagnostics.model import has_errors
 from missionc.diagnostics.render import counts
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import check
-from missionc.resolve.show_files import file_lines, file_records
+from missionc.pipeline.front_end import Checked, check
+from missionc.resolve.resolve_files import file_lines, file_records
 
 
 @click.command("check")

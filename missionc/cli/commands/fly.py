@@ -9,18 +9,8 @@ from pathlib import Path
 import click
 
 from missionc.base.units import Seconds
+from missionc.cli import options
 from missionc.cli.exit_status import Status, say, say_line
-from missionc.cli.options import (
-    Number,
-    existing,
-    file_to_write,
-    files,
-    folder,
-    folders,
-    limits_and_form,
-    named,
-    read_limits,
-)
 from missionc.cli.progress import ProgressLine
 from missionc.simulate.trial_bounds import LARGEST_SEED
 
@@ -28,16 +18,20 @@ MOST_FLIGHTS = 10_000
 
 
 @click.command("fly")
-@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@click.argument("path", type=options.folder, shell_complete=options.folders, metavar="FOLDER")
 @click.option("--in", "where", type=click.Choice(["simulation"]), required=True, help="Where: on this machine.")
 @click.option(
-    "--scenario", type=existing, shell_complete=files, metavar="FILE", help="What happens: a file in TOML, docs/fly.md."
+    "--scenario",
+    type=options.existing,
+    shell_complete=options.files,
+    metavar="FILE",
+    help="What happens: a file in TOML, docs/fly.md.",
 )
 @click.option("--flights", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True, metavar="N")
 @click.option(
     "--within",
-    type=Number(0.1, 600),
+    type=options.Number(0.1, 600),
     default=3.0,
     show_default=True,
     metavar="SECONDS",
@@ -47,16 +41,18 @@ MOST_FLIGHTS = 10_000
 @click.option(
     "-o",
     "--output",
-    type=file_to_write,
+    type=options.file_to_write,
     metavar="FILE",
     help="The page that shows the flights; FOLDER-flights.html beside the folder if left out.",
 )
-@click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
+@click.option("--trace", type=options.file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
 @click.option("--page", is_flag=True, help="Show the first flight in the browser while it is flown, at its own pace.")
-@click.option("--pace", type=Number(0.1, 100), default=1.0, show_default=True, metavar="N", help="Times as fast.")
+@click.option(
+    "--pace", type=options.Number(0.1, 100), default=1.0, show_default=True, metavar="N", help="Times as fast."
+)
 @click.option("--no-open", is_flag=True, help="Say where the page is, and open nothing.")
 @click.option("--quiet", is_flag=True, help="No progress.")
-@limits_and_form
+@options.limits_and_form
 def command(
     path: Path,
     where: str,
@@ -84,8 +80,8 @@ def command(
     from missionc.output.folder.overlap import Output
     from missionc.output.folder.write_file import beside, refuse_file, write_file
 
-    allowed = read_limits(limits)
-    target = output or beside(named(path), "-flights.html")
+    allowed = options.read_limits(limits)
+    target = output or beside(options.named(path), "-flights.html")
     read = [path, *([scenario] if scenario else [])]
     traces = [Output("--trace", trace)] if trace else []
     refused = refuse_page(target, output is not None, read, traces) or (refuse_file(trace) if trace else None)
@@ -101,7 +97,7 @@ def command(
     shown = None
     if page:
         from missionc.cli.browser import said
-        from missionc.cli.show_loop import ShownLoop
+        from missionc.cli.fly_folder import ShownLoop
 
         shown = ShownLoop(mission, kernel, flying.trace, pace)
     flown: list[LoopFlight] = []

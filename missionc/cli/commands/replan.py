@@ -8,22 +8,8 @@ from pathlib import Path
 import click
 
 from missionc.base.units import Seconds
+from missionc.cli import options
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import (
-    Number,
-    existing,
-    export_names,
-    exports,
-    files,
-    folder,
-    folder_to_write,
-    folders,
-    limits_and_form,
-    named,
-    pair,
-    read_limits,
-    several_of,
-)
 from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.output.folder.overlap import Output, overlapping
 from missionc.output.folder.write_file import beside
@@ -34,7 +20,7 @@ MOST_SECONDS = 3_600
 
 def speed(value: str) -> tuple[str, float]:
     """``AGENT=SPEED``, in m/s."""
-    name, text = pair(value)
+    name, text = options.pair(value)
     try:
         most = float(text)
     except ValueError:
@@ -45,19 +31,19 @@ def speed(value: str) -> tuple[str, float]:
 
 
 @click.command("replan")
-@click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
+@click.argument("path", type=options.folder, shell_complete=options.folders, metavar="FOLDER")
 @click.option(
     "--flown",
-    type=existing,
+    type=options.existing,
     required=True,
-    shell_complete=files,
+    shell_complete=options.files,
     metavar="TRACE",
     help="What was flown so far, from the beginning of the folder's plan on: CSV or JSON.",
 )
 @click.option(
     "--changed",
-    type=existing,
-    shell_complete=files,
+    type=options.existing,
+    shell_complete=options.files,
     metavar="PATCH",
     help="Declarations that take the place of the mission's: the world and the team as they are now.",
 )
@@ -74,7 +60,7 @@ def speed(value: str) -> tuple[str, float]:
 )
 @click.option(
     "--within",
-    type=Number(0.1, MOST_SECONDS),
+    type=options.Number(0.1, MOST_SECONDS),
     default=3.0,
     show_default=True,
     metavar="SECONDS",
@@ -84,16 +70,20 @@ def speed(value: str) -> tuple[str, float]:
 @click.option(
     "--export",
     "names",
-    type=export_names,
-    shell_complete=several_of(exports),
+    type=options.export_names,
+    shell_complete=options.several_of(options.exports),
     metavar="NAME[,NAME]",
     help="Write the new flight in other forms too.",
 )
 @click.option(
-    "-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write; FOLDER-replan if left out."
+    "-o",
+    "--output",
+    type=options.folder_to_write,
+    metavar="FOLDER",
+    help="The folder to write; FOLDER-replan if left out.",
 )
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
-@limits_and_form
+@options.limits_and_form
 def command(
     path: Path,
     flown: Path,
@@ -114,13 +104,13 @@ def command(
     from missionc.cli.replan_folder import replan_folder
     from missionc.pipeline.replan.request import Way
 
-    target = output or beside(named(path), "-replan")
+    target = output or beside(options.named(path), "-replan")
     inputs = [path, flown, *([changed] if changed else [])]
     wrong = overlapping([Output("-o", target, True)], inputs) or refuse(target, force)
     if wrong:
         say([wrong], [], form, {"outcome": None})
         return Status.MISSION_ERRORS
-    allowed = read_limits(limits)
+    allowed = options.read_limits(limits)
     replanned = replan_folder(
         path, flown, changed, lost, dict(slow), given_up, Seconds(within), seed, names or (), allowed
     )

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from missionc.base.limits import Limits
     from missionc.replay.simulate_folder import Simulated
     from missionc.simulate.trials import Trial
-    from missionc.sweep.executors import Pool
+    from missionc.sweep.run_sweep import Pool
 
 DRAWN = 20
 """Flights whose paths are drawn."""

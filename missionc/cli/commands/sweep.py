@@ -21,27 +21,13 @@ from missionc.cli import cluster_options, options, sweep_summary
 from missionc.cli.commands.compile import PLANNING
 from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import (
-    Number,
-    Pairs,
-    existing,
-    files,
-    folder,
-    folder_to_write,
-    folders,
-    of_mission,
-    pair,
-    picture,
-    read_limits,
-)
 from missionc.cli.progress import ProgressLine
 from missionc.output.plot.figure_request import WIDTHS
 from missionc.pipeline import driver
 from missionc.simulate.trial_bounds import MOST_FLIGHTS
 
 if TYPE_CHECKING:
-    from missionc.sweep.carry_out_sweep import SweepRequest
-    from missionc.sweep.remaining_time import RemainingTime
+    from missionc.sweep.carry_out_sweep import RemainingTime, SweepRequest
     from missionc.sweep.run_grid import Run
     from missionc.sweep.sweep_folder import Row
 
@@ -49,28 +35,36 @@ MOST_SEEDS = 100_000
 
 
 @click.command("sweep")
-@click.argument("file", type=existing, shell_complete=files)
-@of_mission
+@click.argument("file", type=options.existing, shell_complete=options.files)
+@options.of_mission
 @click.option(
     "--vary",
     "varied",
-    type=pair,
+    type=options.pair,
     multiple=True,
     metavar="NAME=VALUES",
     help="Give a parameter each of these values: N=3,5,8 or R=1..2/0.25.",
 )
 @click.option("--seeds", type=click.IntRange(1, MOST_SEEDS), default=1, show_default=True, metavar="K")
-@click.option("-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write or to go on in.")
+@click.option(
+    "-o", "--output", type=options.folder_to_write, metavar="FOLDER", help="The folder to write or to go on in."
+)
 @click.option("--keep", is_flag=True, help="Keep the folder of every plan.")
 @cluster_options.jobs
 @cluster_options.cluster
-@click.option("--compare", type=folder, shell_complete=folders, metavar="FOLDER", help="Compare with an older sweep.")
+@click.option(
+    "--compare",
+    type=options.folder,
+    shell_complete=options.folders,
+    metavar="FOLDER",
+    help="Compare with an older sweep.",
+)
 @options.vehicle
 @click.option("--backend", type=click.Choice([AUTO, *OFFERS]), default=AUTO, show_default=True)
 @options.of_a_plan(*PLANNING)
 @click.option(
     "--time-limit",
-    type=Number(min=0, min_open=True, max=1e6),
+    type=options.Number(min=0, min_open=True, max=1e6),
     default=float(driver.DEFAULT_TIME_LIMIT),
     show_default=True,
     metavar="SECONDS",
@@ -88,15 +82,15 @@ MOST_SEEDS = 100_000
     help="Fly each plan so many times, with the disturbances that follow.",
 )
 @of_disturbance
-@click.option("--plot", type=picture, metavar="FILE", help="Draw the figure: FILE.svg, FILE.png or FILE.pdf.")
+@click.option("--plot", type=options.picture, metavar="FILE", help="Draw the figure: FILE.svg, FILE.png or FILE.pdf.")
 @click.option("--plot-width", type=click.Choice([*WIDTHS]), help="Draw as wide as a paper's column, or as two.")
 @click.option("--quiet", is_flag=True, help="No summary and no progress.")
 def command(
     file: Path,
-    overrides: Pairs,
-    limits: Pairs,
+    overrides: options.Pairs,
+    limits: options.Pairs,
     form: str,
-    varied: Pairs,
+    varied: options.Pairs,
     seeds: int,
     output: Path | None,
     keep: bool,
@@ -126,15 +120,14 @@ def command(
     if plot_width and plot is None:
         raise click.UsageError("`--plot-width` says how to draw; add `--plot FILE.svg`")
     cluster_options.understood(jobs, cluster)
-    allowed = read_limits(limits)
+    allowed = options.read_limits(limits)
     chosen = Options(**{name: more.pop(name) for name in PLANNING})
     amounts, lost = disturbance_of(**more)
     if not trials and (any(amounts.values()) or lost):
         raise click.UsageError("disturbances are of flights; add `--simulate N`")
     from missionc.sweep.carry_out_sweep import SweepRequest, carry_out_sweep
-    from missionc.sweep.run_grid import Grid
+    from missionc.sweep.run_grid import Grid, read_varied
     from missionc.sweep.run_request import Flights, Settings
-    from missionc.sweep.varied_values import read_varied
 
     throughout = Throughout.REQUIRED if continuous else Throughout.AT_STEPS if at_steps else Throughout.WANTED
     values = read_varied(varied, [name for name, _ in overrides])
@@ -195,7 +188,7 @@ class _Told:
         self._say(f"checking: {done}/{self._total} combinations")
 
     def _began(self, left: list[Run], rows: Mapping[Run, Row]) -> None:
-        from missionc.sweep.remaining_time import RemainingTime
+        from missionc.sweep.carry_out_sweep import RemainingTime
 
         self._left, self._total = len(left), len(left) + len(rows)
         self._known = RemainingTime(Counter(run.values for run in left), rows)

@@ -9,7 +9,7 @@ from missionc.cli.exit_status import Status
 from missionc.cli.options import form_flag, one_of, vehicle_name
 from missionc.data.vehicles import profiles
 from missionc.diagnostics.sanitize import as_json
-from missionc.resolve.show_vehicle import show_vehicle
+from missionc.resolve.show_ir import show_vehicle
 
 
 @click.command("vehicles")

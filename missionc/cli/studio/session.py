@@ -2,38 +2,228 @@
 
 Messages are those of JSON-RPC. What begins with ``studio/`` is answered here, everything else by the language server,
 of which the page has one to itself. The text of the page is written nowhere but by ``studio/save``.
+
+The words of the language, for the page to colour: the compiler's own, so that there is no second table of them.
+
+The open mission: the text that a page has, where it may be saved, and the answers to open and save.
+
+says MC002 MC004 MC702
+
+The language server of one page: it knows the one text that is open there, and hands on what the map shows.
 """
 
 from __future__ import annotations
 
+import asyncio
 import json
 import logging
+import os
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from lsprotocol.converters import get_converter
 from pygls.exceptions import JsonRpcException
 
 from missionc.backends.offers import OFFERS
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.base.units import UNITS
 from missionc.cli.studio.compilation import Compilation
-from missionc.cli.studio.mission_lists import SHELVES, listed
-from missionc.cli.studio.open_mission import OpenMission
-from missionc.cli.studio.studio_lsp import StudioLsp
-from missionc.cli.studio.words import words
+from missionc.cli.studio.mission_lists import SHELVES, SUFFIX, Shelf, listed, taken
+from missionc.cli.studio.text_file import TextFile, opened
 from missionc.cli.studio.workplace import Workplace
 from missionc.cli.watch.planner_process import Ended
-from missionc.diagnostics.code import OUTPUT_EXISTS
+from missionc.diagnostics.code import OUTPUT_EXISTS, UNREADABLE
 from missionc.diagnostics.defect import defect
 from missionc.diagnostics.model import Diagnostic
 from missionc.diagnostics.render import counts
+from missionc.lsp.background_checks import diagnostics
 from missionc.lsp.open_text import LIMITS, OpenText
-from missionc.lsp.publish_diagnostics import diagnostics
-from missionc.lsp.scene.pieces import Json
+from missionc.lsp.scene.scene import Json, scene
+from missionc.lsp.server import Server, made
+from missionc.output.folder.ownership import cannot_write
+from missionc.output.folder.write_file import write_file
 from missionc.syntax import ast
+from missionc.syntax.parse import read
+from missionc.syntax.read_file import loader, too_large
+from missionc.syntax.tokens import DECLARATIONS, STATES, WORDS
 
 if TYPE_CHECKING:
     from cattrs import Converter
+
+
+COLOURS = {
+    "a declaration": "definitionKeyword",
+    "a shape": "typeName",
+    "an operator": "operatorKeyword",
+    "a quantifier": "operatorKeyword",
+    "a formula": "bool",
+    "the mission's last step": "bool",
+    "a measure": "propertyName",
+    "a preposition": "modifier",
+    "a motion": "modifier",
+    "a way to turn": "modifier",
+    "a kind of graph": "typeName",
+    "a part of `time`": "propertyName",
+    "a part of a team": "propertyName",
+    "a part of a formation": "propertyName",
+    "a part of `flight`": "propertyName",
+    "a part of `from`": "propertyName",
+    "a part of `prefer`": "propertyName",
+    "a part of `tolerate`": "propertyName",
+}
+"""CodeMirror's tag for each kind of word, by what the table of words says it is."""
+
+
+def words() -> Json:
+    """What colours words: ``kinds`` by word and short form, ``free`` those that may be names, and what declares one."""
+    spelt = [(spelling, word) for word in WORDS for spelling in (word.text, word.letter) if spelling.isalpha()]
+    return {
+        "kinds": {spelling: COLOURS[word.says] for spelling, word in spelt},
+        "free": [word.text for word in WORDS if not word.reserved],
+        "declaring": sorted(DECLARATIONS),
+        "units": list(UNITS),
+        "states": list(STATES),
+    }
+
+
+LONGEST = 200
+"""Bytes of a file's name."""
+ANOTHER_NAME = "another name, in this folder"
+
+
+@dataclass(slots=True)
+class OpenMission:
+    """``home`` is the one folder that is read and written."""
+
+    home: Path
+    file: TextFile
+    limits: Limits
+
+    @property
+    def uri(self) -> str:
+        """How the language server calls the text."""
+        return self.file.path.as_uri()
+
+    def described(self) -> Json:
+        """The text as a page opens it."""
+        return {
+            "uri": self.uri,
+            "name": self.file.path.name,
+            "text": self.file.text,
+            "saved": self.file.saved,
+            "named": self.file.named,
+            "folder": str(self.home),
+        }
+
+    def open(self, shelf: Shelf, name: str) -> Json | Diagnostic:
+        """Another text, in the place of this one."""
+        file = taken(shelf, name, self.home, self.limits)
+        if isinstance(file, Diagnostic):
+            return file
+        self.file = file
+        return self.described()
+
+    def reload(self) -> Json | Diagnostic:
+        """The text as its file has it now."""
+        file = opened(self.file.path, self.limits)
+        if isinstance(file, Diagnostic):
+            return file
+        self.file = file
+        return self.described()
+
+    def save(self, text: str, name: str, replace: bool) -> Json | Diagnostic:
+        """Save the text: under its own name, or under another one in the folder.
+
+        ``problem`` says what has to be asked first: for a name where it has none yet (``unnamed``), whether to replace
+        a file that is there (``exists``), or one that somebody else has saved meanwhile (``changed``).
+        ``beside`` are the files that were saved along, which a text from the gallery includes.
+        """
+        size = len(text.encode("utf-8"))
+        if size > self.limits.file_bytes:
+            return too_large(UNREADABLE, self.file.path.name, size, self.limits.file_bytes)
+        if not name and not self.file.named:
+            return {"problem": "unnamed"}
+        path = self.file.path if not name else self.home / (name if name.endswith(SUFFIX) else f"{name}{SUFFIX}")
+        if name and (wrong := refused_name(self.home, path)):
+            return wrong
+        if path == self.file.path and self.file.named:
+            if not replace and self.file.changed(self.limits):
+                return {"problem": "changed"}
+        elif not replace and os.path.lexists(path):
+            return {"problem": "exists"}
+        beside = {} if self.file.path.parent == self.home else self._included(text)
+        saved = self.file.save(path, text)
+        if isinstance(saved, Diagnostic):
+            return saved
+        self.file = saved
+        missing = {name: content for name, content in beside.items() if not os.path.lexists(self.home / name)}
+        for name, content in missing.items():
+            wrong = write_file(self.home / name, content)
+            if wrong:
+                return wrong
+        return {"problem": "", "beside": list(missing), **self.described()}
+
+    def _included(self, text: str) -> dict[str, bytes]:
+        """The files that a text from elsewhere names, relative to the text: they go along where that is saved."""
+        path = self.file.path
+        find = loader(path, str(path), self.limits)
+        found: dict[str, bytes] = {}
+
+        def load(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
+            included = find(written, span, data=data)
+            if isinstance(included, Source):
+                found[os.path.relpath(included.name, path.parent)] = included.content
+            return included
+
+        read(Source(str(path), text), self.limits, load)
+        return found
+
+
+def refused_name(home: Path, path: Path) -> Diagnostic | None:
+    """Why a text cannot be saved under a name; absent where it can."""
+    name = path.name
+    plain = path.parent == home and name.isprintable() and not name.startswith(".") and "\\" not in name
+    if not plain or len(os.fsencode(name)) > LONGEST:
+        return cannot_write(path, f"a plain name is needed, which ends in `{SUFFIX}`", ANOTHER_NAME)
+    if Path(os.path.realpath(path)).parent != Path(os.path.realpath(home)):
+        return cannot_write(path, "it is a link that leads out of the folder", ANOTHER_NAME)
+    return None
+
+
+class StudioLsp(Server):
+    """Args:
+    allowed: whether a text is the one that is open; of others nothing is read, nor what they would include.
+    show: called with each version of the text and its scene, in the loop's thread.
+    """
+
+    def __init__(self, allowed: Callable[[str], bool], show: Callable[[OpenText, Json | None], None]) -> None:
+        super().__init__()
+        self._allowed, self._show = allowed, show
+        self._tasks: set[asyncio.Task[None]] = set()
+        made(self)
+
+    def put(self, uri: str, version: int) -> None:
+        if not self._allowed(uri):
+            return
+        super().put(uri, version)
+        task = asyncio.ensure_future(self._draw(self.open[uri]))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _draw(self, text: OpenText) -> None:
+        """The scene of a text, unless there is a newer version by then."""
+
+        def made_scene() -> Json | None:
+            return scene(text.source, text.outline.declarations, LIMITS)
+
+        drawn = await asyncio.to_thread(made_scene)
+        if self.open.get(text.uri) is text:
+            self._show(text, drawn)
+
 
 log = logging.getLogger(__name__)
 

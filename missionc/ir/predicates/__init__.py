@@ -8,38 +8,19 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from missionc.ir.predicates.compare import Compare
-from missionc.ir.predicates.connected import Connected
-from missionc.ir.predicates.facing import Facing
-from missionc.ir.predicates.features import (
-    Altitude,
-    Coordinate,
-    DistanceBetween,
-    DistanceTo,
-    Feature,
-    Level,
-    Speed,
-)
-from missionc.ir.predicates.flagged import Flagged
-from missionc.ir.predicates.in_formation import InFormation
-from missionc.ir.predicates.in_region import Inside, Touches
+from missionc.ir.predicates.compare import Compare as Compare
+from missionc.ir.predicates.connected import Connected as Connected
+from missionc.ir.predicates.facing import Facing as Facing
+from missionc.ir.predicates.features import Altitude as Altitude
+from missionc.ir.predicates.features import Coordinate as Coordinate
+from missionc.ir.predicates.features import DistanceBetween as DistanceBetween
+from missionc.ir.predicates.features import DistanceTo as DistanceTo
+from missionc.ir.predicates.features import Feature as Feature
+from missionc.ir.predicates.features import Level as Level
+from missionc.ir.predicates.features import Speed as Speed
+from missionc.ir.predicates.flagged import Flagged as Flagged
+from missionc.ir.predicates.in_formation import InFormation as InFormation
+from missionc.ir.predicates.in_region import Inside as Inside
+from missionc.ir.predicates.in_region import Touches as Touches
 
 Predicate: TypeAlias = Inside | Touches | Compare | Connected | InFormation | Flagged | Facing
-
-__all__ = [
-    "Altitude",
-    "Compare",
-    "Connected",
-    "Coordinate",
-    "DistanceBetween",
-    "DistanceTo",
-    "Facing",
-    "Feature",
-    "Flagged",
-    "InFormation",
-    "Inside",
-    "Level",
-    "Predicate",
-    "Speed",
-    "Touches",
-]

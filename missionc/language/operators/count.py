@@ -15,7 +15,7 @@ from missionc.ir import Apply
 from missionc.kernel.nodes import All, At, AtLeast, Is, Node, Not
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
 from missionc.language.operators.reach import reach
-from missionc.language.route_lengths import always_true, distance_to, measured_in_metres, no_hops
+from missionc.language.weighed_routes import always_true, distance_to, measured_in_metres, no_hops
 
 
 def expand(use: Use) -> Node | TooLarge:

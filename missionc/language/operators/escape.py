@@ -12,7 +12,7 @@ from __future__ import annotations
 from missionc.ir import Apply
 from missionc.kernel.nodes import All, Any, Is, Node, Reach
 from missionc.language.operator import Bounds, Fixity, Operator, Use
-from missionc.language.route_lengths import distance_from, most_hops, no_hops
+from missionc.language.weighed_routes import distance_from, most_hops, no_hops
 
 
 def expand(use: Use) -> Node:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from missionc.kernel.nodes import Node, Not
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
 from missionc.language.operators.reach import of_routes, reach
-from missionc.language.route_lengths import always_true
+from missionc.language.weighed_routes import always_true
 
 
 def expand(use: Use) -> Node | TooLarge:

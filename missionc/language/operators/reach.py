@@ -22,8 +22,7 @@ from missionc.ir import Apply, Length, Truth
 from missionc.ir.pair_ranges import lightest
 from missionc.kernel.nodes import All, Any, Is, Neighbour, Node, Not, Reach, Route
 from missionc.language.operator import Bounds, Fixity, Operator, TooLarge, Use
-from missionc.language.route_lengths import measured_in_metres, no_hops, up_to, whole_bounds
-from missionc.language.weighed_routes import at_least, nodes_at_most
+from missionc.language.weighed_routes import at_least, measured_in_metres, no_hops, nodes_at_most, up_to, whole_bounds
 
 
 def expand(use: Use) -> Node | TooLarge:

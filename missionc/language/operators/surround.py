@@ -14,7 +14,7 @@ from missionc.ir import Apply, Length
 from missionc.kernel.nodes import All, Any, Node, Not, Route
 from missionc.language.operator import Bounds, Fixity, Operator, Use
 from missionc.language.operators import escape
-from missionc.language.route_lengths import longest, measured_in_metres, up_to, whole_bounds
+from missionc.language.weighed_routes import longest, measured_in_metres, up_to, whole_bounds
 
 
 def expand(use: Use) -> Node:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.late_dataclass import dataclass
-from missionc.maps.dxf.curves import Points, UnusableError
+from missionc.maps.dxf.shapes import Points, UnusableError
 
 Parts: TypeAlias = Counter[tuple[str, str]]
 """Number of entities of a kind that are left out for a reason; the reason is empty if they are read."""

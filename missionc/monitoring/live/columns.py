@@ -6,7 +6,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.monitoring.live.asked_steps import Asked
-from missionc.monitoring.live.horizon_cells import Cells, Indices
+from missionc.monitoring.live.atom_bounds import Cells, Indices
 
 
 class Columns:

@@ -8,13 +8,12 @@ import numpy as np
 
 from missionc.base.plain_number import is_number
 from missionc.base.strict_json import NotJsonError, parse_record
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import values
+from missionc.curves.piecewise_polynomials import Pieces, values
 from missionc.ir import Mission
 from missionc.output.json_layout import compact, document, listed
 from missionc.verify.certificate import Certificate
-from missionc.verify.flight.landing_in_turns import Stop
 from missionc.verify.flight.verify_safe_end import HOVER, WAIT, WITHOUT
+from missionc.verify.flight.verify_whole_flight import Stop
 
 SCHEMA = "missionc.safe_end/1"
 MOST_MOMENTS = 1000

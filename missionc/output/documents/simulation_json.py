@@ -11,12 +11,10 @@ from missionc.base.judgement import Judgement
 from missionc.ir import Mission
 from missionc.output.folder.file_names import SIMULATION_SCHEMA
 from missionc.output.json_layout import document, record
-from missionc.simulate.confidence_interval import Fraction
 from missionc.simulate.default_engine import Flown
-from missionc.simulate.firmware_setpoints import SETPOINTS_PER_SECOND
+from missionc.simulate.disturbance import SETPOINTS_PER_SECOND
 from missionc.simulate.flight_conditions import conditions
-from missionc.simulate.headline import headline
-from missionc.simulate.trials import Trials
+from missionc.simulate.trials import Fraction, Trials, headline
 
 EACH = 4
 """Every fourth of the samples is kept."""

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from missionc.curves.piecewise_polynomials import speed_bounds
 from missionc.output.export.takeoff_and_landing import GROUND, peaks, phases, turns_of
 from missionc.output.export.verified_flight import Flight
-from missionc.verify.flight.flight_phases import LANDED, landing_seconds
+from missionc.verify.flight.verify_whole_flight import LANDED, landing_seconds
 from missionc.verify.flight.way_missions import is_whole
 
 NEAR = 0.1

@@ -12,16 +12,14 @@ from itertools import combinations
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import hulls, values
+from missionc.curves.piecewise_polynomials import Pieces, hulls, values
 from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Obstacle
 from missionc.output.export.export_form import refused
 from missionc.output.export.verified_flight import Flight, Part
-from missionc.verify.flight.flight_phases import LANDED, REST_TO_REST, Phases, phases_of
-from missionc.verify.flight.landing_in_turns import pad_turns
+from missionc.verify.certificate import WAYPOINT
+from missionc.verify.flight.verify_whole_flight import LANDED, REST_TO_REST, Phases, pad_turns, phases_of
 from missionc.verify.flight.way_missions import is_whole
-from missionc.verify.tolerances import WAYPOINT
 from missionc.world.columns import FLOOR, column_clearance
 
 GROUND = FLOOR

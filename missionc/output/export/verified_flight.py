@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.curves.crazyflie_csv import Pieces, curves_of, read, written
-from missionc.curves.piecewise_polynomials import Curves, values
+from missionc.curves.piecewise_polynomials import Curves, Pieces, curves_of, read, values, written
 from missionc.ir import Agent, Mission
 from missionc.kernel.nodes import Kernel
 from missionc.output.folder.file_names import file_names

@@ -2,42 +2,251 @@
 
 in   events of a session of online monitoring, one after the other; the plan that is followed; what else there is to say
 out  what a page has to be told that knows it up to some point: a dict that JSON can hold
+
+Communication links and formations of a live flight: which there were at each column, are broken, or at risk now.
+
+in   Mission, the team's states, the plan that is followed
+out  values that JSON can hold
+
+The page of a flight that goes on, as HTML: the report's map, its lanes and its look, in other company.
 """
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import math
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missionc.base.figures import decimals
-from missionc.base.trace import Trace
-from missionc.ir import Mission
+from missionc.base.trace import Array, Flags, Trace
+from missionc.ir import Formation, Graph, Mission
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.analysis import robustness_unit
 from missionc.kernel.nodes import Kernel
+from missionc.language.margins.links import are_linked, link_margin
+from missionc.language.margins.predicate_margins import formation_margin
 from missionc.language.walk_formulas import goals
-from missionc.monitoring.live.session import (
-    Breach,
-    Change,
-    Event,
-    Forecast,
-    Implausible,
-    Judged,
-    Outrun,
-    Presence,
-    Unusable,
-)
+from missionc.monitoring.live import session
+from missionc.monitoring.live.samples import StepState
 from missionc.monitoring.live.verdicts import Standing, Verdict
-from missionc.output.flight_page.couplings import CouplingsRecord, couplings_data, couplings_now, packed
 from missionc.output.report.pack import pack, thousandths
+from missionc.output.report.render_page import SCRIPTS, asset, scripts
 from missionc.output.report.requirement_lanes import HARMS, HELPS, OPEN
 from missionc.output.report.world_data import world_data
+
+MOST_MEMBERS = 200
+"""Agents of a graph whose links are drawn: those of more are a tangle, and take their time."""
+
+EVERY = 0.1
+"""Seconds of the mission after which links are looked for again."""
+
+INSTANT = 1e-9
+"""Seconds: moments that differ by less are the same."""
+
+KEPT, AT_RISK, BROKEN = range(3)
+"""How an edge of a formation stands."""
+
+NOWHERE = 1e6
+"""Metres: an agent in doubt by so much is nowhere, and has no link."""
+
+
+def drawn_graphs(mission: Mission) -> tuple[Graph, ...]:
+    """The graphs whose links are drawn."""
+    return tuple(graph for graph in mission.graphs if 1 < len(graph.agents) <= MOST_MEMBERS)
+
+
+def couplings_data(mission: Mission) -> dict[str, Any]:
+    """What the page is told of them once: names, which way links lead, edges by the agents' numbers."""
+    return {
+        "graphs": [{"name": graph.name, "directed": directed(graph)} for graph in drawn_graphs(mission)],
+        "formations": [
+            {"name": each.name, "edges": [[edge.first, edge.second] for edge in each.edges]}
+            for each in mission.formations
+        ],
+    }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Links:
+    """By graph, which of its pairs are linked at a step: (pairs,)."""
+
+    step: int
+    links: Mapping[str, Flags]
+
+
+class CouplingsRecord:
+    """The links that began and ended at each column, and the formations' margins there.
+
+    Args:
+        columns: how many there will be.
+    """
+
+    def __init__(self, mission: Mission, columns: int) -> None:
+        self._columns = columns
+        self._changes: dict[str, list[NDArray[np.int64]]] = {}
+        self._written: dict[str, Flags] = {}
+        self.last = Links(-1, {})
+        self._margins: dict[str, Array] = {}
+        self.set_world(mission)
+
+    def set_world(self, mission: Mission) -> None:
+        """The same graphs and formations, perhaps with other ranges; of one that is new nothing is known before."""
+        self.mission = mission
+        for each in mission.formations:
+            self._margins.setdefault(each.name, np.full((len(each.edges), self._columns), -np.inf))
+
+    def take(self, state: StepState, column: int | None) -> None:
+        """The team at a step, and which column that is, if any; steps come in their order."""
+        known, seconds = _known(state), float(self.mission.step)
+        if self.last.step < 0 or (state.step - self.last.step) * seconds > EVERY - INSTANT:
+            found = {graph.name: _linked(graph, state.position, known) for graph in drawn_graphs(self.mission)}
+            self.last = Links(state.step, found)
+        if column is None:
+            return
+        for graph in drawn_graphs(self.mission):
+            changes = self._changes.setdefault(graph.name, [])
+            changes += [np.zeros((0, 3), dtype=np.int64)] * (column - len(changes))
+            first, second = _pairs(graph)
+            none = np.zeros(len(first), dtype=np.bool_)
+            linked = self.last.links.get(graph.name, none)
+            changed = linked ^ self._written.get(graph.name, none)
+            changes.append(np.stack([first[changed], second[changed], linked[changed]], axis=1))
+            self._written[graph.name] = linked
+        for formation in self.mission.formations:
+            self._margins[formation.name][:, column] = _edges(formation, state.position, known)
+
+    def since(self, first: int, last: int) -> dict[str, Any]:
+        """What a page does not know yet that knows the columns before the first one; nothing of it is written again."""
+        changes = {
+            graph.name: list(enumerate(self._changes.get(graph.name, [])[first:last], first))
+            for graph in drawn_graphs(self.mission)
+        }
+        margins = {each.name: self._margins[each.name][:, first:last].copy() for each in self.mission.formations}
+        return {"changes": changes, "margins": margins}
+
+
+def packed(fresh: dict[str, Any]) -> dict[str, Any]:
+    """``CouplingsRecord.since`` as a page reads it: changes are rows of column, two agents, and whether linked."""
+    return {
+        "changes": {name: pack(_rows(changes)) for name, changes in fresh["changes"].items()},
+        "margins": {name: pack(thousandths(margins)) for name, margins in fresh["margins"].items()},
+    }
+
+
+def _rows(changes: list[tuple[int, NDArray[np.int64]]]) -> NDArray[np.int64]:
+    whole = [np.concatenate([np.full((len(rows), 1), column), rows], axis=1) for column, rows in changes]
+    return np.concatenate([np.zeros((0, 4), dtype=np.int64), *whole])
+
+
+def couplings_now(mission: Mission, state: StepState, plan: Trace | None, last: Links) -> dict[str, Any]:
+    """By graph the links that there are, are at risk or broken, as pairs of agents; how the edges of formations stand.
+
+    At risk is what is there and will not be a step from now if everybody goes on like this, or what nobody can be sure
+    of, as somebody was not seen. Broken is a link that the plan has now, and the team has not.
+
+    Args:
+        last: the links as they were found last.
+    """
+    known = _known(state)
+    ahead = state.position + state.velocity * float(mission.step)
+    graphs = {}
+    for graph in drawn_graphs(mission):
+        ends = np.stack(_pairs(graph))
+        linked = last.links.get(graph.name, np.zeros(ends.shape[1], dtype=np.bool_)) & known[ends].all(axis=0)
+        first, second = ends[:, linked]
+        lasting = are_linked(graph, first, second, ahead[first], ahead[second])
+        doubt = state.doubt[first] + state.doubt[second]
+        unsure = lasting & (doubt > 0)
+        one, other = first[unsure], second[unsure]
+        lasting[unsure] = link_margin(graph, one, other, state.position[one], state.position[other]) > doubt[unsure]
+        broken = np.zeros_like(linked)
+        if plan is not None and state.step < plan.position.shape[1]:
+            broken = _linked(graph, plan.position[:, state.step], np.ones_like(known)) & ~linked
+        risk = np.stack([first[~lasting], second[~lasting]])
+        chosen = {"linked": ends[:, linked], "risk": risk, "broken": ends[:, broken]}
+        graphs[graph.name] = {name: pack(each.T) for name, each in chosen.items()}
+    return {"graphs": graphs, "formations": {each.name: _standing(each, state, ahead) for each in mission.formations}}
+
+
+def _known(state: StepState) -> Flags:
+    """(agents,): who is somewhere."""
+    return np.asarray((state.doubt < NOWHERE) & np.isfinite(state.position).all(axis=1))
+
+
+def _pairs(graph: Graph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The agents of each pair that may be linked, from the first to the second; once where links lead both ways."""
+    members = np.array(graph.agents, dtype=np.int64)
+    first, second = np.triu_indices(len(members), 1)
+    if directed(graph):
+        first, second = np.append(first, second), np.append(second, first)
+    return members[first], members[second]
+
+
+def _linked(graph: Graph, position: Array, known: Flags) -> Flags:
+    """(pairs,): which of them are linked, of those who are somewhere; position: (agents, dim), metres."""
+    first, second = _pairs(graph)
+    near = known[first] & known[second]
+    near[near] = are_linked(graph, first[near], second[near], position[first[near]], position[second[near]])
+    return near
+
+
+def _edges(formation: Formation, position: Array, known: Flags) -> Array:
+    """(edges,), metres; of an agent that is nowhere nothing holds."""
+    margins = [
+        float(formation_margin(formation, edge, position[edge.first], position[edge.second]))
+        if known[edge.first] and known[edge.second]
+        else -np.inf
+        for edge in formation.edges
+    ]
+    return np.array(margins)
+
+
+def _standing(formation: Formation, state: StepState, ahead: Array) -> list[int]:
+    known = _known(state)
+    unsure = np.array([state.doubt[edge.first] + state.doubt[edge.second] for edge in formation.edges])
+    margins, later = _edges(formation, state.position, known), _edges(formation, ahead, known)
+    stands = np.where(margins < 0, BROKEN, np.where((margins < unsure) | (later < 0), AT_RISK, KEPT))
+    return [int(each) for each in stands]
+
+
+POLICY = (
+    "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""What a browser may do with the page: run the one script, and ask its own server."""
+
+ASSETS = Path(__file__).resolve().parent / "assets"
+OF_ONE_PLAN = frozenset(
+    {"svg_canvas.js", "charts.js", "words.js", "margins.js", "plans.js", "suggestions.js", "export.js", "main.js"}
+)
+"""Scripts of the report that are about a plan, and of no use to a flight that goes on."""
+OF_REPORT = tuple(name for name in SCRIPTS if name not in OF_ONE_PLAN)
+OWN = ("flight_model.js", "flight_lanes.js", "flight_status.js", "flight_main.js")
+"""In the order in which they are put together, after those of the report."""
+
+
+def flight_html() -> tuple[bytes, str]:
+    """The page, whatever the mission, and the policy that it is to be sent with."""
+    script = "\n".join([scripts(OF_REPORT), *map(_own, OWN)])
+    parts = {"STYLE": asset("style.css") + _own("flight.css"), "SCRIPT": script}
+    pieces = _own("flight.html").split("%%")
+    page = "".join(parts[piece] if number % 2 else piece for number, piece in enumerate(pieces))
+    digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+    return page.encode("utf-8"), POLICY.format(digest)
+
+
+def _own(name: str) -> str:
+    return (ASSETS / name).read_text(encoding="utf-8")
+
 
 MOST_COLUMNS = 2000
 """Moments of the past that are kept: where a mission has more steps, every second one, or third, and so on."""
@@ -85,7 +294,7 @@ class FlightRecord:
         self._effect = np.zeros((count, self.columns), dtype=np.int8)
         self._news: deque[News] = deque(maxlen=MOST_NEWS)
         self._known = Seen()
-        self._now: Judged | None = None
+        self._now: session.Judged | None = None
         self._since = [0.0] * count
         self._heard: float | None = None
         self._heard_at = time.monotonic()
@@ -108,36 +317,36 @@ class FlightRecord:
         self._plan = trace
         self._known = replace(self._known, plan=self._known.plan + 1)
 
-    def take(self, event: Event) -> None:
+    def take(self, event: session.Event) -> None:
         """What a session says."""
         seconds = float(self.mission.step)
         match event:
-            case Judged():
+            case session.Judged():
                 self._judged(event)
-            case Forecast(step, name, margin, unit):
+            case session.Forecast(step, name, margin, unit):
                 says = f"{name} is lost by the plan" if margin < 0 else f"{name} is kept by the plan again"
                 number = f"{says}: {decimals(margin)} {unit}".rstrip()
                 self.tell(
                     f"{number}, if everybody goes on as planned", "risk" if margin < 0 else "plain", step * seconds
                 )
-            case Change(step, standing, unit):
+            case session.Change(step, standing, unit):
                 if standing.verdict is not Verdict.OPEN:
                     self._since[self._index(standing.name)] = step * seconds
                 if step or standing.verdict is not Verdict.OPEN or standing.at_risk:
                     self.tell(*_change(standing, unit, seconds), step * seconds)
-            case Presence(step, missing, back):
+            case session.Presence(step, missing, back):
                 if missing:
                     self.tell(f"{', '.join(missing)} missing", "bad", step * seconds)
                 if back:
                     self.tell(f"{', '.join(back)} seen again", "plain", step * seconds)
-            case Outrun(step, agents):
+            case session.Outrun(step, agents):
                 says = f"{', '.join(agents)} faster than the top speed: what rested on it is taken back"
                 self.tell(says, "bad", step * seconds)
-            case Breach(step, constraint):
+            case session.Breach(step, constraint):
                 self.tell(f"violated: {constraint.violation()}", "bad", step * seconds)
-            case Implausible(line, agent, time):
+            case session.Implausible(line, agent, time):
                 self.tell(f"line {line} is set aside: {time:g} s of {agent} is far ahead of all others", "risk")
-            case Unusable(line, reason):
+            case session.Unusable(line, reason):
                 self.tell(f"line {line} cannot be used: {reason}", "plain")
 
     def tell(self, says: str, tone: Tone = "plain", t: float | None = None) -> None:
@@ -153,7 +362,7 @@ class FlightRecord:
         """Nothing more will come; ``says`` why, in words."""
         self._ended = says
 
-    def _judged(self, judged: Judged) -> None:
+    def _judged(self, judged: session.Judged) -> None:
         self._now, state, standings = judged, judged.state, judged.standings
         reached = state.step * float(self.mission.step)
         self.hear(reached if self._heard is None else max(self._heard, reached))
@@ -247,7 +456,7 @@ def _world(mission: Mission, kernel: Kernel, stride: int, columns: int) -> dict[
     }
 
 
-def _now(judged: Judged, since: list[float], seconds: float) -> dict[str, Any]:
+def _now(judged: session.Judged, since: list[float], seconds: float) -> dict[str, Any]:
     state = judged.state
     return {
         "t": state.step * seconds,

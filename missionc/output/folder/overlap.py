@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.diagnostics.model import Diagnostic
-from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
+from missionc.output.folder.ownership import cannot_write, exists, reason, shown
 
 
 @dataclass(frozen=True, slots=True)

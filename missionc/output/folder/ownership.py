@@ -7,6 +7,10 @@ A file that is not listed, one whose content is not the listed one, a link, a
 special file and an empty folder that no listed file lies in are not the
 compiler's, and a folder that holds one of them is not. A listed file may be
 missing. The manifest is the one file that it cannot list.
+
+Refusals to write: a place that exists and is not to be replaced, and one that cannot be written to.
+
+says MC701 MC702
 """
 
 from __future__ import annotations
@@ -14,7 +18,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
@@ -22,12 +26,57 @@ from pathlib import Path, PurePosixPath
 
 from missionc.base.limits import Limits
 from missionc.base.strict_json import NotJsonError, parse_record
-from missionc.diagnostics.code import FOLDER_UNREADABLE
+from missionc.diagnostics.code import CANNOT_WRITE, FOLDER_UNREADABLE, OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, PLAN
-from missionc.output.folder.unwritable import reason, shown
-from missionc.output.folder.walk_folder import entries, is_normal
-from missionc.syntax.read_file import read_bytes
+from missionc.output.folder.walk_folder import entries, is_normal, printable
+from missionc.syntax.read_file import nowhere, read_bytes
+
+MOST_NAMED = 5
+"""Things in a folder that a message names."""
+LONGEST = 160
+"""Characters of a path that a message shows."""
+ANOTHER_FOLDER, ANOTHER_FILE = "another folder with `-o`", "another file"
+
+
+def exists(
+    target: Path, what: str, strange: Sequence[str] = (), notes: Sequence[str] = (), instead: str = ANOTHER_FOLDER
+) -> Diagnostic:
+    """A place that is not replaced, whatever is asked for.
+
+    Args:
+        what: the rest of the sentence, after "exists".
+        strange: what in it the compiler did not write, in words, the first of them to be named.
+    """
+    more = len(strange) - MOST_NAMED
+    named = [*strange[:MOST_NAMED], *([f"and {more} more"] if more > 0 else [])]
+    return Diagnostic(
+        OUTPUT_EXISTS,
+        f"`{shown(target)}` exists{what}",
+        None,
+        notes=(*named, *notes),
+        help=f"name {instead}",
+    )
+
+
+def cannot_write(target: Path, why: str, instead: str = ANOTHER_FOLDER) -> Diagnostic:
+    return Diagnostic(CANNOT_WRITE, f"`{shown(target)}` cannot be written", None, notes=(why,), help=f"name {instead}")
+
+
+def reason(error: OSError | ValueError) -> str:
+    """The words for what the system says, or for a name that it cannot hold at all."""
+    if isinstance(error, FileNotFoundError) and nowhere():
+        return "the folder that this runs in is gone"
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    return "its name holds a character that no file name may hold"
+
+
+def shown(name: str | os.PathLike[str]) -> str:
+    """A path as messages show it: as text, and cut in the middle where it is long."""
+    text = printable(os.fspath(name))
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}…{text[-LONGEST // 2 :]}"
+
 
 MOST_LOOKED_AT = 1_000_000
 """Things in a folder that are looked at; no folder of ours holds as many."""

@@ -16,8 +16,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from missionc.diagnostics.model import Diagnostic
+from missionc.output.folder.ownership import ANOTHER_FILE, cannot_write, reason
 from missionc.output.folder.staging import numbered, staging, sweep
-from missionc.output.folder.unwritable import ANOTHER_FILE, cannot_write, reason
 
 NOT_REGULAR = "it is no regular file"
 

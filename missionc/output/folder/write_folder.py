@@ -18,9 +18,8 @@ from pathlib import Path
 from missionc.diagnostics.code import OUTPUT_EXISTS
 from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MANIFEST, NEAR_MISS
-from missionc.output.folder.ownership import Foreign, Ours, ownership, remove
+from missionc.output.folder.ownership import Foreign, Ours, cannot_write, exists, ownership, reason, remove, shown
 from missionc.output.folder.staging import LONGEST_NAME, Staging, alone, staging, sweep
-from missionc.output.folder.unwritable import cannot_write, exists, reason, shown
 from missionc.output.folder.write_file import create, keep_rights, standing
 
 FORCE_IS_NOT_ENOUGH = "`--force` replaces nothing but the compiler's own output, unchanged"

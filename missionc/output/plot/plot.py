@@ -5,14 +5,20 @@ asked for. Agents differ in colour, and in marks and dashes for those who see
 no colours; regions carry their names.
 
     says MC404
+
+Label placement: the name of a shape inside it, and beside the paths that run through it.
+
+Lateral offsets, so that paths along the same segment lie beside each other as lines on a transit map do.
 """
 
 from __future__ import annotations
 
 import io
 from collections.abc import Callable
+from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -24,12 +30,11 @@ from missionc.base.trace import Array, Trace
 from missionc.curves.piecewise_polynomials import motion, values
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
-from missionc.ir import Agent, Mission, Obstacle, Path
-from missionc.output.plot.label_places import name_place
-from missionc.output.plot.parallel_lanes import lanes
+from missionc.ir import Agent, Mission, Obstacle, Path, Shape, World
 from missionc.output.plot.plot_roadmap import draw_roadmap, roadmap_entry
 from missionc.output.plot.silhouette import View, draw_shape, inner_point
 from missionc.output.region_roles import region_roles
+from missionc.verify.plan.obstacle_bodies import solid
 from missionc.world.displacement import displaced
 
 if TYPE_CHECKING:
@@ -37,6 +42,102 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
+
+
+LETTER = 0.62
+"""How wide a letter is, in font sizes."""
+
+LINE = 1.5
+"""How high a line is, in font sizes."""
+
+SHIFTS = (0.0, -1.0, 1.0, -2.0, 2.0, -3.0, 3.0, -4.0, 4.0)
+"""Lines up from the middle of the shape, in the order in which they are tried."""
+
+PIECES = 24
+"""Pieces of each segment of a path."""
+
+
+def name_place(world: World, view: View, shape: Shape, name: str, letter: float, paths: Array) -> tuple[float, float]:
+    """The middle of a name: that of the shape, or the nearest line above or below that no path crosses.
+
+    Args:
+        letter: the size of its font, metres.
+        paths: (agents, points, 2), metres, across and up.
+    """
+    middle = inner_point(world, view, shape)
+    if world.dimension > 2:
+        return middle
+    wide, high = LETTER * letter * len(name), LINE * letter
+    share = np.linspace(0.0, 1.0, PIECES)[:, None, None, None]
+    points = (paths[None, :, :-1] * (1 - share) + paths[None, :, 1:] * share).reshape(-1, 2)
+    for shift in SHIFTS:
+        place = np.array([middle[0], middle[1] + shift * high])
+        crossed = (np.abs(points - place) < np.array([wide, high]) / 2).all(axis=1).any()
+        if not crossed and float(solid(shape, 2)(place[None])[0]) <= -high / 2:
+            return float(place[0]), float(place[1])
+    return middle
+
+
+Segment: TypeAlias = tuple[tuple[float, ...], ...]
+
+SAME = 6
+"""Decimals, in metres, to which two places are the same."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Use:
+    """A segment, in the direction of whoever came first (so that sides do not change along its way), and its users."""
+
+    along: Array
+    agents: list[int]
+
+
+def lanes(paths: Array, gap: float) -> Array:
+    """How far to shift each vertex of each path.
+
+    Args:
+        paths: (agents, steps + 1, 2), metres.
+        gap: between two lines, metres.
+
+    Returns:
+        (agents, steps + 1, 2), metres; zero where no other agent goes the same way.
+    """
+    uses: dict[Segment, _Use] = {}
+    for agent, path in enumerate(paths):
+        for start, end in pairwise(path):
+            use = uses.setdefault(_segment(start, end), _Use(end - start, []))
+            if agent not in use.agents:
+                use.agents.append(agent)
+    shifts = np.zeros_like(paths)
+    for agent, path in enumerate(paths):
+        sides = [_side(uses[_segment(start, end)], agent, gap) for start, end in pairwise(path)]
+        for vertex in range(len(path)):
+            moving = [side for side in _around(sides, vertex) if side is not None]
+            if moving:
+                shifts[agent, vertex] = np.mean(moving, axis=0)
+    return shifts
+
+
+def _segment(start: Array, end: Array) -> Segment:
+    """Either way round the same."""
+    return tuple(sorted(tuple(point.tolist()) for point in (np.round(start, SAME) + 0.0, np.round(end, SAME) + 0.0)))
+
+
+def _side(use: _Use, agent: int, gap: float) -> Array | None:
+    """The shift along one segment; absent where the agent waits."""
+    length = float(np.linalg.norm(use.along))
+    if length < 10.0**-SAME:
+        return None
+    across = np.array([-use.along[1], use.along[0]]) / length
+    return np.asarray(across * gap * (use.agents.index(agent) - (len(use.agents) - 1) / 2))
+
+
+def _around(sides: list[Array | None], vertex: int) -> list[Array | None]:
+    """Those of the segments before and after a vertex; past a wait, of the next one that moves."""
+    before = next((side for side in reversed(sides[:vertex]) if side is not None), None)
+    after = next((side for side in sides[vertex:] if side is not None), None)
+    return [before, after]
+
 
 COLOURS = LIGHT["agents"]
 MARKERS = {

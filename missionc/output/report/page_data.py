@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from missionc.base.solved import solved_text
 from missionc.base.source import Span
 from missionc.base.trace import Array, Flags, Plan, Trace
-from missionc.curves.crazyflie_csv import curves_of
+from missionc.curves.piecewise_polynomials import curves_of
 from missionc.ir import Formation, Graph, Mission
 from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import Kernel

@@ -14,8 +14,7 @@ from missionc.base.trace import Flags, Trace
 from missionc.ir import Formula, Mission, Without
 from missionc.kernel.nodes import Kernel, Node
 from missionc.language.walk_formulas import goals, operands
-from missionc.monitoring.blame import Blame
-from missionc.monitoring.verdict_table import Row, table
+from missionc.monitoring.verdict_table import Blame, Row, table
 from missionc.monitoring.witness import Witness, Witnesses
 from missionc.output.report.pack import COARSE, PER_METRE, pack, rounded
 

@@ -24,11 +24,9 @@ from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
 from missionc.monitoring.signature import Signature, Signatures, differences
-from missionc.pipeline.alternatives.plan_restricted import plan_restricted
-from missionc.pipeline.alternatives.quality import amount, objective_value, quality
 from missionc.pipeline.alternatives.restriction import Restriction, restrictions
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import Stopwatch
+from missionc.pipeline.alternatives.search_alternatives import amount, objective_value, plan_restricted, quality
+from missionc.pipeline.front_end import Checked, Stopwatch
 from missionc.pipeline.results import Compiled, Verified
 from missionc.pipeline.run_limited import Ended
 

@@ -6,6 +6,18 @@
 A restricted mission is planned by the backend that planned the mission; what comes of it counts only where it differs
 from every plan before. Of those found the best are verified and written against the mission itself. The attempts, and
 the work of each, are counted, so that one seed gives the same plans.
+
+A compilation with the further plans that were asked for: ranked, described, and written into one folder.
+
+in   Compiled with a verified plan, how many plans are wanted
+out  Compiled whose outcome is the best of them, with ``alternatives``
+
+Quality of a plan: the preferences that it keeps, the margin, and what is to be least.
+
+A backend asked for a restricted mission, with a share of the work and nothing kept of the run.
+
+in   a backend, Mission, Kernel, Restriction, work
+out  its Outcome, or Ended where time was up
 """
 
 from __future__ import annotations
@@ -16,27 +28,87 @@ from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import count
+from typing import TypeAlias
 
-from missionc.backends.api import Backend, Budget, Planned
+from missionc.backends.api import Backend, Budget, Outcome, Planned, forget, unheard
 from missionc.backends.load import load_engines
 from missionc.backends.options import Options
 from missionc.base.deadline import last_call
 from missionc.base.figures import counted
 from missionc.base.signals import asked
 from missionc.base.throughout import Throughout
+from missionc.base.trace import Trace
 from missionc.diagnostics.model import Diagnostic
-from missionc.ir import Mission
+from missionc.ir import Mission, Objective
 from missionc.kernel.nodes import Kernel
+from missionc.monitoring.monitor import monitor
 from missionc.monitoring.signature import Signature, Signatures, differences
-from missionc.pipeline.alternatives.plan_restricted import plan_restricted
-from missionc.pipeline.alternatives.quality import Quality, quality
+from missionc.output.documents.alternatives_json import rows
+from missionc.output.documents.whole_flight_json import ways_in
+from missionc.output.folder.file_names import file_names, polynomials_file
+from missionc.output.folder.manifest import sha256
+from missionc.output.report.report_html import Plotted
+from missionc.output.with_alternatives import with_alternatives as joined_files
 from missionc.pipeline.alternatives.restriction import Restriction, restrictions
 from missionc.pipeline.certify_plan import Certified, certify_plan
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import Stopwatch
+from missionc.pipeline.front_end import Checked, Stopwatch
 from missionc.pipeline.incumbent import RESERVE
-from missionc.pipeline.results import Verified
-from missionc.pipeline.run_limited import within
+from missionc.pipeline.plan_with_margin import plan_with_margin
+from missionc.pipeline.provenance import texts
+from missionc.pipeline.results import Alternative, Compiled, Verified
+from missionc.pipeline.run_limited import Ended, within
+
+Quality: TypeAlias = tuple[tuple[bool, ...], float, float]
+
+
+def quality(mission: Mission, kernel: Kernel, planned: Planned) -> Quality:
+    """The less the better: preferences that are not kept, the heaviest first; then the share of the margin that is not;
+    then ``objective_value``."""
+    kept = {each.name: each.satisfied for each in monitor(mission, kernel, planned.trace).preferences}
+    wishes = sorted(kernel.preferences, key=lambda each: -(each.weight or 0.0))
+    unkept = tuple(not kept[each.name] for each in wishes)
+    return unkept, 1.0 - planned.report.kept, objective_value(mission.objective, planned.trace)
+
+
+def objective_value(objective: Objective, trace: Trace) -> float:
+    """What a mission makes least of; metres, where nothing is asked to be least."""
+    match objective:
+        case Objective.DURATION:
+            return float(trace.lasts)
+        case Objective.ENERGY:
+            return trace.effort
+        case _:
+            return trace.metres
+
+
+UNITS = {Objective.DURATION: "steps", Objective.ENERGY: "m^2/s^3"}
+
+
+def amount(objective: Objective, trace: Trace) -> str:
+    """The same in words."""
+    return f"{objective_value(objective, trace):.6g} {UNITS.get(objective, 'm')}"
+
+
+def plan_restricted(
+    backend: Backend,
+    mission: Mission,
+    kernel: Kernel,
+    restriction: Restriction,
+    options: Options,
+    budget: Budget,
+    work: float,
+    moment: float,
+) -> Outcome | Ended:
+    """What a backend makes of a mission with a restriction.
+
+    Args:
+        work: units of it that the backend may spend.
+        moment: when it is interrupted, on the clock of ``time.monotonic``.
+    """
+    short = replace(budget, work=work, keep=forget, resume=None, found=unheard)
+    narrower = restriction.applied(mission, kernel)
+    return within(moment, partial(plan_with_margin, backend, *narrower, options, short))
+
 
 LEAST_TRIES, TRIES = 2, 5
 """Restricted missions that are planned for each plan that is wanted: so many in any case, so that the best of several
@@ -186,3 +258,42 @@ def _note(found: int, wanted: int, tries: int, late: bool) -> str:
         return ""
     why = "time was up" if late else "no further one that differs was found"
     return f"{counted(found, 'plan')} of {wanted}: {why} in {counted(tries, 'attempt')}"
+
+
+def with_alternatives(
+    first: Compiled, wanted: int, options: Options, budget: Budget, exports: tuple[str, ...], throughout: Throughout
+) -> Compiled:
+    """The same compilation with as many plans as are wanted, or as were found; the best one is its outcome.
+
+    That there are fewer is among the notes.
+    """
+    checked, outcome = first.checked, first.outcome
+    mission, kernel = checked.valid_mission, checked.valid_kernel
+    assert isinstance(outcome, Verified)
+    watch = Stopwatch(list(first.seconds))
+    found = search_alternatives(checked, outcome, wanted, options, budget, watch, exports, throughout)
+    plans = [verified for verified, _ in found.plans]
+    with watch.stage("emit"):
+        table = rows(
+            [signature for _, signature in found.plans],
+            [each.plan.trace for each in plans],
+            [each.certificate for each in plans],
+        )
+        plots = [_plotted(mission, kernel, each, texts(checked)) for each in plans]
+        files = joined_files(plots, [each.files for each in plans], table, wanted)
+    notes = (*plans[0].report.notes, *((found.note,) if found.note else ()))
+    best = replace(plans[0], files=files, report=replace(plans[0].report, notes=notes, tried=outcome.report.tried))
+    alternatives = tuple(Alternative(row, each) for row, each in zip(table, [best, *plans[1:]], strict=True))
+    return replace(first, outcome=best, seconds=tuple(watch.seconds), alternatives=alternatives)
+
+
+def _plotted(
+    mission: Mission, kernel: Kernel, verified: Verified, mission_texts: tuple[tuple[str, str], ...]
+) -> Plotted:
+    files, names = dict(verified.files), file_names(mission.agents)
+    flights = {agent.name: files[polynomials_file(names[agent.name])].decode() for agent in mission.agents}
+    digest = sha256(files["plan.json"])
+    ways = ways_in(mission, files)
+    return Plotted(
+        mission, kernel, verified.plan, verified.certificate, flights, mission_texts, digest=digest, ways=ways
+    )

@@ -10,10 +10,9 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS
 from missionc.diagnostics.model import Fix
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.results import Change
-from missionc.resolve.resolve_parameters import read_quantity
-from missionc.resolve.resolve_quantities import shown
+from missionc.resolve.resolve_quantities import read_quantity, shown
 from missionc.syntax import ast
 
 D = TypeVar("D")

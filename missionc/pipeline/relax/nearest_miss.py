@@ -20,7 +20,7 @@ from missionc.output.documents.near_miss_json import near_miss_json
 from missionc.output.folder.manifest import sha256
 from missionc.output.plot.plot import plot
 from missionc.output.report.report_html import Plotted, report
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.provenance import texts
 from missionc.pipeline.results import NearMiss, Relaxation, Trial
 from missionc.verify.verify_plan import verify

@@ -1,19 +1,262 @@
-"""Relaxations of the world: graphs, formations, regions, room between bodies, and the number of agents."""
+"""Relaxations of the world: graphs, formations, regions, room between bodies, and the number of agents.
+
+Relaxations of formulas: bounds of routes, counts, comparisons, or a requirement left out.
+
+Relaxations of time: a longer horizon, a window that ends later or asks for less time, a longer period.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from missionc import ir
 from missionc.base.source import Span
+from missionc.checks.check_horizons import steps_ahead
 from missionc.diagnostics.model import Fix
-from missionc.ir import Mission
-from missionc.pipeline.checked import Checked
+from missionc.ir import Apply, Mission, Period, Preference, Requirement, Window
+from missionc.language.walk_formulas import bottom_up, formulas, goals, operator_words
+from missionc.language.weighed_routes import longest
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way
-from missionc.pipeline.relax.edits import ROUND, Edit, declared, is_in_main_file, spot
+from missionc.pipeline.relax.edits import ROUND, Edit, Spot, declared, is_in_main_file, spot
 from missionc.pipeline.relax.knobs import Knob, less, more, notch, whole
 from missionc.resolve.resolve_quantities import excerpt, shown
 from missionc.syntax import ast
+from missionc.syntax.references import nodes
+
+
+def without(checked: Checked, mission: Mission, conflict: tuple[str, ...]) -> list[Knob]:
+    """Each of the requirements in conflict left out; a family once, whichever of its members are in conflict."""
+    spans = {goal.name: replace(goal.span, turns=()) for goal in mission.requirements}
+    one_of_each = {spans.get(name, name): name for name in reversed(conflict)}
+    return [knob for name in reversed(one_of_each.values()) for knob in without_all(checked, mission, (name,))]
+
+
+def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> list[Knob]:
+    """All of these requirements left out together; with a member of a family, the whole family."""
+    goals = [goal for goal in mission.requirements if goal.name in names]
+    if not goals or not all(is_in_main_file(checked, goal.span) for goal in goals):
+        return []
+    spans = dict.fromkeys(replace(goal.span, turns=()) for goal in goals)
+    says = " and ".join(dict.fromkeys(_left_out(goal) for goal in goals))
+    edit = Edit(f"without {says}", tuple(Fix(span, "") for span in spans))
+    return [Knob(lambda notches: edit, size=math.inf)]
+
+
+def _left_out(goal: ir.Requirement) -> str:
+    return f"all of `{goal.name.partition('[')[0]}`" if goal.span.turns else f"`{goal.name}`"
+
+
+def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:
+    """The upper bounds of routes: more hops or metres where a route is to be there, fewer where none is."""
+    written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
+    meant = {each.span: each.bounds for each in formulas(mission) if isinstance(each, ir.Apply)}
+    knobs = []
+    for span, way in targets.lengths.items():
+        length, bounds = written.get(span), meant.get(span)
+        if not isinstance(length, ast.Length) or not isinstance(bounds, ir.Length) or way is Way.EITHER:
+            continue
+        bound = spot(checked, length.high)
+        if bound is None:
+            continue
+        name = f"the bound of `{excerpt(length.span)}`"
+        counted = bounds.metric is not ast.Metric.METRES
+        if counted and way is Way.MORE:
+            knobs.append(whole(bound, name, int(longest(bounds)) - int(bounds.high)))
+        elif counted:
+            knobs.append(whole(bound, name, int(bounds.high - bounds.low), -1))
+        else:
+            knobs.append(more(bound, name) if way is Way.MORE else less(bound, name, bounds.low / bound.factor))
+    return knobs
+
+
+def counts(checked: Checked, targets: ConflictTargets) -> list[Knob]:
+    """How many agents, in ``count[…] f >= 2`` and ``at least 2 drone: f``."""
+    knobs = []
+    for node in _in_order(checked):
+        match node:
+            case ast.Apply(span=span, number=ast.Number() | ast.Name() as number):
+                name = f"the bound of `{excerpt(span)}`"
+            case ast.Quantified(span=span, number=ast.Number() | ast.Name() as number, agents=agents):
+                name = f"at least, of `{excerpt(agents.span)}`,"
+            case _:
+                continue
+        way, bound = targets.counts.get(span, Way.EITHER), spot(checked, number)
+        if bound is not None and way is Way.LESS:
+            knobs.append(whole(bound, name, int(bound.value), -1))
+        elif bound is not None and way is Way.MORE:
+            knobs.append(whole(bound, name, max(1, int(bound.value))))
+    return knobs
+
+
+def headings(checked: Checked, targets: ConflictTargets) -> list[Knob]:
+    """The angle to either side within which a heading is to be."""
+    knobs = []
+    for node in sorted(
+        (each for each in nodes(checked.program) if isinstance(each, ast.Facing)), key=lambda each: each.span.start
+    ):
+        way, angle = targets.comparisons.get(node.span, Way.EITHER), spot(checked, node.within)
+        if angle is None or way is Way.EITHER:
+            continue
+        name = f"the angle of `{excerpt(node.span)}`"
+        most = math.nextafter(math.pi / angle.factor, 0.0)
+        knobs.append(more(angle, name, most) if way is Way.MORE else less(angle, name))
+    return knobs
+
+
+def _in_order(checked: Checked) -> list[ast.Apply | ast.Quantified | ast.Compare]:
+    """The formulas as written that may have a number of their own."""
+    kinds = (ast.Apply, ast.Quantified, ast.Compare)
+    return sorted(
+        (node for node in nodes(checked.program) if isinstance(node, kinds)), key=lambda node: node.span.start
+    )
+
+
+def comparisons(checked: Checked, targets: ConflictTargets) -> list[Knob]:
+    """The number that a comparison has on one of its sides."""
+    knobs = []
+    for node in (each for each in _in_order(checked) if isinstance(each, ast.Compare)):
+        way = targets.comparisons.get(node.span, Way.EITHER)
+        right, left = spot(checked, node.right), spot(checked, node.left)
+        bound = right or left
+        if bound is None or way is Way.EITHER:
+            continue
+        grows = ((node.operator in ("<", "<=")) == (bound is right)) == (way is Way.MORE)
+        name = f"the bound of `{excerpt(node.span)}`"
+        knobs.append(more(bound, name) if grows else less(bound, name, bound.value - 4 * max(1.0, abs(bound.value))))
+    return knobs
+
+
+LONGER = 4
+"""A horizon grows to so many times itself at most."""
+
+
+def horizon(checked: Checked, mission: Mission) -> list[Knob]:
+    """The horizon, longer by whole steps; every window that ends with the mission follows, however it is written."""
+    horizon_spot = _horizon(checked)
+    if horizon_spot is None:
+        return []
+    ends = [end for end in _ends(checked, mission) if end != horizon_spot]
+
+    def edit(notches: int) -> Edit:
+        steps = mission.steps + notches
+        whole = _lasting(horizon_spot, mission, steps)
+        fixes = [fix for end in ends for fix in _at_spot(end, mission, steps, "").fixes]
+        says = f"{whole.says}, with the windows that end with it" if fixes else whole.says
+        return Edit(says, (*whole.fixes, *fixes), whole.overrides)
+
+    return [Knob(edit, 1 / mission.steps, mission.steps, (LONGER - 1) * mission.steps)]
+
+
+def _ends(checked: Checked, mission: Mission) -> list[Spot]:
+    """Where the mission's last step is written as the end of a window, each place once."""
+    meant = _meant(mission)
+    ends = []
+    for node in nodes(checked.program):
+        if isinstance(node, ast.Apply) and isinstance(node.bounds, ast.Window) and node.span in meant:
+            bounds, end = meant[node.span].bounds, spot(checked, node.bounds.high)
+            if isinstance(bounds, Window) and bounds.high == mission.steps and end is not None and end not in ends:
+                ends.append(end)
+    return ends
+
+
+def _meant(mission: Mission) -> dict[Span, Apply]:
+    """What each use of an operator, by its words, was resolved to."""
+    return {each.span: each for each in formulas(mission) if isinstance(each, Apply)}
+
+
+def windows(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:
+    """The last steps of windows: later where something is to happen, sooner where something is to last.
+
+    Of what is to recur, the period: longer.
+    """
+    written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
+    periods = _periods(checked)
+    meant = _meant(mission)
+    knobs = []
+    for span, way in targets.windows.items():
+        window, formula = written.get(span), meant.get(span)
+        if isinstance(window, ast.Window) and formula is not None and way is not Way.EITHER:
+            knobs.append(_window(checked, mission, window, formula, way))
+        elif formula is not None and isinstance(formula.bounds, Period) and way is Way.MORE and span in periods:
+            knobs.append(_period(checked, mission, periods[span], formula))
+    return [knob for knob in knobs if knob is not None]
+
+
+def _window(checked: Checked, mission: Mission, window: ast.Window, formula: Apply, way: Way) -> Knob | None:
+    bounds, lasting = formula.bounds, _horizon(checked)
+    if not isinstance(bounds, Window) or bounds.high is None or window.high is None:
+        return None
+    low, high = bounds.low, bounds.high
+    end_spot = spot(checked, window.high)
+    with_horizon = end_spot is not None and end_spot == lasting
+    if end_spot is None or with_horizon:
+        if (way is Way.MORE and with_horizon) or not is_in_main_file(checked, window.high.span):
+            return None
+        end_spot = Spot(high * mission.step, "s", window.high)
+    asking = [goal for goal in goals(mission) if formula in bottom_up([goal.formula])]
+    name = f"in `{asking[0].name}`, the end of `{' '.join(operator_words(formula).text.split())}` at"
+    ahead = _ahead(mission, asking)
+
+    def edit(notches: int) -> Edit | None:
+        end = high + way.value * notches
+        moved = _at_spot(end_spot, mission, end, name)
+        if way is Way.LESS or ahead + notches <= mission.steps:
+            return moved
+        return moved + _lasting(lasting, mission, ahead + notches) if lasting is not None else None
+
+    most = (LONGER - 1) * mission.steps if way is Way.MORE else high - low
+    return Knob(edit, 1 / max(1, high), min(most, max(1, high)), most) if most else None
+
+
+def _periods(checked: Checked) -> dict[Span, ast.Quantity]:
+    """The period of each formula that is to recur, as it is written: a quantity, or the name of a parameter."""
+    found: dict[Span, ast.Quantity] = {}
+    for node in nodes(checked.program):
+        match node:
+            case ast.Apply(span=span, bounds=ast.Period(length=length)):
+                found[span] = length
+            case ast.Quantified(span=span, kind="every", agents=ast.Name() as name):
+                found[span] = name
+            case _:
+                pass
+    return found
+
+
+def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: Apply) -> Knob | None:
+    """The period, longer by whole steps as long as the mission lasts long enough."""
+    place = spot(checked, length)
+    assert isinstance(formula.bounds, Period)
+    steps = formula.bounds.steps
+    asking = [goal for goal in goals(mission) if formula in bottom_up([goal.formula])]
+    most = mission.steps - _ahead(mission, asking)
+    if place is None or most < 1:
+        return None
+    name = f"in `{asking[0].name}`, the period"
+    return Knob(lambda notches: _at_spot(place, mission, steps + notches, name), 1 / steps, min(most, steps), most)
+
+
+def _ahead(mission: Mission, asking: list[Requirement | Preference]) -> int:
+    """The steps that these goals need."""
+    looks = steps_ahead(goal.formula for goal in asking)
+    return int(min(max(looks[goal.formula].total for goal in asking), mission.steps))
+
+
+def _horizon(checked: Checked) -> Spot | None:
+    times = declared(checked, ast.Time)
+    return spot(checked, times[0].horizon) if times else None
+
+
+def _lasting(horizon_spot: Spot, mission: Mission, steps: int) -> Edit:
+    return _at_spot(horizon_spot, mission, steps, "horizon")
+
+
+def _at_spot(place: Spot, mission: Mission, steps: int, name: str) -> Edit:
+    """The time after so many steps, in the unit in which it is written."""
+    value = steps if place.unit == "steps" else steps * mission.step / place.factor
+    return place.put(value, f"{name} {place.written(value)} instead of {place.written(place.value)}")
+
 
 MORE_AGENTS = 3
 """So many agents are added to a team at most."""

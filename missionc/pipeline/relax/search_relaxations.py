@@ -8,6 +8,13 @@ horizon, a finer roadmap where only roadmaps were refused. Then every number tha
 try after the other, in the order of the text. Each variant is checked from its
 text on, planned and verified; what is not is no relaxation. A search that found nothing has refused
 nothing: its candidate's requirements stand for those in conflict, and nobody is to blame.
+
+Bisection over changes of one kind: the first ones until one makes it feasible, then ever smaller ones.
+
+Guards: the requirements that keep people and things safe, and the changes that give some of that up.
+
+in   Mission as written, its Kernel, the motion that a change of it made possible
+out  whether that motion breaks one of them, or comes nearer than bodies may
 """
 
 from __future__ import annotations
@@ -17,39 +24,131 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from missionc.backends.api import (
-    Attempt,
-    Backend,
-    Budget,
-    Impossible,
-    NotFound,
-    Planned,
-    Progress,
-    Scope,
-    forget,
-    ignore,
-    open_ended,
-)
+from missionc.backends import api
 from missionc.backends.options import Options
 from missionc.base.signals import asked
+from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.kernel.nodes import All, At, Atom, Kernel, NeighbourNode, Node, Not, UntilNode, WindowNode
+from missionc.kernel.walk import bottom_up, children, postorder, rebuilt
 from missionc.lower.unroll_past import looking_ahead
+from missionc.monitoring.evaluate import Evaluation
+from missionc.monitoring.logic import TRUTH
 from missionc.pipeline.ask_cover import LITTLE, CoverSide
 from missionc.pipeline.certify_plan import to_draw
-from missionc.pipeline.checked import Checked
-from missionc.pipeline.front_end import check
+from missionc.pipeline.front_end import Checked, check
 from missionc.pipeline.plan_with_margin import plan_with_margin
-from missionc.pipeline.relax import relax_formulas, relax_time, relax_world
-from missionc.pipeline.relax.bisection import Trying
+from missionc.pipeline.relax import relax_world
 from missionc.pipeline.relax.conflict_targets import conflict_targets
 from missionc.pipeline.relax.edits import Edit, changes, edited
-from missionc.pipeline.relax.guards import gives_up_safety
 from missionc.pipeline.relax.knobs import Knob
 from missionc.pipeline.relax.nearest_miss import Advice, Remedy, near_miss
 from missionc.pipeline.results import Blame, Explained, Relaxation, Trial
 from missionc.verify.verify_plan import verify
+
+
+@dataclass(slots=True)
+class Trying:
+    """What is known of one knob: the smallest change that does, and the largest one below it that does not.
+
+    Changes of one kind are taken to do where a smaller one does; none is believed before it has been tried.
+    """
+
+    knob: Knob
+    best: int | None = None
+    refused: int = 0
+    tries: int = 0
+    proven: bool = True
+    """The largest one that does not was refused, rather than left undecided; no change at all was refused."""
+
+    def next(self) -> int | None:
+        """How many notches to try; None where nothing is left to learn."""
+        if self.best is not None:
+            return (self.refused + self.best) // 2 if self.best - self.refused > 1 else None
+        if self.refused >= self.knob.most:
+            return None
+        return min(self.knob.most, max(self.knob.first, 2 * self.refused))
+
+    def learn(self, notches: int, *, does: bool, proven: bool) -> None:
+        self.tries += 1
+        if does:
+            self.best = notches
+        else:
+            self.refused, self.proven = notches, proven
+
+    @property
+    def smallest(self) -> bool:
+        """Whether the next smaller change was refused."""
+        return self.best is not None and self.best - self.refused == 1 and self.proven
+
+
+ROOM = frozenset(("separation", "obstacle"))
+"""Checks of the room between bodies, and between bodies and obstacles."""
+
+
+def gives_up_safety(mission: Mission, kernel: Kernel, trace: Trace) -> bool:
+    """Whether a motion of the same agents breaks a guard of the mission as written.
+
+    In one that lasts longer the guards do too that last to the mission's end.
+    """
+    agents, states = trace.position.shape[:2]
+    if agents != len(mission.agents) or states <= mission.steps:
+        return False
+    guarding = [goal for goal in kernel.requirements if guards(goal.formula)]
+    if states == mission.steps + 1:
+        named = {goal.name for goal in guarding}
+        failed = verify(mission, kernel, trace).failures
+        return any(check.name in ROOM or (check.name == "requirement" and check.subject in named) for check in failed)
+    lasting = [_to_the_end(goal.formula, mission.steps) for goal in guarding]
+    truths = Evaluation(TRUTH, mission, trace).values(lasting)
+    return not all(truths[formula][0, 0] for formula in lasting)
+
+
+def _to_the_end(formula: Node, last: int) -> Node:
+    """The formula with what lasts to the last step lasting to whatever end there is."""
+
+    def lasting(node: Node, below: tuple[Node, ...]) -> Node:
+        same = rebuilt(node, below)
+        return replace(same, high=None) if isinstance(same, WindowNode) and same.every and same.high == last else same
+
+    return bottom_up((formula,), lasting)[formula]
+
+
+def guards(formula: Node) -> bool:
+    """Whether a requirement asks that something always is, or is not: no event that it waits for makes it true.
+
+    ``always[0, 20 s] not fire`` does, and so does who keeps out of a place until another thing happens;
+    ``always eventually[0, 5 s] base`` waits for events.
+    """
+    match formula:
+        case All(parts):
+            return any(map(guards, parts))
+        case At(_, body):
+            return guards(body)
+        case NeighbourNode(_, body):
+            return formula.every and guards(body)
+        case WindowNode(body) if formula.every:
+            return not any(_waits(node) for node in postorder((body,)))
+        case UntilNode(hold, _) if not formula.every:
+            return any(_denies(node) for node in _together(hold))
+        case _:
+            return _denies(formula)
+
+
+def _waits(node: Node) -> bool:
+    return isinstance(node, WindowNode | UntilNode) and not node.every
+
+
+def _denies(node: Node) -> bool:
+    """That an agent is not in a region."""
+    return isinstance(node, Not) and isinstance(node.body, Atom) and bool(node.body.predicate.regions)
+
+
+def _together(node: Node) -> list[Node]:
+    """The formulas that all have to hold for this one to hold."""
+    return [each for part in children(node) for each in _together(part)] if isinstance(node, All) else [node]
+
 
 FIRST, FINER, SHARE, SEARCHED = 0.05, 0.1, 0.25, 0.1
 """Shares of all the work: for the first try of a knob at most; for a finer roadmap, which is the hardest; for
@@ -80,9 +179,9 @@ class Explaining:
     checked: Checked
     mission: Mission
     kernel: Kernel
-    backend: Backend
+    backend: api.Backend
     options: Options
-    budget: Budget
+    budget: api.Budget
     first: float
     share: float
     begin: float = field(default_factory=time.monotonic)
@@ -119,7 +218,7 @@ class Explaining:
     def solve(self, edit: Edit, part: float) -> Tried:
         """The variant checked from its text on, planned in that part of all the time, and verified."""
         self.count += 1
-        self.budget.listen(Progress("explain", self.count, edit.says))
+        self.budget.listen(api.Progress("explain", self.count, edit.says))
         variant = self.variant(edit)
         if variant is None:
             return Tried("wrong")
@@ -148,16 +247,16 @@ class Explaining:
             self.budget,
             deadline=min(self.budget.deadline, now + LONGEST * part * (self.budget.deadline - self.begin)),
             work=part * self.units,
-            listen=ignore,
-            keep=forget,
+            listen=api.ignore,
+            keep=api.forget,
             resume=None,
-            enough=open_ended,
+            enough=api.open_ended,
         )
         came = plan_with_margin(self.backend, mission, kernel, self.options, budget)
         self.spent += max(CHECKED, came.report.work)
-        if isinstance(came, Impossible):
+        if isinstance(came, api.Impossible):
             return Tried("impossible")
-        if isinstance(came, Planned) and verify(mission, kernel, came.trace).passed:
+        if isinstance(came, api.Planned) and verify(mission, kernel, came.trace).passed:
             return Tried("planned", Remedy(variant, came.trace))
         return Tried("undecided")
 
@@ -237,41 +336,46 @@ class Explaining:
 
 
 def explain(
-    checked: Checked, refusal: Impossible | NotFound, backend: Backend, options: Options, budget: Budget, limit: Seconds
+    checked: Checked,
+    refusal: api.Impossible | api.NotFound,
+    backend: api.Backend,
+    options: Options,
+    budget: api.Budget,
+    limit: Seconds,
 ) -> Explained:
     """Who is to blame and what helps, as far as can be told within ``limit``, seconds, and the budget's deadline."""
     mission, kernel = checked.valid_mission, checked.valid_kernel
     now = time.monotonic()
-    drawn = to_draw(limit) if isinstance(refusal, NotFound) else 0.0
+    drawn = to_draw(limit) if isinstance(refusal, api.NotFound) else 0.0
     short = replace(budget, deadline=min(budget.deadline - drawn, now + limit))
     quick = replace(options, certify=False, captures=frozenset(), margin=0.0, brief=True)
-    best = refusal.best if isinstance(refusal, NotFound) else None
+    best = refusal.best if isinstance(refusal, api.NotFound) else None
     first, share = (SEARCHED, SEARCHED) if best else (FIRST, SHARE)
-    proofs = isinstance(refusal, Impossible) and refusal.scope is Scope.MISSION
+    proofs = isinstance(refusal, api.Impossible) and refusal.scope is api.Scope.MISSION
     until = short.deadline
     if proofs:
         short = replace(short, deadline=now + (1 - PROOFS) * max(0.0, until - now))
     run = Explaining(checked, mission, kernel, backend, quick, short, first, share, now)
     run.units = UNITS * max(0.0, short.deadline - now)
-    conflict = refusal.conflict if isinstance(refusal, Impossible) else _violated(best)
-    without = run.trial(relax_formulas.without(checked, mission, conflict))
+    conflict = refusal.conflict if isinstance(refusal, api.Impossible) else _violated(best)
+    without = run.trial(relax_world.without(checked, mission, conflict))
     if len(conflict) > 1 and not any(trial.outcome == "planned" for trial in without):
-        without += run.trial(relax_formulas.without_all(checked, mission, conflict))
-    longer = run.trial(relax_time.horizon(checked, mission))
-    scope = refusal.scope if isinstance(refusal, Impossible) else None
+        without += run.trial(relax_world.without_all(checked, mission, conflict))
+    longer = run.trial(relax_world.horizon(checked, mission))
+    scope = refusal.scope if isinstance(refusal, api.Impossible) else None
     nodes = dict(refusal.report.sizes).get("nodes", 0)
-    finer = run.trial(relax_world.roadmap(checked, nodes), FINER) if scope is not Scope.MISSION else []
+    finer = run.trial(relax_world.roadmap(checked, nodes), FINER) if scope is not api.Scope.MISSION else []
     run.refine(_knobs(checked, mission, kernel, conflict))
     cut_short = run.over
     run.budget = replace(run.budget, deadline=until)
     relaxations = run.relaxations(proofs=proofs)
-    blame = _blame(without, longer, finer) if isinstance(refusal, Impossible) else Blame.UNKNOWN
+    blame = _blame(without, longer, finer) if isinstance(refusal, api.Impossible) else Blame.UNKNOWN
     trials = (*without, *longer, *finer)
     missed = near_miss(checked, backend.name, budget.seed, relaxations, best, scope, Advice(conflict, trials))
     return Explained(blame, trials, tuple(relaxation for relaxation, _ in relaxations), missed, cut_short)
 
 
-def _violated(best: Attempt | None) -> tuple[str, ...]:
+def _violated(best: api.Attempt | None) -> tuple[str, ...]:
     return tuple(each.name for each in best.violated) if best else ()
 
 
@@ -279,11 +383,11 @@ def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[s
     """Every number that the requirements in conflict touch, and what every plan has to keep."""
     asks = conflict_targets(goal.formula for goal in kernel.requirements if goal.name in conflict)
     return [
-        *relax_time.windows(checked, mission, asks),
-        *relax_formulas.lengths(checked, mission, asks),
-        *relax_formulas.counts(checked, asks),
-        *relax_formulas.comparisons(checked, asks),
-        *relax_formulas.headings(checked, asks),
+        *relax_world.windows(checked, mission, asks),
+        *relax_world.lengths(checked, mission, asks),
+        *relax_world.counts(checked, asks),
+        *relax_world.comparisons(checked, asks),
+        *relax_world.headings(checked, asks),
         *relax_world.graphs(checked, asks),
         *relax_world.formations(checked, asks),
         *relax_world.regions(checked, mission, asks),

@@ -10,7 +10,7 @@ from missionc.diagnostics.code import NO_LONGER_KEPT, NO_SAFE_STOP, NOT_BY_THEN
 from missionc.diagnostics.model import Diagnostic, Label
 from missionc.ir import Mission
 from missionc.monitoring.live.first_violations import first_violations
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.replan.request import Request
 from missionc.pipeline.results import Compiled
 from missionc.verify.certificate import Check

@@ -12,11 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from missionc.base.trace import Trace
-from missionc.curves.crazyflie_csv import Pieces, curves_of, polynomials, written
-from missionc.curves.piecewise_polynomials import values
-from missionc.pipeline.replan.cut_flights import between, joined
-from missionc.pipeline.replan.fly_on import arrays
+from missionc.curves.piecewise_polynomials import Pieces, curves_of, polynomials, values, written
+from missionc.pipeline.replan.replan import arrays
 from missionc.pipeline.replan.request import Flying
+from missionc.pipeline.replan.stop_all import between, joined
 
 
 def diverted(flying: Flying, stops: Mapping[str, str], moment: float) -> Flying:

@@ -17,7 +17,7 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.diagnostics.code import NOT_TO_BE_CHANGED
 from missionc.diagnostics.model import Diagnostic, Label
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.provenance import input_name_of, texts
 from missionc.syntax import ast
 from missionc.syntax.parse import parse

@@ -2,36 +2,116 @@
 
 in   the rest of a mission, what is told until it begins, the plan that was flown
 out  Replanned
+
+Motions near the plan that was flown: all who are left back onto it, or one of them in the place of one who is lost.
+
+in   the mission that is left, the plan's positions in the steps that are left, who is left, where they are
+out  Traces, the one that keeps most first; none of them need keep anything
+
+A motion is back on the plan as soon as its agent can be, straight ahead; nothing else is looked at.
+
+Readiness: all that planning anew takes is loaded before the clock runs, for a library takes seconds to load.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, Impossible
-from missionc.backends.load import load_repair, load_roadmaps
+from missionc.backends.load import load_engines, load_repair, load_roadmaps, load_straighten
+from missionc.backends.offers import OFFERS
 from missionc.backends.smt.offer import SMT
 from missionc.base.limits import Limits
-from missionc.base.trace import Trace
-from missionc.curves.crazyflie_csv import written
-from missionc.ir import Exactly
+from missionc.base.trace import Array, Trace
+from missionc.curves.piecewise_polynomials import written
+from missionc.ir import Exactly, Mission
+from missionc.kernel.nodes import Kernel
 from missionc.language.operator import TooLarge
+from missionc.lower.choose_backend import choose_backend
 from missionc.lower.unroll_past import looking_ahead
+from missionc.monitoring.monitor import monitor
 from missionc.pipeline import driver
 from missionc.pipeline.ask_cover import CoverSide
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.no_plan import impossible
 from missionc.pipeline.replan.cannot_replan import no_plan_in_time
-from missionc.pipeline.replan.request import Replanned, Request, Way
+from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
 from missionc.pipeline.replan.stop_all import Stopped
-from missionc.pipeline.replan.take_over import near_motions
 from missionc.pipeline.results import Compiled, Verified
 from missionc.progression.rest_of_mission import slowed
+
+MOST = 60
+"""Motions that are compared."""
+
+
+def near_motions(
+    mission: Mission, kernel: Kernel, plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array
+) -> list[Trace]:
+    """The motions, those first of which fewer requirements fail, and then the ones whose worst fails by less.
+
+    Args:
+        plan: of all agents of the plan that was flown, lost ones too, in the steps that are left.
+        left, lost: their indices.
+        starts: (agents that are left, dim), metres.
+    """
+    own = [_way(mission, index, plan.position[row], starts) for index, row in enumerate(left)]
+    found = [_motion(plan, left, own)]
+    for index, gone in _substitutes(plan, left, lost, starts):
+        rows, ways = list(left), list(own)
+        rows[index], ways[index] = gone, _way(mission, index, plan.position[gone], starts)
+        found.append(_motion(plan, rows, ways))
+    return sorted(found, key=lambda trace: _failing(mission, kernel, trace)) if len(found) > 1 else found
+
+
+def _substitutes(plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array) -> list[tuple[int, int]]:
+    """Who, of those that are left, may go the way of which lost one, the nearest first."""
+    pairs = [(index, gone) for gone in lost for index in range(len(left))]
+    pairs.sort(key=lambda pair: float(np.linalg.norm(starts[pair[0]] - plan.position[pair[1], 0])))
+    return pairs[: MOST - 1]
+
+
+def _way(mission: Mission, index: int, wanted: Array, starts: Array) -> Array:
+    """(steps, dim): from where an agent is onto a way, (steps, dim), as fast as it goes, and on along it."""
+    reach = mission.agents[index].dynamics.top_speed * float(mission.step)
+    position = wanted.copy()
+    position[0] = starts[index]
+    for step in range(1, len(position)):
+        way = wanted[step] - position[step - 1]
+        far = float(np.linalg.norm(way))
+        position[step] = position[step - 1] + way * min(1.0, reach / far if far else 1.0)
+    return position
+
+
+def _motion(plan: Trace, rows: Sequence[int], ways: Sequence[Array]) -> Trace:
+    """Everybody on these ways, with the headings of the agents of the plan whose ways they are."""
+    position = np.stack(ways)
+    velocity = np.zeros_like(position)
+    velocity[:, :-1] = np.diff(position, axis=1) / plan.step
+    return Trace(plan.step, position, velocity, plan.heading[list(rows)])
+
+
+def _failing(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[int, float]:
+    judged = monitor(mission, kernel, trace).requirements
+    return sum(not each.satisfied for each in judged), -min((each.robustness for each in judged), default=0.0)
+
+
+def get_ready(flying: Flying) -> None:
+    """Load the engines that may be asked, what polishes their plans, and what fits and writes flights."""
+    choice, _ = choose_backend(flying.checked.valid_mission, None)
+    for engine in choice.engines if choice else ():
+        load_engines((engine,))
+        if engine in OFFERS:
+            load_straighten(engine)
+    load_repair(flying.trace)
+    import missionc.backends.smt.backend
+    import missionc.flight.crazyflie
+    import missionc.output.output_files  # noqa: F401
+
 
 QUICK, QUICKLY = 0.1, 0.3
 """Units of work in which covers may show that no motion is a plan, before one is looked for; and a share of the time.

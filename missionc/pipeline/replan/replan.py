@@ -6,35 +6,38 @@ says MC719 to MC724
 
 The past and the new plan together satisfy the mission: what is left of each requirement after the past
 (``progression``) is what the plan is made and verified for.
+
+Flying on: what comes of a plan where all who are left fly their polynomials on, the slow ones behind their time.
+
+in   Flying, the states seen, who is left, who is late and how fast
+out  FlyOn: everybody's polynomials from then on, and the states at the steps that are left
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
-from missionc.curves.crazyflie_csv import Pieces, polynomials, written
+from missionc.curves.piecewise_polynomials import Pieces, curves_of, polynomials, written
 from missionc.diagnostics.model import Diagnostic
-from missionc.flight.behind import state_behind
+from missionc.flight.behind import flown_late, state_behind
 from missionc.flight.stop_and_hover import state_at
 from missionc.ir import Mission
 from missionc.lower.choose_backend import choose_backend
-from missionc.monitoring.read_trace import ON_TIME
-from missionc.pipeline.checked import Checked
+from missionc.monitoring.read_trace import ON_TIME, FlownSoFar
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.provenance import texts
 from missionc.pipeline.remaining import earlier, remaining
 from missionc.pipeline.replan.cannot_replan import no_longer_kept, no_safe_stop, nobody_left
-from missionc.pipeline.replan.cut_flights import between
-from missionc.pipeline.replan.fly_on import FlyOn, arrays, fly_on
 from missionc.pipeline.replan.plan_rest import RestPlanner
 from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
-from missionc.pipeline.replan.stop_all import Stopped, bodies, ends, resting_state, stop_all, stop_some
+from missionc.pipeline.replan.stop_all import Stopped, between, bodies, ends, resting_state, stop_all, stop_some
 from missionc.progression.past_document import Flown, Past
 from missionc.progression.rest_of_mission import slowed, team_at
 from missionc.progression.stretches import Stretch
@@ -42,6 +45,77 @@ from missionc.verify.certificate import Certificate, Check
 from missionc.verify.flight.verify_whole_flight import verify_whole_flight
 from missionc.verify.flight.way_missions import Stage, Ways, is_whole
 from missionc.verify.verify_plan import verify, verify_polynomials
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlyOn:
+    """Everybody flies on.
+
+    Args:
+        pieces: of those that are left, from when they were seen last to the end of the plan.
+        late: the indices among them of those who are behind their time.
+        told: (agents, steps that are over): the states that a past has, everybody's.
+        ahead: (agents that are left, steps that are left): the states from the last of those on.
+    """
+
+    pieces: list[Pieces]
+    late: tuple[int, ...]
+    told: Trace
+    ahead: Trace
+
+
+def fly_on(
+    mission: Mission,
+    plan: Trace,
+    flights: Sequence[Pieces],
+    so_far: FlownSoFar,
+    left: Sequence[int],
+    late: Mapping[int, float],
+) -> FlyOn:
+    """What everybody does who is left.
+
+    Args:
+        mission: that of the plan.
+        flights: what each agent flies, the lost too.
+        left: the indices of those that are left.
+        late: by their indices, those who are behind on their way, and the most that they go, m/s.
+    """
+    until, end = so_far.until, float(flights[0].duration.sum())
+    steps = so_far.trace.position.shape[1] - 1
+    position, velocity, heading = (each[:, steps:].copy() for each in arrays(plan))
+    pieces = []
+    for agent in left:
+        if agent not in late:
+            pieces.append(between(flights[agent], until))
+            continue
+        own = flown_late(flights[agent], so_far.last[agent], until, late[agent], end - until)
+        pieces.append(own)
+        times = mission.step * np.arange(steps + 1, steps + position.shape[1]) - until
+        position[agent, 0] = so_far.trace.position[agent, -1]
+        position[agent, 1:] = curves_of([own], slice(mission.dimension)).at(times)[0]
+        velocity[agent, :-1] = np.diff(position[agent], axis=0) / mission.step
+        velocity[agent, -1] = 0.0
+        ways = velocity[agent, :-1]
+        moves = np.linalg.norm(ways, axis=-1) > 0
+        heading[agent, :-1][moves] = np.arctan2(ways[moves, 1], ways[moves, 0])
+        heading[agent, -1] = heading[agent, -2]
+    told = [
+        np.concatenate([old[:, :-1], new[:, :1]], axis=1)
+        for old, new in zip(arrays(so_far.trace), (position, velocity, heading), strict=True)
+    ]
+    ahead = Trace(plan.step, position, velocity, heading).part(left, 0, position.shape[1] - 1)
+    return FlyOn(
+        pieces,
+        tuple(number for number, agent in enumerate(left) if agent in late),
+        Trace(plan.step, *told),
+        ahead,
+    )
+
+
+def arrays(trace: Trace) -> tuple[Array, Array, Array]:
+    """Its positions, velocities and headings."""
+    return trace.position, trace.velocity, trace.heading
+
 
 OFF = 0.25
 """Metres: who is further from where its flight has it is told to stay where it is."""

@@ -12,8 +12,8 @@ from missionc.backends.options import Options
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.diagnostics.model import Diagnostic, has_errors
-from missionc.monitoring.read_flown import FlownSoFar
-from missionc.pipeline.checked import Checked
+from missionc.monitoring.read_trace import FlownSoFar
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.results import Compiled
 from missionc.verify.certificate import Certificate
 from missionc.verify.flight.way_missions import Ways

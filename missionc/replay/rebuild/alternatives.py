@@ -15,8 +15,7 @@ from missionc.monitoring.signature import Signature, Signatures, differences
 from missionc.output.documents.alternatives_json import AlternativeRow, alternatives_json, folder_of, rows
 from missionc.output.folder.file_names import ALTERNATIVES, MANIFEST, MISSION, MOST_ALTERNATIVES
 from missionc.output.with_alternatives import OPTION
-from missionc.replay.folder_files import option
-from missionc.replay.read_folder import OutputFolder
+from missionc.replay.read_folder import OutputFolder, option
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Certificate, Check
 from missionc.verify.compare_documents import difference

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.output.export.formats import FORMATS, Exported, Flight, flight
-from missionc.replay.folder_files import option
-from missionc.replay.read_folder import OutputFolder
+from missionc.replay.read_folder import OutputFolder, option
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check
 from missionc.verify.compare_documents import same_text

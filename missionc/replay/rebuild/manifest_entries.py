@@ -30,10 +30,9 @@ from missionc.output.folder.file_names import (
 )
 from missionc.output.folder.manifest import PACKAGES
 from missionc.output.with_alternatives import OPTION
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.provenance import POSES, inputs
-from missionc.replay.folder_files import VEHICLE, FolderFiles, options
-from missionc.replay.read_folder import CERTIFICATE, PLAN, OutputFolder
+from missionc.replay.read_folder import CERTIFICATE, PLAN, VEHICLE, FolderFiles, OutputFolder, options
 from missionc.replay.rebuild.export_files import FOLDER
 from missionc.replay.rebuild.verdict import verdict
 from missionc.verify.certificate import Check

@@ -15,7 +15,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TypeAlias
 
-from missionc.curves.crazyflie_csv import Pieces
+from missionc.curves.piecewise_polynomials import Pieces
 from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.diagnostics.model import Diagnostic
 from missionc.simulate.default_engine import Flown

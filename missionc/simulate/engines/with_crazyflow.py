@@ -17,10 +17,10 @@ from crazyflow.sim import Sim
 from numpy.typing import NDArray
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.simulate import firmware_setpoints
+from missionc.curves.piecewise_polynomials import Pieces
+from missionc.simulate import disturbance
 from missionc.simulate.default_engine import COMMANDS, Flown, sample_times
-from missionc.simulate.firmware_setpoints import GRAVITY, SETPOINTS_PER_SECOND, setpoints
+from missionc.simulate.disturbance import GRAVITY, SETPOINTS_PER_SECOND, setpoints
 
 HOVERED = 11
 """Seconds before the start, for the integral in its controller: what a start script takes (``takeoff_and_landing``)."""
@@ -74,8 +74,8 @@ def _hover(simulator: Sim) -> float:
 
 def _commands(reference: Array) -> NDArray[np.float32]:
     """(agents, 13, samples) -> (agents, samples, 16): position to acceleration, attitude (x, y, z, w), rates."""
-    yaw = reference[:, firmware_setpoints.YAW]
+    yaw = reference[:, disturbance.YAW]
     flat = np.zeros_like(yaw)
     attitude = np.stack([flat, flat, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
-    rows = [reference[:, :9], attitude, reference[:, firmware_setpoints.RATES]]
+    rows = [reference[:, :9], attitude, reference[:, disturbance.RATES]]
     return np.ascontiguousarray(np.moveaxis(np.concatenate(rows, axis=1), 1, 2), dtype=np.float32)

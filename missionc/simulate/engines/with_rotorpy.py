@@ -15,10 +15,10 @@ from rotorpy.vehicles.crazyflie_params import quad_params
 from rotorpy.vehicles.multirotor import Multirotor
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.simulate import firmware_setpoints
+from missionc.curves.piecewise_polynomials import Pieces
+from missionc.simulate import disturbance
 from missionc.simulate.default_engine import Flown, sample_times
-from missionc.simulate.firmware_setpoints import GRAVITY, SETPOINTS_PER_SECOND, setpoints
+from missionc.simulate.disturbance import GRAVITY, SETPOINTS_PER_SECOND, setpoints
 
 
 def fly(pieces: Sequence[Pieces], seconds: float) -> Flown:
@@ -34,14 +34,14 @@ def _one(reference: Array, times: Array) -> Array:
     """(13, samples) -> (samples, 10): position, velocity, attitude (x, y, z, w)."""
     hover = float(np.sqrt(quad_params["mass"] * GRAVITY / 4 / quad_params["k_eta"]))
     state = {
-        "x": reference[firmware_setpoints.POSITION, 0].copy(),
+        "x": reference[disturbance.POSITION, 0].copy(),
         "v": np.zeros(3),
         "q": np.array(
             [
                 0.0,
                 0.0,
-                np.sin(reference[firmware_setpoints.YAW, 0] / 2),
-                np.cos(reference[firmware_setpoints.YAW, 0] / 2),
+                np.sin(reference[disturbance.YAW, 0] / 2),
+                np.cos(reference[disturbance.YAW, 0] / 2),
             ]
         ),
         "w": np.zeros(3),
@@ -53,13 +53,13 @@ def _one(reference: Array, times: Array) -> Array:
     for tick, time in enumerate(times.tolist()):
         track[tick] = np.concatenate([state["x"], state["v"], state["q"]])
         flat = {
-            "x": reference[firmware_setpoints.POSITION, tick],
-            "x_dot": reference[firmware_setpoints.VELOCITY, tick],
-            "x_ddot": reference[firmware_setpoints.ACCELERATION, tick],
-            "yaw": reference[firmware_setpoints.YAW, tick],
-            "yaw_dot": reference[firmware_setpoints.RATES, tick][2],
+            "x": reference[disturbance.POSITION, tick],
+            "x_dot": reference[disturbance.VELOCITY, tick],
+            "x_ddot": reference[disturbance.ACCELERATION, tick],
+            "yaw": reference[disturbance.YAW, tick],
+            "yaw_dot": reference[disturbance.RATES, tick][2],
         }
-        command = controller.update(time, _seen(state, reference[firmware_setpoints.RATES, tick]), flat)
+        command = controller.update(time, _seen(state, reference[disturbance.RATES, tick]), flat)
         state = vehicle.step(state, command, 1 / SETPOINTS_PER_SECOND)
     return track
 

@@ -4,188 +4,89 @@ A mission is a list of declarations; a quantity keeps the unit it was written
 with; an operator keeps its canonical word (``always`` for ``G``).
 """
 
-from missionc.syntax.ast.agents import (
-    AtListed,
-    AtPoints,
-    Dynamics,
-    Finish,
-    Flight,
-    InRegion,
-    OnGrid,
-    OnLine,
-    Pads,
-    Places,
-    Setting,
-    Start,
-    TeamItem,
-    Vehicle,
-    Yaw,
-)
-from missionc.syntax.ast.declarations import (
-    Beacon,
-    Clearance,
-    Declaration,
-    FileOption,
-    FileSetting,
-    Flag,
-    Formation,
-    FromFile,
-    Graph,
-    Group,
-    Include,
-    Let,
-    Link,
-    Mark,
-    Minimize,
-    MissionName,
-    Obstacle,
-    OfPair,
-    Param,
-    Prefer,
-    Program,
-    Rate,
-    Region,
-    Require,
-    Resource,
-    Separation,
-    Solve,
-    Team,
-    Time,
-    Tolerate,
-    Weight,
-    World,
-)
-from missionc.syntax.ast.formulas import (
-    Apply,
-    Call,
-    Compare,
-    Facing,
-    ForEach,
-    Formula,
-    Length,
-    Metric,
-    OneAgent,
-    Period,
-    Quantified,
-    Truth,
-    Window,
-)
-from missionc.syntax.ast.quantities import (
-    Arithmetic,
-    Distance,
-    Extreme,
-    FamilyName,
-    File,
-    Index,
-    Indexed,
-    Member,
-    Name,
-    Negative,
-    Number,
-    Point,
-    Quantity,
-)
-from missionc.syntax.ast.shapes import (
-    Along,
-    AlongFile,
-    Ball,
-    Box,
-    Combined,
-    Cylinder,
-    Disc,
-    Height,
-    Motion,
-    Moving,
-    Polygon,
-    Shape,
-    Waypoint,
-)
-
-__all__ = [
-    "Along",
-    "AlongFile",
-    "Apply",
-    "Arithmetic",
-    "AtListed",
-    "AtPoints",
-    "Ball",
-    "Beacon",
-    "Box",
-    "Call",
-    "Clearance",
-    "Combined",
-    "Compare",
-    "Cylinder",
-    "Declaration",
-    "Disc",
-    "Distance",
-    "Dynamics",
-    "Extreme",
-    "Facing",
-    "FamilyName",
-    "File",
-    "FileOption",
-    "FileSetting",
-    "Finish",
-    "Flag",
-    "Flight",
-    "ForEach",
-    "Formation",
-    "Formula",
-    "FromFile",
-    "Graph",
-    "Group",
-    "Height",
-    "InRegion",
-    "Include",
-    "Index",
-    "Indexed",
-    "Length",
-    "Let",
-    "Link",
-    "Mark",
-    "Member",
-    "Metric",
-    "Minimize",
-    "MissionName",
-    "Motion",
-    "Moving",
-    "Name",
-    "Negative",
-    "Number",
-    "Obstacle",
-    "OfPair",
-    "OnGrid",
-    "OnLine",
-    "OneAgent",
-    "Pads",
-    "Param",
-    "Period",
-    "Places",
-    "Point",
-    "Polygon",
-    "Prefer",
-    "Program",
-    "Quantified",
-    "Quantity",
-    "Rate",
-    "Region",
-    "Require",
-    "Resource",
-    "Separation",
-    "Setting",
-    "Shape",
-    "Solve",
-    "Start",
-    "Team",
-    "TeamItem",
-    "Time",
-    "Tolerate",
-    "Truth",
-    "Vehicle",
-    "Waypoint",
-    "Weight",
-    "Window",
-    "World",
-    "Yaw",
-]
+from missionc.syntax.ast.agents import AtListed as AtListed
+from missionc.syntax.ast.agents import AtPoints as AtPoints
+from missionc.syntax.ast.agents import Dynamics as Dynamics
+from missionc.syntax.ast.agents import Finish as Finish
+from missionc.syntax.ast.agents import Flight as Flight
+from missionc.syntax.ast.agents import InRegion as InRegion
+from missionc.syntax.ast.agents import OnGrid as OnGrid
+from missionc.syntax.ast.agents import OnLine as OnLine
+from missionc.syntax.ast.agents import Pads as Pads
+from missionc.syntax.ast.agents import Places as Places
+from missionc.syntax.ast.agents import Setting as Setting
+from missionc.syntax.ast.agents import Start as Start
+from missionc.syntax.ast.agents import TeamItem as TeamItem
+from missionc.syntax.ast.agents import Vehicle as Vehicle
+from missionc.syntax.ast.agents import Yaw as Yaw
+from missionc.syntax.ast.declarations import Beacon as Beacon
+from missionc.syntax.ast.declarations import Clearance as Clearance
+from missionc.syntax.ast.declarations import Declaration as Declaration
+from missionc.syntax.ast.declarations import FileOption as FileOption
+from missionc.syntax.ast.declarations import FileSetting as FileSetting
+from missionc.syntax.ast.declarations import Flag as Flag
+from missionc.syntax.ast.declarations import Formation as Formation
+from missionc.syntax.ast.declarations import FromFile as FromFile
+from missionc.syntax.ast.declarations import Graph as Graph
+from missionc.syntax.ast.declarations import Group as Group
+from missionc.syntax.ast.declarations import Include as Include
+from missionc.syntax.ast.declarations import Let as Let
+from missionc.syntax.ast.declarations import Link as Link
+from missionc.syntax.ast.declarations import Mark as Mark
+from missionc.syntax.ast.declarations import Minimize as Minimize
+from missionc.syntax.ast.declarations import MissionName as MissionName
+from missionc.syntax.ast.declarations import Obstacle as Obstacle
+from missionc.syntax.ast.declarations import OfPair as OfPair
+from missionc.syntax.ast.declarations import Param as Param
+from missionc.syntax.ast.declarations import Prefer as Prefer
+from missionc.syntax.ast.declarations import Program as Program
+from missionc.syntax.ast.declarations import Rate as Rate
+from missionc.syntax.ast.declarations import Region as Region
+from missionc.syntax.ast.declarations import Require as Require
+from missionc.syntax.ast.declarations import Resource as Resource
+from missionc.syntax.ast.declarations import Separation as Separation
+from missionc.syntax.ast.declarations import Solve as Solve
+from missionc.syntax.ast.declarations import Team as Team
+from missionc.syntax.ast.declarations import Time as Time
+from missionc.syntax.ast.declarations import Tolerate as Tolerate
+from missionc.syntax.ast.declarations import Weight as Weight
+from missionc.syntax.ast.declarations import World as World
+from missionc.syntax.ast.formulas import Apply as Apply
+from missionc.syntax.ast.formulas import Call as Call
+from missionc.syntax.ast.formulas import Compare as Compare
+from missionc.syntax.ast.formulas import Facing as Facing
+from missionc.syntax.ast.formulas import ForEach as ForEach
+from missionc.syntax.ast.formulas import Formula as Formula
+from missionc.syntax.ast.formulas import Length as Length
+from missionc.syntax.ast.formulas import Metric as Metric
+from missionc.syntax.ast.formulas import OneAgent as OneAgent
+from missionc.syntax.ast.formulas import Period as Period
+from missionc.syntax.ast.formulas import Quantified as Quantified
+from missionc.syntax.ast.formulas import Truth as Truth
+from missionc.syntax.ast.formulas import Window as Window
+from missionc.syntax.ast.quantities import Arithmetic as Arithmetic
+from missionc.syntax.ast.quantities import Distance as Distance
+from missionc.syntax.ast.quantities import Extreme as Extreme
+from missionc.syntax.ast.quantities import FamilyName as FamilyName
+from missionc.syntax.ast.quantities import File as File
+from missionc.syntax.ast.quantities import Index as Index
+from missionc.syntax.ast.quantities import Indexed as Indexed
+from missionc.syntax.ast.quantities import Member as Member
+from missionc.syntax.ast.quantities import Name as Name
+from missionc.syntax.ast.quantities import Negative as Negative
+from missionc.syntax.ast.quantities import Number as Number
+from missionc.syntax.ast.quantities import Point as Point
+from missionc.syntax.ast.quantities import Quantity as Quantity
+from missionc.syntax.ast.shapes import Along as Along
+from missionc.syntax.ast.shapes import AlongFile as AlongFile
+from missionc.syntax.ast.shapes import Ball as Ball
+from missionc.syntax.ast.shapes import Box as Box
+from missionc.syntax.ast.shapes import Combined as Combined
+from missionc.syntax.ast.shapes import Cylinder as Cylinder
+from missionc.syntax.ast.shapes import Disc as Disc
+from missionc.syntax.ast.shapes import Height as Height
+from missionc.syntax.ast.shapes import Motion as Motion
+from missionc.syntax.ast.shapes import Moving as Moving
+from missionc.syntax.ast.shapes import Polygon as Polygon
+from missionc.syntax.ast.shapes import Shape as Shape
+from missionc.syntax.ast.shapes import Waypoint as Waypoint

@@ -21,8 +21,7 @@ from missionc.ir import BeaconCover, Flagged, Graph, Predicate, Proximity, Resou
 from missionc.language.margins.predicate_margins import holds, link_margin, margin
 from missionc.language.margins.resources import flag_truths
 from missionc.language.margins.view import View
-from missionc.verify.between.interval_sets import Signal
-from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.verify.between.interval_sets import STEP, Motion, Signal
 
 RESOLUTION = 1e-4
 """Seconds: no stretch shorter than this is halved."""

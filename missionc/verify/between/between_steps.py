@@ -12,16 +12,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from missionc.base.trace import Trace
-from missionc.curves.crazyflie_csv import Pieces, curves_of, read
-from missionc.curves.piecewise_polynomials import Curves
+from missionc.curves.piecewise_polynomials import Curves, Pieces, curves_of, read
 from missionc.ir import Mission
 from missionc.kernel.analysis import steps_ahead
 from missionc.kernel.nodes import Goal, Kernel
 from missionc.kernel.walk import postorder
 from missionc.monitoring.monitor import truths
-from missionc.verify.between.counterexample import Search
-from missionc.verify.between.counterexample_text import agents_of, sentence, stretch
-from missionc.verify.between.motion_clock import Motion
+from missionc.verify.between.counterexample import Search, agents_of, sentence, stretch
+from missionc.verify.between.interval_sets import Motion
 from missionc.verify.between.truth_over_time import Evaluation
 from missionc.verify.certificate import Between, Certificate, Verdict
 

@@ -1,33 +1,42 @@
-"""Three-valued truth of kernel formulas at every moment of a motion, sound on both sides."""
+"""Three-valued truth of kernel formulas at every moment of a motion, sound on both sides.
+
+Dynamic graphs over time: neighbours and routes, in stretches in which no link changes.
+
+Time is cut where a link or an operand may change, into moments and the
+stretches between them. Links and operands are constant in each, so that the
+monitor's own routes judge all of them at once: what the links that are surely
+there allow is sure, what the links that may be there forbid is never. Lengths in
+metres change within a stretch too; it is halved until their bounds suffice.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
 import numpy as np
 
+from missionc.base.trace import Array, Flags
+from missionc.curves.piecewise_polynomials import Indices
 from missionc.ir import Graph, Predicate
+from missionc.ir.pair_ranges import directed
 from missionc.kernel.analysis import agents_asked, steps_ahead
 from missionc.kernel.evaluate import Domain, evaluate
-from missionc.kernel.nodes import (
-    Atom,
-    NeighbourNode,
-    Node,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel.nodes import Atom, NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.kernel.walk import looks_back, postorder
-from missionc.verify.between import links_over_time
-from missionc.verify.between.atoms import atom_signals
+from missionc.language.margins.links import pieces
+from missionc.monitoring import graph_routes
+from missionc.monitoring.logic import TRUTH
+from missionc.verify.between.atoms import RESOLUTION, atom_signals, link_signals
 from missionc.verify.between.interval_sets import (
+    STEP,
+    Motion,
     Signal,
+    Spans,
     asked_until,
     looking_back,
     of_parts,
@@ -35,8 +44,220 @@ from missionc.verify.between.interval_sets import (
     throughout,
     until,
 )
-from missionc.verify.between.links_over_time import Links
-from missionc.verify.between.motion_clock import STEP, Motion
+from missionc.world.signed_distance import distance_between
+
+MOST_CELLS = 20_000
+"""Stretches in which lengths are looked at; beyond them nothing more is decided."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Links:
+    """A graph's links over time.
+
+    Args:
+        first, second: (pairs,): places among ``members``, the first one before the second unless links lead
+            ``one_way``, from the first one to the second.
+        signals: (pairs,): when they are linked.
+    """
+
+    members: Indices
+    first: Indices
+    second: Indices
+    one_way: bool
+    signals: tuple[Signal, ...]
+
+
+def links_of(graph: Graph, motion: Motion) -> Links:
+    members = np.array(graph.agents, dtype=np.int64)
+    whole = np.ones((members.size, members.size), dtype=np.bool_)
+    one_way = directed(graph)
+    first, second = np.nonzero(whole & ~np.eye(members.size, dtype=np.bool_) if one_way else np.triu(whole, k=1))
+    signals = link_signals(graph, members[first], members[second], motion) if first.size else []
+    return Links(members, first.astype(np.int64), second.astype(np.int64), one_way, tuple(signals))
+
+
+def nearby(links: Links, body: Sequence[Signal], motion: Motion) -> list[Signal]:
+    """When ``body`` holds at some agent linked to each member."""
+    return _judged(links, (body,), motion, lambda view: graph_routes.nearby(view.linked, view.operands[0]))
+
+
+def reach(hops: int, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion) -> list[Signal]:
+    """When each member has a route of at most so many links."""
+    return _judged(
+        links,
+        (through, end),
+        motion,
+        lambda view: graph_routes.reach(view.linked, view.operands[0], view.operands[1], hops),
+    )
+
+
+def route(
+    low: float, high: float, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion
+) -> list[Signal]:
+    """When each member has a route of a length in metres within the bounds."""
+
+    def shorter(view: View) -> Flags:
+        onward = view.linked & view.operands[0][:, :, None]
+        lengths = np.maximum(view.lengths + view.spare, 0.0)
+        return graph_routes.shortest(np.where(onward, lengths, np.inf), view.operands[1]) <= high
+
+    def longer(view: View) -> Flags:
+        """A route has fewer links than there are members; each may be so much longer or shorter."""
+        through, end = view.operands
+        # No agent is away from itself, so one of the two is 0.
+        farthest = (view.spare.max(axis=(1, 2)) + view.spare.min(axis=(1, 2))) * (links.members.size - 1)
+        rows = (
+            graph_routes.bounded_below(
+                TRUTH, linked[None], lengths[None], free[None], goal[None], low + more, high - more
+            )
+            for linked, lengths, free, goal, more in zip(view.linked, view.lengths, through, end, farthest, strict=True)
+        )
+        return np.concatenate([np.zeros((0, links.members.size), dtype=np.bool_), *rows])
+
+    if low > 0:
+        return _judged(links, (through, end), motion, longer, metres=True)
+    if math.isinf(high):
+        return reach(links.members.size, links, through, end, motion)
+    return _judged(links, (through, end), motion, shorter, metres=True)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """How things are in some cells, seen so that more links, truer operands and shorter ways only help.
+
+    Args:
+        linked: (cells, members, members).
+        operands: (cells, members), each.
+        lengths: (cells, members, members), metres, in the middle of the cells.
+        spare: likewise, by how much longer a way is to be taken; below 0, shorter.
+    """
+
+    linked: Flags
+    operands: tuple[Flags, ...]
+    lengths: Array
+    spare: Array
+
+
+def _judged(
+    links: Links,
+    operands: Sequence[Sequence[Signal]],
+    motion: Motion,
+    judge: Callable[[View], Flags],
+    metres: bool = False,
+) -> list[Signal]:
+    """When ``judge`` says yes of each member.
+
+    Args:
+        operands: each of the members' signals.
+        judge: gives (cells, members); more links, truer operands and shorter ways never make it say no.
+        metres: whether it reads lengths.
+    """
+    columns = (links.signals, *operands)
+    ticks = _ticks([signal for column in columns for signal in column], motion, metres)
+    tables = [_tables(column, ticks) for column in columns]
+    cell = np.arange(2 * ticks.size - 1)
+    low, high = ticks[cell // 2], ticks[(cell + 1) // 2]
+    shortest, left = int(RESOLUTION / motion.mission.step * STEP), MOST_CELLS
+    sure, never = _Found(), _Found()
+    while cell.size:
+        left -= cell.size
+        halve = np.zeros(cell.size, dtype=np.bool_)
+        for part in pieces(cell.size, links.members.size):
+            lengths, spare = _lengths(links, low[part], high[part], motion) if metres else _none(links, cell[part])
+            seen, hoped = (_view(links, tables, way, cell[part], lengths) for way in (0, 1))
+            yes, no = judge(replace(seen, spare=spare)), ~judge(replace(hoped, spare=-spare))
+            if metres and left > 0:
+                # Where the lengths of this moment would do, those of a shorter stretch may.
+                worth = (judge(seen) == judge(hoped)) & ~yes & ~no
+                halve[part] = worth.any(axis=1) & (high[part] - low[part] > shortest)
+            sure.add(yes & ~halve[part, None], low[part], high[part])
+            never.add(no & ~halve[part, None], low[part], high[part])
+        cell, low, high = cell[halve], low[halve], high[halve]
+        middle = (low + high) // 2
+        cell, low, high = map(np.concatenate, ((cell, cell), (low, middle), (middle, high)))
+    members = range(links.members.size)
+    return [Signal(yes, no) for yes, no in zip(sure.spans(members), never.spans(members), strict=True)]
+
+
+class _Found:
+    """Stretches at which something was found of members, in no order."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[Indices, Indices, Indices]] = []
+
+    def add(self, flags: Flags, low: Indices, high: Indices) -> None:
+        """Flags are (stretches, members)."""
+        stretch, member = np.nonzero(flags)
+        self.rows.append((member.astype(np.int64), low[stretch], high[stretch]))
+
+    def spans(self, members: range) -> list[Spans]:
+        """The spans of each member; stretches that meet are joined."""
+        member, low, high = (np.concatenate(column) for column in zip(*self.rows, strict=True))
+        order = np.lexsort((high, low, member))
+        member, low, high = member[order], low[order], high[order]
+        apart = np.r_[True, (np.diff(member) != 0) | (low[1:] > high[:-1])][: member.size]
+        first = np.flatnonzero(apart)
+        last = np.r_[first[1:] - 1, member.size - 1][: first.size]
+        result: list[list[tuple[int, int]]] = [[] for _ in members]
+        for who, begin, stop in zip(member[first].tolist(), low[first].tolist(), high[last].tolist(), strict=True):
+            result[who].append((begin, stop))
+        return [tuple(each) for each in result]
+
+
+def _ticks(signals: Sequence[Signal], motion: Motion, metres: bool) -> Indices:
+    """Where something may change; between two of them each agent's motion is one piece, where lengths are asked for."""
+    ends = {tick for signal in signals for spans in (signal.sure, signal.never) for span in spans for tick in span}
+    joints = motion.joints.tolist() if metres else (0, motion.end)
+    return np.array(sorted({*ends, *joints}), dtype=np.int64)
+
+
+def _tables(signals: Sequence[Signal], ticks: Indices) -> tuple[Flags, Flags]:
+    """(cells, signals), twice: where each surely holds, and where it may. Every other cell is a moment."""
+    cells = 2 * ticks.size - 1
+
+    def table(sets: list[Spans]) -> Flags:
+        change = np.zeros((cells + 1, len(sets)), dtype=np.int8)
+        ends = np.array([(number, *span) for number, spans in enumerate(sets) for span in spans], dtype=np.int64)
+        number, first, last = ends.reshape(-1, 3).T
+        change[2 * np.searchsorted(ticks, first), number] += 1
+        change[2 * np.searchsorted(ticks, last) + 1, number] -= 1
+        return np.asarray(np.cumsum(change, axis=0, dtype=np.int8)[:-1] > 0)
+
+    return table([signal.sure for signal in signals]), ~table([signal.never for signal in signals])
+
+
+def _view(links: Links, tables: Sequence[tuple[Flags, Flags]], way: int, cell: Indices, lengths: Array) -> View:
+    """What surely holds in some cells (``way`` 0), or may (1), with the lengths in their middle."""
+    pairs, *operands = (table[way][cell] for table in tables)
+    linked = np.zeros((cell.size, links.members.size, links.members.size), dtype=np.bool_)
+    linked[:, links.first, links.second] = pairs
+    if not links.one_way:
+        linked[:, links.second, links.first] = pairs
+    return View(linked, tuple(operands), lengths, np.zeros_like(lengths))
+
+
+def _none(links: Links, cell: Indices) -> tuple[Array, Array]:
+    """Lengths that nobody reads."""
+    return np.zeros((cell.size, 1, 1)), np.zeros((cell.size, 1, 1))
+
+
+def _lengths(links: Links, low: Indices, high: Indices, motion: Motion) -> tuple[Array, Array]:
+    """The lengths of all pairs amid stretches, and their change in them: (cells, members, members) twice, metres."""
+    middle = (low + high) // 2
+    piece = motion.piece_at(middle)
+    size = links.members.size
+    agent = np.broadcast_to(links.members[:, None], (size, middle.size))
+    there = motion.position(
+        agent, np.broadcast_to(piece, agent.shape), np.broadcast_to(motion.local(piece, middle), agent.shape)
+    )
+    here = there.swapaxes(0, 1)
+    lengths = np.asarray(distance_between(np, here[:, :, None], here[:, None]))
+    spare = np.zeros_like(lengths)
+    first, second = links.members[links.first], links.members[links.second]
+    change = motion.relative_speed(first, second).T[piece] * motion.reach(low, high)[:, None]
+    spare[:, links.first, links.second] = spare[:, links.second, links.first] = change + motion.slack
+    return lengths, spare
+
 
 OTHERS = -1
 """In the place of an agent: all that are not named."""
@@ -70,7 +291,7 @@ class Evaluation(Domain[Signals]):
     def links(self, graph: Graph) -> Links:
         """A graph's links."""
         if graph not in self.graphs:
-            self.graphs[graph] = links_over_time.links_of(graph, self.motion)
+            self.graphs[graph] = links_of(graph, self.motion)
         return self.graphs[graph]
 
     def atom(self, predicate: Predicate, holds: bool) -> Signals:
@@ -117,22 +338,20 @@ class Evaluation(Domain[Signals]):
 
     def neighbour(self, node: NeighbourNode, body: Signals) -> Signals:
         def some(body: Signals) -> Signals:
-            return {OTHERS: self.nowhere} | self._of_members(node.graph, links_over_time.nearby, body)
+            return {OTHERS: self.nowhere} | self._of_members(node.graph, nearby, body)
 
         return self._dual(node.every, some, body)
 
     def reach(self, node: ReachNode, through: Signals, end: Signals) -> Signals:
         def some(through: Signals, end: Signals) -> Signals:
-            return end | self._of_members(node.graph, partial(links_over_time.reach, node.hops), through, end)
+            return end | self._of_members(node.graph, partial(reach, node.hops), through, end)
 
         return self._dual(node.every, some, through, end)
 
     def route(self, node: RouteNode, through: Signals, end: Signals) -> Signals:
         def some(through: Signals, end: Signals) -> Signals:
             outside = end if node.low <= 0 else {OTHERS: self.nowhere}
-            return outside | self._of_members(
-                node.graph, partial(links_over_time.route, node.low, node.high), through, end
-            )
+            return outside | self._of_members(node.graph, partial(route, node.low, node.high), through, end)
 
         return self._dual(node.every, some, through, end)
 
@@ -140,7 +359,7 @@ class Evaluation(Domain[Signals]):
         anyone, target = {OTHERS: self.always}, self.member(frozenset((node.agent,)), True)
 
         def way(most: float) -> Signals:
-            return self._of_members(node.graph, partial(links_over_time.route, 0.0, most), anyone, target)
+            return self._of_members(node.graph, partial(route, 0.0, most), anyone, target)
 
         near = way(node.high)
         if node.low <= 0:

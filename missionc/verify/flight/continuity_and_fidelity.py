@@ -13,13 +13,11 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.curves.bernstein_intervals import GROWN, Enclosed, derivative, from_powers
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import Curves, Indices, values
+from missionc.curves.piecewise_polynomials import Curves, Indices, Pieces, values
 from missionc.ir import Agent, Fixed, Mission
-from missionc.verify.certificate import Check, judged
+from missionc.verify.certificate import CLOCK, MOTION, TUBE, WAYPOINT, Check, judged
 from missionc.verify.flight.flight_curves import ALLOWANCE, cut
-from missionc.verify.proof.claims import Bounds, Claim
-from missionc.verify.tolerances import CLOCK, MOTION, TUBE, WAYPOINT
+from missionc.verify.proof.branch_and_bound import Bounds, Claim
 
 DEGREE = 7
 

@@ -22,21 +22,25 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.base.units import Seconds
-from missionc.curves.crazyflie_csv import Pieces, curves_of
-from missionc.curves.piecewise_polynomials import Curves, derivatives_at, refined, speed_bounds, values
+from missionc.curves.piecewise_polynomials import (
+    Curves,
+    Pieces,
+    curves_of,
+    derivatives_at,
+    refined,
+    speed_bounds,
+    values,
+)
 from missionc.ir import PLAIN, Agent, Mission, Obstacle, Path
-from missionc.verify.certificate import Certificate, Check, Figure, judged
+from missionc.verify.certificate import MOTION, WAYPOINT, Certificate, Check, Figure, judged
 from missionc.verify.flight.continuity_and_fidelity import exactness
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
-from missionc.verify.flight.landing_in_turns import Stop, in_turns, landing_margins
-from missionc.verify.flight.vehicle_claims import limits
-from missionc.verify.flight.verify_polynomials import prove_all
+from missionc.verify.flight.verify_polynomials import limits, prove_all
+from missionc.verify.flight.verify_whole_flight import Stop, in_turns, landing_margins
 from missionc.verify.flight.way_missions import is_whole
-from missionc.verify.proof.branch_and_bound import failing_pieces
-from missionc.verify.proof.claims import Claim
+from missionc.verify.proof.branch_and_bound import Claim, failing_pieces
 from missionc.verify.proof.proof_boxes import Boxes
-from missionc.verify.tolerances import MOTION, WAYPOINT
 from missionc.world.grown_shape import grown_shape
 
 HOVER = 1.0

@@ -16,19 +16,15 @@ import numpy as np
 
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres
-from missionc.curves.crazyflie_csv import Pieces, curves_of, read
-from missionc.curves.piecewise_polynomials import Curves, derivatives_at
+from missionc.curves.piecewise_polynomials import Curves, Pieces, curves_of, derivatives_at, read
 from missionc.ir import Agent, Exactly, Mission
-from missionc.verify.certificate import Certificate, Check, judged
+from missionc.verify.certificate import WAYPOINT, Certificate, Check, judged
 from missionc.verify.flight.continuity_and_fidelity import check_level, check_smooth, clock, exactness
 from missionc.verify.flight.flight_curves import Flight
 from missionc.verify.flight.joint_claims import world
-from missionc.verify.flight.vehicle_claims import limits
-from missionc.verify.flight.verify_polynomials import prove_all
-from missionc.verify.plan.agent_separation import check_separation
-from missionc.verify.plan.obstacle_clearance import check_obstacles
+from missionc.verify.flight.verify_polynomials import limits, prove_all
+from missionc.verify.plan.clearances import check_obstacles, check_separation
 from missionc.verify.proof.proof_boxes import Boxes
-from missionc.verify.tolerances import WAYPOINT
 
 ENDS = 1e-3
 """Metres a second, and metres: an agent that is so slow rests."""

@@ -5,33 +5,298 @@ out  Certificate: the checks of each way by its word, `out` or `home`, and those
 
 A way is judged as the mission's own flight is, along its polynomials and by the same claims. In a column a vehicle may
 be at any height at any time while all rise or sink; that is what is proved clear.
+
+Landing after a stop: straight down in turns, clear of those who hover still, of those who stand there, of obstacles.
+
+Margins are metres by which an agent is clearer than it has to be. They are of whole columns: whoever lands may be at
+any height of its own at any time of its turn.
+
+Phases of a whole flight, from the floor to the floor: how long each lasts, so that nobody is faster than it may.
+
+The firmware rises and sinks on the polynomial of degree 7 that begins and ends at rest, without acceleration and jerk.
+
+Source:
+    crazyflie-firmware, planner.c (``plan_takeoff``, ``plan_land``) and pptraj.c (``piecewise_plan_7th_order_no_jerk``).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.crazyflie_csv import Pieces, read
-from missionc.curves.piecewise_polynomials import values
-from missionc.ir import Agent, Mission
-from missionc.verify.certificate import Certificate, Check, Figure, judged
+from missionc.curves.piecewise_polynomials import Pieces, read, values
+from missionc.ir import Agent, Mission, Obstacle
+from missionc.verify.certificate import MOTION, WAYPOINT, Certificate, Check, Figure, judged
 from missionc.verify.flight.continuity_and_fidelity import check_level, check_smooth, exactness
 from missionc.verify.flight.flight_curves import Flight
-from missionc.verify.flight.flight_phases import Phases, phases_of
 from missionc.verify.flight.joint_claims import downwash, world
-from missionc.verify.flight.landing_in_turns import above_pads, landing_margins, pad_turns
-from missionc.verify.flight.vehicle_claims import limits
-from missionc.verify.flight.verify_polynomials import check_apart, check_file, prove_all
+from missionc.verify.flight.verify_polynomials import check_apart, check_file, limits, prove_all
 from missionc.verify.flight.way_missions import Stage, Way, Ways, has_risen, is_whole, way_mission, ways_of
 from missionc.verify.proof.proof_boxes import Boxes
-from missionc.verify.tolerances import MOTION, WAYPOINT
-from missionc.world.columns import column_clearance
+from missionc.world.columns import FLOOR, column_clearance
+from missionc.world.required_separation import SpacingTable
+
+RISE, SETTLE, GO, SINK = 3.0, 2.0, 4.0, 4.0
+"""Seconds: to take off and to land at least, to hover quietly, to go to the first point."""
+LANDED = 0.04
+"""Metres: the height to which they sink before their motors stop."""
+SPEED, ACCELERATION = 35 / 16, 7.514
+"""The largest speed and acceleration of the polynomial, over 1 m in 1 s: m/s; m/s², rounded up."""
+REST_TO_REST = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
+"""The polynomial of the firmware, from 0 to 1 in 1 s: ascending powers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Phases:
+    """Seconds of each phase, the same for everybody; ``duration`` is that of the polynomials.
+
+    All rise, and sink, in so many ``rounds``, each of which takes so long. Where all are in the air when it begins,
+    ``rise`` is 0, and nobody hovers before the polynomials.
+    """
+
+    rise: float
+    settle: float
+    go: float
+    duration: float
+    sink: float
+    rounds: int = 1
+
+    @property
+    def hover(self) -> float:
+        """Seconds from the last one to have risen to the beginning of the polynomials."""
+        return self.settle + self.go + self.settle if self.rise else 0.0
+
+    @property
+    def before(self) -> float:
+        """Seconds from the take-off to the beginning of the polynomials."""
+        return self.rounds * self.rise + self.hover
+
+    @property
+    def whole(self) -> float:
+        """Seconds from the floor to the floor, or from the air."""
+        return self.before + self.duration + self.settle + self.rounds * self.sink
+
+
+def phases_of(
+    agents: Sequence[Agent],
+    up: Sequence[float],
+    down: Sequence[float],
+    duration: float,
+    rounds: int = 1,
+    risen: bool = False,
+    bottom: float = LANDED,
+) -> Phases:
+    """How long a flight takes in each phase.
+
+    Args:
+        risen: whether all are in the air already.
+        bottom: metres, the height to which they sink.
+        up, down: metres, by agent: the heights to which they rise, and from which they sink.
+        duration: seconds of the polynomials.
+    """
+    rise = max(_phase_seconds(height - FLOOR, agent, _rise(agent)) for agent, height in zip(agents, up, strict=True))
+    sink = max(landing_seconds(agent, height, bottom) for agent, height in zip(agents, down, strict=True))
+    return Phases(0.0 if risen else max(rise, RISE), SETTLE, GO, duration, sink, rounds)
+
+
+def landing_seconds(agent: Agent, height: float, bottom: float = LANDED) -> float:
+    """Duration of a landing from a height in metres to another."""
+    return max(_phase_seconds(height - bottom, agent, math.inf if agent.pad is None else agent.pad.land), SINK)
+
+
+def rest_to_rest(distance: float, speed: float, acceleration: float) -> float:
+    """Seconds that the polynomial takes over a distance in metres, within a speed and an acceleration."""
+    return max(SPEED * abs(distance) / speed, math.sqrt(ACCELERATION * abs(distance) / acceleration))
+
+
+def _rise(agent: Agent) -> float:
+    """m/s: what the mission wants on the way up."""
+    return math.inf if agent.pad is None else agent.pad.rise
+
+
+def _phase_seconds(height: float, agent: Agent, wanted: float) -> float:
+    """For so many metres, no faster than the mission wants and its vehicle may, rounded up to a tenth."""
+    speed = min(agent.vehicle.vertical_speed, wanted)
+    return math.ceil(10 * rest_to_rest(height, speed, agent.vehicle.acceleration) - 1e-9) / 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stop:
+    """A stop of everybody at a moment, and the order in which they land after it.
+
+    Args:
+        at: seconds since the mission began.
+        pieces: by agent: the stop, and a hover after it.
+        turns: agents, by their indices, who land at once; those in no turn hover.
+    """
+
+    at: float
+    pieces: tuple[Pieces, ...]
+    turns: tuple[tuple[int, ...], ...]
+
+    @property
+    def seconds(self) -> float:
+        """For the stop itself."""
+        return float(self.pieces[0].duration[0])
+
+    @property
+    def places(self) -> Array:
+        """(agents, 3), metres: where they hover."""
+        return np.stack([own.coefficients[-1, :3, 0] for own in self.pieces])
+
+    def landing(self, mission: Mission) -> list[float]:
+        """Seconds of each turn, which is as long as the slowest in it takes."""
+        heights = self.places[:, 2].tolist()
+        return [max(landing_seconds(mission.agents[index], heights[index]) for index in turn) for turn in self.turns]
+
+
+def landing_margins(mission: Mission, stop: Stop) -> Iterator[tuple[int, float]]:
+    """By how much each agent that lands is clear of all that it might touch."""
+    margins = _Margins(mission, stop)
+    hovering, landed = set(range(len(mission.agents))), list[int]()
+    end = stop.at + stop.seconds
+    for turn, seconds in zip(stop.turns, stop.landing(mission), strict=True):
+        hovering -= set(turn)
+        end += seconds
+        for index in turn:
+            beside = [each for each in turn if each != index]
+            others = margins.of_others(index, beside, list(hovering), landed)
+            yield index, min(others, margins.of_obstacles(index, end))
+        landed += turn
+
+
+class _Margins:
+    """Metres by which agents that go straight down after a stop are clear.
+
+    Args:
+        stop: its turns are of no interest.
+    """
+
+    def __init__(self, mission: Mission, stop: Stop) -> None:
+        self.mission, self.places = mission, stop.places
+        self.begin = stop.at + stop.seconds
+        radius, tracking, pair, downwash = (
+            np.array([figure(agent) for agent in mission.agents], dtype=np.float64)
+            for figure in (_radius, _tracking, _pair_distance, _downwash_height)
+        )
+        missed, bodies = _sum(tracking), _sum(radius)
+        everyone = np.arange(len(mission.agents))
+        apart = np.linalg.norm(self.places[:, None, :2] - self.places[None, :, :2], axis=-1)
+        # For two that land at once: sideways, whatever their heights.
+        self.aside = apart - SpacingTable.of(mission).between(everyone[:, None], everyone[None])
+        # For the first, that lands, while the second hovers: far enough aside, or with it above all of its way.
+        tall = np.maximum(np.maximum(bodies, np.maximum(pair[:, None], pair[None])), _sum(downwash)) + missed
+        above = self.places[None, :, 2] - self.places[:, None, 2]
+        self.past = np.maximum(self.aside, above - tall)
+        # For one that lands beside another that stands there with its motors off: bodies alone count.
+        self.onto = apart - bodies - missed
+        self._standing: dict[int, float] = {}
+
+    def of_others(self, index: int, beside: list[int], hovering: list[int], landed: list[int]) -> float:
+        """For one agent that lands.
+
+        Args:
+            beside: who lands with it.
+        """
+        rows = ((self.aside, beside), (self.past, hovering), (self.onto, landed))
+        return min(float(table[index, some].min(initial=math.inf)) for table, some in rows)
+
+    def of_obstacles(self, index: int, end: float) -> float:
+        """Likewise, where it hovers from the stop on until it lands.
+
+        Args:
+            end: seconds since the mission began: when it stands.
+        """
+        if index not in self._standing:
+            self._standing[index] = self._of(index, [each for each in self.mission.obstacles if each.constant], end)
+        changing = [each for each in self.mission.obstacles if not each.constant]
+        return min(self._standing[index], self._of(index, changing, end))
+
+    def _of(self, index: int, some: list[Obstacle], end: float) -> float:
+        agent, point = self.mission.agents[index], tuple(self.places[index, : self.mission.dimension].tolist())
+        need = agent.radius + agent.vehicle.tracking
+        return min((column_clearance(each, point, self.begin, end) - need for each in some), default=math.inf)
+
+
+def _radius(agent: Agent) -> float:
+    return agent.radius
+
+
+def _tracking(agent: Agent) -> float:
+    return agent.vehicle.tracking
+
+
+def _pair_distance(agent: Agent) -> float:
+    return agent.vehicle.pair_distance
+
+
+def _downwash_height(agent: Agent) -> float:
+    return agent.vehicle.downwash_height
+
+
+def _sum(figure: Array) -> Array:
+    """(agents, agents): of every two."""
+    return np.asarray(figure[:, None] + figure[None])
+
+
+def pad_turns(mission: Mission, hovers: Array) -> tuple[tuple[int, ...], ...]:
+    """The turns in which agents can land from above their pads, as many at once as can; they rise the other way round.
+
+    Obstacles are left out: they count with the times at which they are there.
+
+    Args:
+        hovers: (agents, 3), metres.
+    """
+    return in_turns(replace(mission, obstacles=()), above_pads(hovers), -MOTION)
+
+
+def pads_suffice(mission: Mission, hovers: Sequence[tuple[float, ...]]) -> bool:
+    """Whether everybody can rise to where it hovers, and land from there, in whatever turns; three coordinates each."""
+    return sum(map(len, pad_turns(mission, np.array(hovers, dtype=np.float64)))) == len(mission.agents)
+
+
+def above_pads(hovers: Array, turns: tuple[tuple[int, ...], ...] = ()) -> Stop:
+    """Everybody at rest above its pad."""
+    still = np.zeros((len(hovers), 2, 4, 8))
+    still[:, :, :3, 0] = hovers[:, None]
+    return Stop(0.0, tuple(Pieces(np.ones(2), own) for own in still), turns)
+
+
+def in_turns(mission: Mission, stop: Stop, enough: float = 0.0) -> tuple[tuple[int, ...], ...]:
+    """The turns in which agents can land after a stop, as many at once as can, the lowest first.
+
+    Those that nobody can be sure of landing clear are in none.
+    """
+    margins = _Margins(mission, stop)
+    remaining, landed = set(range(len(mission.agents))), list[int]()
+    heights = stop.places[:, 2].tolist()
+    lasting = [landing_seconds(agent, height) for agent, height in zip(mission.agents, heights, strict=True)]
+    turns: list[tuple[int, ...]] = []
+    end = stop.at + stop.seconds
+    while remaining:
+        turn: list[int] = []
+        seconds = 0.0
+        for index in sorted(remaining, key=lambda each: (heights[each], each)):
+            others = margins.of_others(index, turn, list(remaining.difference(turn, [index])), landed)
+            longer = max(seconds, lasting[index])
+            # Who lands with others hovers, or sinks, as long as they.
+            these = [index] if longer == seconds else [*turn, index]
+            if others >= enough and all(margins.of_obstacles(each, end + longer) >= enough for each in these):
+                turn.append(index)
+                seconds = longer
+        if not turn:
+            break
+        end += seconds
+        turns.append(tuple(sorted(turn)))
+        remaining -= set(turn)
+        landed += turn
+    return tuple(turns)
+
 
 WHOLE = "whole flight"
 """The figure that says how long it takes."""

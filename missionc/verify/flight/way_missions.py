@@ -17,24 +17,12 @@ from enum import Enum
 
 import numpy as np
 
+from missionc import ir
 from missionc.base.trace import Array
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.curves.crazyflie_csv import Pieces
-from missionc.curves.piecewise_polynomials import values
-from missionc.ir import (
-    Agent,
-    Exactly,
-    Fixed,
-    Mission,
-    Objective,
-    Obstacle,
-    Path,
-    SolveWith,
-    Still,
-    velocity_chosen_anew,
-)
+from missionc.curves.piecewise_polynomials import Pieces, values
 from missionc.kernel.nodes import Kernel
-from missionc.verify.tolerances import MOTION
+from missionc.verify.certificate import MOTION
 from missionc.world.displacement import displaced, moved
 from missionc.world.grown_shape import grown_shape
 
@@ -72,17 +60,17 @@ Ways = Mapping[Stage, Mapping[str, str]]
 """The text of each agent's file, by the agent's name; a way that nobody needs is not there."""
 
 
-def is_whole(mission: Mission) -> bool:
+def is_whole(mission: ir.Mission) -> bool:
     """Whether the mission says of some agent that it comes from the floor."""
     return any(agent.pad is not None for agent in mission.agents)
 
 
-def has_risen(mission: Mission) -> bool:
+def has_risen(mission: ir.Mission) -> bool:
     """Whether its agents have risen from their pads before it begins: it is what is left of a mission in flight."""
     return any(agent.pad is not None and agent.pad.risen is not None for agent in mission.agents)
 
 
-def ways_of(mission: Mission, flown: Mapping[str, Pieces]) -> dict[Stage, Way]:
+def ways_of(mission: ir.Mission, flown: Mapping[str, Pieces]) -> dict[Stage, Way]:
     """Both ways, from and to above the pads; who has risen before begins where it is.
 
     Args:
@@ -104,7 +92,7 @@ def ways_of(mission: Mission, flown: Mapping[str, Pieces]) -> dict[Stage, Way]:
     }
 
 
-def _above(mission: Mission, agent: Agent, start: Array) -> list[float]:
+def _above(mission: ir.Mission, agent: ir.Agent, start: Array) -> list[float]:
     """Where an agent hovers above its pad; at its start, where it has none."""
     pad = agent.pad
     if pad is None:
@@ -114,7 +102,7 @@ def _above(mission: Mission, agent: Agent, start: Array) -> list[float]:
     return [float(np.float32(value)) for value in (x, y, height)]
 
 
-def way_mission(mission: Mission, stage: Stage, way: Way, seconds: float, steps: int, speed: float) -> Mission:
+def way_mission(mission: ir.Mission, stage: Stage, way: Way, seconds: float, steps: int, speed: float) -> ir.Mission:
     """The mission of a way that lasts so many seconds, in so many steps.
 
     Args:
@@ -127,11 +115,11 @@ def way_mission(mission: Mission, stage: Stage, way: Way, seconds: float, steps:
     agents = tuple(
         replace(
             agent,
-            start=Exactly(tuple(begin[:size]), agent.span),
-            finish=Exactly(tuple(end[:size]), agent.span),
+            start=ir.Exactly(tuple(begin[:size]), agent.span),
+            finish=ir.Exactly(tuple(end[:size]), agent.span),
             altitude=Metres(begin[2]) if size == 2 else agent.altitude,
-            dynamics=velocity_chosen_anew(min(speed, agent.dynamics.top_speed)),
-            yaw=Fixed(yaw),
+            dynamics=ir.velocity_chosen_anew(min(speed, agent.dynamics.top_speed)),
+            yaw=ir.Fixed(yaw),
             begins=(),
         )
         for agent, begin, end, yaw in zip(
@@ -148,8 +136,8 @@ def way_mission(mission: Mission, stage: Stage, way: Way, seconds: float, steps:
         formations=(),
         requirements=(),
         preferences=(),
-        objective=Objective.NONE,
-        solve=SolveWith(),
+        objective=ir.Objective.NONE,
+        solve=ir.SolveWith(),
         lets=(),
         resources=(),
         flags=(),
@@ -157,22 +145,22 @@ def way_mission(mission: Mission, stage: Stage, way: Way, seconds: float, steps:
     )
 
 
-def _then(obstacle: Obstacle, stage: Stage, shift: float, end: float, dimension: int) -> Obstacle:
+def _then(obstacle: ir.Obstacle, stage: Stage, shift: float, end: float, dimension: int) -> ir.Obstacle:
     """An obstacle on the clock of a way, as large as it is at the end of that."""
     if obstacle.growth:
         shape = grown_shape(obstacle.shape, obstacle.grown(end))
         return _then(replace(obstacle, shape=shape, growth=0.0), stage, shift, end, dimension)
-    if not isinstance(obstacle.motion, Path):
+    if not isinstance(obstacle.motion, ir.Path):
         return obstacle
     last = obstacle.motion.times[-1]
     if stage is Stage.OUT or last <= shift:
         there = moved(obstacle.shape, displaced(obstacle, shift, dimension))
-        return replace(obstacle, shape=there, motion=Still())
+        return replace(obstacle, shape=there, motion=ir.Still())
     later = [time - shift for time in obstacle.motion.times]
     now = displaced(obstacle, shift, dimension)
     rest = [(time, offset) for time, offset in zip(later, obstacle.motion.offsets, strict=True) if time > 0]
     times, offsets = zip((0.0, now), *rest, strict=True)
-    return replace(obstacle, motion=Path(tuple(map(Seconds, times)), tuple(offsets)))
+    return replace(obstacle, motion=ir.Path(tuple(map(Seconds, times)), tuple(offsets)))
 
 
 def distance_of(way: Way) -> float:

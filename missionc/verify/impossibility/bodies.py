@@ -12,9 +12,9 @@ import numpy as np
 
 from missionc.base.trace import Array, Flags
 from missionc.ir import Box, Difference, Intersection, Mission, Obstacle, Shape, Sight, Union
+from missionc.verify.certificate import MOTION
 from missionc.verify.impossibility.cover_document import ClaimedCover
 from missionc.verify.impossibility.intervals import NEARER, Boxes, signed_distances
-from missionc.verify.tolerances import MOTION
 from missionc.world.displacement import displaced, moved
 
 DEEP = 10

@@ -5,23 +5,185 @@ out  what is claimed and cannot be shown, in words
 
 Source:
     Oler, "A finite packing problem", 1961; and Dirichlet's principle, for a box cut into parts too small for two.
+
+Labels of a certificate: what it says of leaves, each checked when the encoding asks for it.
+
+in   Mission, ClaimedCover
+out  Labels; what is claimed and cannot be shown, in words
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator
 from itertools import combinations, product
 
 import numpy as np
 
 from missionc.base.trace import Array, Flags
-from missionc.ir import Mission, Sight
-from missionc.verify.impossibility.bodies import boxes_in, lies_in, name_in_graph, name_of_obstacle
+from missionc.ir import BeaconCover, Box, Graph, Mission, Predicate, Proximity, Sight
+from missionc.ir.pair_ranges import range_of
+from missionc.verify.certificate import MOTION
+from missionc.verify.impossibility.bodies import boxes_in, lies_in, name_in_graph, name_of_obstacle, parts
 from missionc.verify.impossibility.check_motion import inflated
-from missionc.verify.impossibility.cover_document import ClaimedCover
-from missionc.verify.impossibility.intervals import Boxes, between, length, must_be_apart, pairwise
-from missionc.verify.tolerances import MOTION
+from missionc.verify.impossibility.cover_document import ClaimedCover, Label, Unreadable
+from missionc.verify.impossibility.encode_formulas import Never
+from missionc.verify.impossibility.intervals import (
+    Boxes,
+    Interval,
+    IntervalView,
+    between,
+    exactly,
+    greater,
+    length,
+    less,
+    must_be_apart,
+    pairwise,
+)
+
+CERTAIN = 1e-9
+"""Metres, or m/s: a margin no further from 0 may be on either side of it."""
+
+ROUNDED = 1e-14
+"""The share of the largest coordinate by which what is worked out in double precision may be off."""
+
+INSIDE = 4e-6
+"""Metres inside of a body, from where on it surely hides what is behind."""
+
+
+class CheckedLabels:
+    """The labels of a document, one after the other; ``faults`` are those that cannot be shown."""
+
+    def __init__(self, mission: Mission, cover: ClaimedCover) -> None:
+        self.mission, self.cover = mission, cover
+        self.faults: list[str] = []
+        self._known: dict[Hashable, Never] = {}
+        self._left: Iterator[Label] = iter(cover.labels)
+        self._certain = max(CERTAIN, ROUNDED * max(map(abs, (*mission.world.low, *mission.world.high))))
+
+    def own(self, predicate: Predicate, agent: int) -> Never:
+        kind = self.cover.kind_of(agent)
+
+        def margin() -> Interval:
+            view = IntervalView(self.mission, {agent: inflated(kind)})
+            return exactly(predicate.margin(view))
+
+        return self._checked((predicate, kind), "cells", (agent,), margin)
+
+    def moves(self, predicate: Predicate, agent: int) -> Never:
+        kind = self.cover.kind_of(agent)
+
+        def margin() -> Interval:
+            boxes = inflated(kind)
+            here, there = pairwise(boxes, boxes)
+            way = length(between(here, there)) + Interval(np.array(-2 * MOTION), np.array(2 * MOTION))
+            speed = way / self.mission.step
+            return exactly(predicate.margin(IntervalView(self.mission, {agent: here}, speed)))
+
+        return self._checked((predicate, kind, "moves"), "moves", (agent,), margin)
+
+    def pair(self, predicate: Predicate, first: int, second: int) -> Never:
+        def margin() -> Interval:
+            here, there = self._pairwise(first, second)
+            return exactly(predicate.margin(IntervalView(self.mission, {first: here, second: there})))
+
+        return self._checked((predicate, first, second), "pairs", (first, second), margin)
+
+    def link(self, graph: Graph, sender: int, receiver: int) -> Never:
+        kinds = self.cover.kind_of(sender), self.cover.kind_of(receiver)
+        reach = float(graph.radius) if isinstance(graph, BeaconCover) else float(range_of(graph, sender, receiver))
+        key = graph, kinds, reach
+        return self._checked(key, "pairs", (sender, receiver), lambda: self._link_margin(graph, sender, receiver))
+
+    def _checked(self, key: Hashable, of: str, agents: tuple[int, ...], margin: Callable[[], Interval]) -> Never:
+        if key not in self._known:
+            label = next(self._left, None)
+            if label is None or label.of != of or label.agents != agents:
+                raise Unreadable("its labels are not those that the requirements ask for")
+            measured = margin()
+            shape = label.never_true.shape
+            may_hold = np.broadcast_to(measured.high >= -self._certain, shape)
+            may_fail = np.broadcast_to(measured.low <= self._certain, shape)
+            for wrong, word in ((label.never_true & may_hold, "hold"), (label.never_false & may_fail, "fail")):
+                for cells in np.argwhere(wrong)[:1].tolist():
+                    self.faults.append(f"`{label.leaf}` may {word} in {_cells(cells)}")
+            self._known[key] = label.never_true, label.never_false
+        return self._known[key]
+
+    def _pairwise(self, first: int, second: int) -> tuple[Boxes, Boxes]:
+        return pairwise(inflated(self.cover.kind_of(first)), inflated(self.cover.kind_of(second)))
+
+    # --------------------------------------------------------------- links
+
+    def _link_margin(self, graph: Graph, sender: int, receiver: int) -> Interval:
+        """The margin of a link, and at most ``-inf`` where two never see each other."""
+        here, there = self._pairwise(sender, receiver)
+        match graph:
+            case Proximity():
+                return float(range_of(graph, sender, receiver)) - self._apart(sender, receiver, here, there)
+            case Sight():
+                margin = float(range_of(graph, sender, receiver)) - self._apart(sender, receiver, here, there)
+                blind = self._hidden(graph, here, there)
+                nothing = np.full(blind.shape, -np.inf)  # it may be hidden anywhere
+                return Interval(nothing, np.where(blind, -np.inf, margin.high))
+            case BeaconCover(beacons=beacons):
+                both = []
+                for beacon in beacons:
+                    at = np.array(beacon)
+                    near = [float(graph.radius) - length(between((at, at), boxes)) for boxes in (here, there)]
+                    both.append(less(*near))
+                margin = both[0]
+                for each in both[1:]:
+                    margin = greater(margin, each)
+                return margin
+
+    def _apart(self, sender: int, receiver: int, here: Boxes, there: Boxes) -> Interval:
+        return greater(length(between(here, there)), must_be_apart(self.mission, sender, receiver))
+
+    def _hidden(self, graph: Sight, here: Boxes, there: Boxes) -> Flags:
+        """Between which boxes every line goes through a box that hides: (one, other).
+
+        Where a line crosses a plane across an axis depends on each coordinate of its ends monotonically, so that the
+        corners of the boxes show all of it.
+        """
+        shape = np.broadcast_shapes(here[0].shape[:-1], there[0].shape[:-1])
+        hidden: Flags = np.zeros(shape, dtype=np.bool_)
+        for number, whole in enumerate(graph.shapes):
+            plain = [part for part in parts(whole) if isinstance(part, Box)]
+            for body in (*plain, *boxes_in(name_in_graph(graph, number), self.cover)):
+                for axis, (low, high) in enumerate(zip(body.low, body.high, strict=True)):
+                    for at in (low + 2 * INSIDE, (low + high) / 2, high - 2 * INSIDE):
+                        if not low + INSIDE <= at <= high - INSIDE:
+                            continue
+                        for one, other in ((here, there), (there, here)):
+                            hidden |= _crosses_within(body, axis, at, one, other)
+        return hidden
+
+
+def _crosses_within(body: Box, axis: int, at: float, one: Boxes, other: Boxes) -> Flags:
+    """Whether every line from boxes before a plane to boxes behind it crosses it in a body."""
+    result = np.asarray((one[1][..., axis] < at - INSIDE) & (other[0][..., axis] > at + INSIDE))
+    if not result.any():
+        return result
+    dimension, largest = len(body.low), max(float(np.abs(corner).max()) for corner in (*one, *other))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for begin, end in product(product((0, 1), repeat=dimension), repeat=2):
+            first = [one[side][..., number] for number, side in enumerate(begin)]
+            last = [other[side][..., number] for number, side in enumerate(end)]
+            way = last[axis] - first[axis]
+            share = (at - first[axis]) / way
+            for across in range(dimension):
+                if across != axis:
+                    aside = last[across] - first[across]
+                    off = INSIDE + ROUNDED * largest * (1 + np.abs(aside / way))
+                    point: Array = first[across] + share * aside
+                    result = result & (point > body.low[across] + off) & (point < body.high[across] - off)
+    return result
+
+
+def _cells(cells: list[int]) -> str:
+    return f"cell {cells[0]}" if len(cells) == 1 else f"cells {cells[0]} and {cells[1]}"
+
 
 MOST_PARTS = 12
 """Parts along each axis, beyond which nobody counts."""

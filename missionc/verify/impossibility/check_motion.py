@@ -20,6 +20,7 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Agent, Anywhere, Compare, Dynamics, Exactly, Level, Mission, Place, Speed
 from missionc.kernel.conjuncts import Conjunct, conjuncts
 from missionc.kernel.nodes import Atom, Goal
+from missionc.verify.certificate import MOTION
 from missionc.verify.impossibility.bodies import blocked
 from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover, Unreadable
 from missionc.verify.impossibility.intervals import (
@@ -30,7 +31,6 @@ from missionc.verify.impossibility.intervals import (
     pairwise,
     signed_distances,
 )
-from missionc.verify.tolerances import MOTION
 
 Numbers = NDArray[np.int64]
 

@@ -20,9 +20,8 @@ from dratify import DRATChecker, parse_dimacs, parse_proof
 from missionc.base.limits import Limits
 from missionc.ir import Mission
 from missionc.kernel.nodes import Kernel
-from missionc.verify.certificate import Check
-from missionc.verify.impossibility.check_bodies import check_boxes, check_pairs, check_rooms
-from missionc.verify.impossibility.check_labels import CheckedLabels
+from missionc.verify.certificate import MOTION, Check
+from missionc.verify.impossibility.check_bodies import CheckedLabels, check_boxes, check_pairs, check_rooms
 from missionc.verify.impossibility.check_motion import (
     MotionLimits,
     check_absent,
@@ -35,7 +34,6 @@ from missionc.verify.impossibility.check_motion import (
 from missionc.verify.impossibility.cnf import Cnf, TooManyClauses
 from missionc.verify.impossibility.cover_document import COVER, ClaimedCover, Unreadable, read_cover
 from missionc.verify.impossibility.encode_formulas import refutation
-from missionc.verify.tolerances import MOTION
 
 CNF, DRAT = "impossible.cnf", "impossible.drat"
 

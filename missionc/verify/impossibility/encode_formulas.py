@@ -8,40 +8,136 @@ as a heading or a resource, may hold and may fail.
 
 Source:
     [strel] Definitions 4 and 5, over what is possible in the place of what is.
+
+The encoding of where agents are: a variable for each agent, step and cell, and what a cover leaves out.
+
+in   ClaimedCover, the number of the last step
+out  clauses
 """
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Hashable
-from itertools import product
+from collections.abc import Hashable, Sequence
+from itertools import combinations, product
 from typing import Protocol, assert_never
+
+import numpy as np
+from numpy.typing import NDArray
 
 from missionc.base.trace import Flags
 from missionc.ir import BeaconCover, Compare, DistanceBetween, Flag, Flagged, Graph, Inside, Mission, Predicate
 from missionc.ir.pair_ranges import all_ranges
-from missionc.kernel.nodes import (
-    All,
-    Any,
-    At,
-    AtLeast,
-    Atom,
-    Goal,
-    Is,
-    NeighbourNode,
-    Node,
-    Not,
-    PathLength,
-    ReachNode,
-    RouteNode,
-    UntilNode,
-    WindowNode,
-)
+from missionc.kernel import nodes as k
+from missionc.verify.certificate import MOTION
 from missionc.verify.impossibility.cnf import FALSE, TRUE, Cnf
-from missionc.verify.impossibility.cover_document import ClaimedCover
-from missionc.verify.impossibility.encode_motion import States, add_support, encode_motion
-from missionc.verify.tolerances import MOTION
+from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover
+
+States = NDArray[np.int64]
+"""The literal that an agent is in a cell at a step, (steps + 1, cells); FALSE where it never is."""
+
+FEW = 4
+"""A clause for each cell ruled out, up to so many; else one over those that are left."""
+
+
+def encode_motion(cover: ClaimedCover, cnf: Cnf) -> dict[int, States]:
+    """Adds that each agent asked is in one cell at each step, and never does what the cover leaves out."""
+    states: dict[int, States] = {}
+    for agent in cover.asked:
+        absent, kind = cover.absent[agent], cover.kind_of(agent)
+        own = np.full(absent.shape, FALSE, dtype=np.int64)
+        own[~absent] = [cnf.fresh() for _ in range(int((~absent).sum()))]
+        for row in own:
+            cnf.add(row.tolist())
+            cnf.at_most_one(row.tolist())
+        for steps, never in sorted(kind.no_move.items()):
+            for step in range(len(own) - steps):
+                add_support(cnf, own[step], own[step + steps], ~never)
+                if steps == 1:
+                    add_support(cnf, own[step + steps], own[step], ~never.T)
+        for steps, never in sorted(kind.no_turn.items()):
+            _add_turns(cnf, own, steps, ~never)
+        states[agent] = own
+    for agent, never in cover.not_both.items():
+        if agent in states:
+            _add_visits(cnf, states[agent], never)
+    if cover.apart:
+        for (first, second), never in cover.not_together.items():
+            if first in states and second in states:
+                for one, other in zip(states[first], states[second], strict=True):
+                    add_support(cnf, one, other, ~never)
+        _add_rooms(cnf, cover, states)
+    return states
+
+
+def add_support(cnf: Cnf, here: States, there: States, fits: Flags, condition: int = FALSE) -> None:
+    """Where the one is in a cell, the other is in one that goes with it, unless the condition holds.
+
+    Args:
+        here: (cells,); ``there`` likewise.
+        fits: (cells, cells).
+    """
+    columns = np.flatnonzero(there != FALSE)
+    for row in np.flatnonzero(here != FALSE).tolist():
+        able = fits[row, columns]
+        if able.all():
+            continue
+        ruled_out = columns[~able]
+        if len(ruled_out) <= FEW:
+            for column in ruled_out.tolist():
+                cnf.add((condition, -int(here[row]), -int(there[column])))
+        else:
+            cnf.add((condition, -int(here[row]), *there[columns[able]].tolist()))
+
+
+def _add_turns(cnf: Cnf, own: States, steps: int, fits: NDArray[np.bool_]) -> None:
+    for step in range(steps, len(own) - steps):
+        for cell in np.flatnonzero(own[step - steps] != FALSE).tolist():
+            add_support(cnf, own[step], own[step + steps], fits[cell], -int(own[step - steps, cell]))
+
+
+def _add_visits(cnf: Cnf, own: States, never: Flags) -> None:
+    """Whoever is ever in one of two cells is never in the other."""
+    wanted = np.flatnonzero(never.any(axis=0) | never.any(axis=1))
+    ever = {}
+    for cell in wanted.tolist():
+        ever[cell] = cnf.fresh()
+        for literal in own[:, cell].tolist():
+            cnf.add((-literal, ever[cell]))
+    for first, second in np.argwhere(never | never.T).tolist():
+        if first <= second:
+            cnf.add((-ever[first], -ever[second]))
+
+
+def _add_rooms(cnf: Cnf, cover: ClaimedCover, states: dict[int, States]) -> None:
+    for low, high, most in cover.at_most:
+        inside: list[list[int]] = []
+        for agent, own in states.items():
+            kind = cover.kind_of(agent)
+            within = within_box(kind, low, high)
+            inside.append([_seen(cnf, row[within].tolist()) for row in own])
+        for at_once in zip(*inside, strict=True):
+            for chosen in combinations(at_once, most + 1):
+                cnf.add(-literal for literal in chosen)
+
+
+def within_box(kind: CellsOfKind, low: NDArray[np.float64], high: NDArray[np.float64]) -> Flags:
+    """Which cells lie in a box: (cells,)."""
+    inside: Flags = np.all((kind.boxes[0] >= low) & (kind.boxes[1] <= high), axis=1)
+    return inside
+
+
+def _seen(cnf: Cnf, literals: Sequence[int]) -> int:
+    """A literal that each of these implies."""
+    able = [literal for literal in literals if literal != FALSE]
+    if len(able) < 2:
+        return able[0] if able else FALSE
+    name = cnf.fresh()
+    for literal in able:
+        cnf.add((-literal, name))
+    return name
+
 
 DEEP = 20_000
 """Frames: formulas nest some hundreds deep, and each level takes a few."""
@@ -66,7 +162,7 @@ class Labels(Protocol):
         """A link that leads from the one to the other, by their cells: (cells, cells) each."""
 
 
-def refutation(mission: Mission, goals: tuple[Goal, ...], cover: ClaimedCover, labels: Labels) -> Cnf:
+def refutation(mission: Mission, goals: tuple[k.Goal, ...], cover: ClaimedCover, labels: Labels) -> Cnf:
     """Clauses that some motion satisfies if one satisfies the goals: where they have no model, none does."""
     cnf = Cnf()
     formulas = _Formulas(mission, encode_motion(cover, cnf), cnf, labels)
@@ -86,42 +182,42 @@ class _Formulas:
         self.cnf, self.labels = cnf, labels
         self._known: dict[Hashable, int] = {}
 
-    def holds(self, node: Node, agent: int, step: int) -> int:
+    def holds(self, node: k.Node, agent: int, step: int) -> int:
         """A literal that implies that the formula may hold of an agent at a step."""
         key = node, agent, step
         if key not in self._known:
             self._known[key] = self._define(node, agent, step)
         return self._known[key]
 
-    def _define(self, node: Node, agent: int, step: int) -> int:
+    def _define(self, node: k.Node, agent: int, step: int) -> int:
         match node:
-            case Atom(predicate):
+            case k.Atom(predicate):
                 return self._atom(predicate, True, agent, step)
-            case Not(Atom(predicate)):
+            case k.Not(k.Atom(predicate)):
                 return self._atom(predicate, False, agent, step)
-            case Is(agents):
+            case k.Is(agents):
                 return TRUE if agent in agents else FALSE
-            case Not(Is(agents)):
+            case k.Not(k.Is(agents)):
                 return FALSE if agent in agents else TRUE
-            case PathLength() | Not():
+            case k.PathLength() | k.Not():
                 return TRUE
-            case All(parts):
+            case k.All(parts):
                 return self.cnf.all_of(self.holds(part, agent, step) for part in parts)
-            case Any(parts):
+            case k.Any(parts):
                 return self.cnf.any_of(self.holds(part, agent, step) for part in parts)
-            case AtLeast(count, parts):
+            case k.AtLeast(count, parts):
                 return self.cnf.at_least(count, [self.holds(part, agent, step) for part in parts])
-            case At(other, body):
+            case k.At(other, body):
                 return self.holds(body, other, step)
-            case WindowNode(body):
+            case k.WindowNode(body):
                 return self._window(node, body, agent, step)
-            case UntilNode():
+            case k.UntilNode():
                 return self._until(node, agent, step)
-            case NeighbourNode(graph, body):
+            case k.NeighbourNode(graph, body):
                 return self._neighbour(graph, body, node.every, agent, step)
-            case ReachNode():
+            case k.ReachNode():
                 return self._route(node, node.hops, math.inf, agent, step)
-            case RouteNode():
+            case k.RouteNode():
                 return TRUE if node.every else self._route(node, len(node.graph.agents), node.high, agent, step)
             case _:
                 assert_never(node)
@@ -135,14 +231,14 @@ class _Formulas:
             return None
         return range(max(step + low, 0), final + 1)
 
-    def _window(self, node: WindowNode, body: Node, agent: int, step: int) -> int:
+    def _window(self, node: k.WindowNode, body: k.Node, agent: int, step: int) -> int:
         steps = self._steps(node.low, node.high, step)
         if steps is None:
             return TRUE
         join = self.cnf.all_of if node.every else self.cnf.any_of
         return join(self.holds(body, agent, each) for each in steps)
 
-    def _until(self, node: UntilNode, agent: int, step: int) -> int:
+    def _until(self, node: k.UntilNode, agent: int, step: int) -> int:
         steps = self._steps(node.low, node.high, step)
         if steps is None:
             return TRUE
@@ -154,7 +250,7 @@ class _Formulas:
             cases.append(inner((self.holds(node.end, agent, end), held)))
         return outer(cases)
 
-    def _held(self, node: UntilNode, agent: int, step: int, end: int) -> int:
+    def _held(self, node: k.UntilNode, agent: int, step: int, end: int) -> int:
         """``hold`` from a step up to, not at, another one before or after it; at some of them, where ``every``."""
         join = self.cnf.any_of if node.every else self.cnf.all_of
         result = FALSE if node.every else TRUE
@@ -168,7 +264,7 @@ class _Formulas:
 
     # --------------------------------------------------------------- space
 
-    def _neighbour(self, graph: Graph, body: Node, every: bool, agent: int, step: int) -> int:
+    def _neighbour(self, graph: Graph, body: k.Node, every: bool, agent: int, step: int) -> int:
         if agent not in graph.agents:
             return TRUE if every else FALSE
         inner, outer = (self.cnf.any_of, self.cnf.all_of) if every else (self.cnf.all_of, self.cnf.any_of)
@@ -178,7 +274,7 @@ class _Formulas:
             if other != agent
         )
 
-    def _route(self, node: ReachNode | RouteNode, hops: int, metres: float, agent: int, step: int) -> int:
+    def _route(self, node: k.ReachNode | k.RouteNode, hops: int, metres: float, agent: int, step: int) -> int:
         """``_reach``, and that where it leads is no further than so many of the longest links, or so many metres."""
         graph = node.graph
         hops = min(hops, max(len(graph.agents) - 1, 0))
@@ -194,7 +290,7 @@ class _Formulas:
                 ends.append(self.cnf.all_of((self.holds(node.end, other, step), self._leaf(near, True, agent, step))))
         return self.cnf.all_of((leads, self.cnf.any_of(ends)))
 
-    def _reach(self, node: ReachNode | RouteNode, hops: int, agent: int, step: int) -> int:
+    def _reach(self, node: k.ReachNode | k.RouteNode, hops: int, agent: int, step: int) -> int:
         """Some route of so many links at most leads to ``end`` over ``through``; or each that must be there does."""
         key = "reach", node, hops, agent, step
         if key not in self._known:
@@ -206,7 +302,7 @@ class _Formulas:
             self._known[key] = self._define_reach(node, hops, agent, step)
         return self._known[key]
 
-    def _define_reach(self, node: ReachNode | RouteNode, hops: int, agent: int, step: int) -> int:
+    def _define_reach(self, node: k.ReachNode | k.RouteNode, hops: int, agent: int, step: int) -> int:
         here = self.holds(node.end, agent, step)
         if hops == 0 or agent not in node.graph.agents:
             return here

@@ -15,26 +15,9 @@ from typing import TypeAlias, assert_never
 
 import numpy as np
 
+from missionc import ir
 from missionc.base.trace import Array
-from missionc.ir import (
-    Ball,
-    Beacon,
-    Box,
-    Difference,
-    Disc,
-    Flag,
-    FormationEdge,
-    Graph,
-    Intersection,
-    Mission,
-    Polygon,
-    Prism,
-    Region,
-    Resource,
-    Shape,
-    Union,
-)
-from missionc.verify.tolerances import CERTAIN, MOTION
+from missionc.verify.certificate import CERTAIN, MOTION
 from missionc.world.signed_distance import signed_distance
 
 Boxes: TypeAlias = tuple[Array, Array]
@@ -113,24 +96,24 @@ def _outward(low: Array, high: Array) -> Interval:
     return Interval(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
 
 
-def signed_distances(shape: Shape, boxes: Boxes) -> Interval:
+def signed_distances(shape: ir.Shape, boxes: Boxes) -> Interval:
     """The signed distances of the points of boxes to a shape's border, metres, negative inside."""
     low, high = boxes
     axes = [Interval(low[..., axis], high[..., axis]) for axis in range(low.shape[-1])]
     match shape:
-        case Box(begin, end):
+        case ir.Box(begin, end):
             return _product([_strip(axis, *ends) for axis, *ends in zip(axes, begin, end, strict=True)])
-        case Disc(centre, radius, band):
+        case ir.Disc(centre, radius, band):
             return _extruded(length(axis - at for axis, at in zip(axes, centre, strict=False)) - radius, band, axes)
-        case Ball(centre, radius):
+        case ir.Ball(centre, radius):
             return length(axis - at for axis, at in zip(axes, centre, strict=True)) - radius
-        case Polygon(corners, band):
-            return _extruded(_by_the_middle(Polygon(corners), (low[..., :2], high[..., :2])), band, axes)
-        case Union(left, right):
+        case ir.Polygon(corners, band):
+            return _extruded(_by_the_middle(ir.Polygon(corners), (low[..., :2], high[..., :2])), band, axes)
+        case ir.Union(left, right):
             return less(signed_distances(left, boxes), signed_distances(right, boxes))
-        case Intersection(left, right):
+        case ir.Intersection(left, right):
             return greater(signed_distances(left, boxes), signed_distances(right, boxes))
-        case Difference(left, right):
+        case ir.Difference(left, right):
             return greater(signed_distances(left, boxes), -signed_distances(right, boxes))
         case _:
             assert_never(shape)
@@ -147,7 +130,7 @@ def _product(distances: Sequence[Interval]) -> Interval:
     return length(greater(each, 0.0) for each in distances) + less(reduce(greater, distances), 0.0)
 
 
-def _extruded(plane: Interval, band: Prism | None, axes: Sequence[Interval]) -> Interval:
+def _extruded(plane: Interval, band: ir.Prism | None, axes: Sequence[Interval]) -> Interval:
     return plane if band is None else _product([plane, _strip(axes[2], band.low, band.high)])
 
 
@@ -155,7 +138,7 @@ POLYGON = 1e-9
 """Metres by which the distance of a point to a polygon may be worked out wrongly."""
 
 
-def _by_the_middle(shape: Shape, boxes: Boxes) -> Interval:
+def _by_the_middle(shape: ir.Shape, boxes: Boxes) -> Interval:
     """No point of a box is further from its middle than half its diagonal, and the distance changes no faster."""
     low, high = boxes
     middle = (low + high) / 2
@@ -178,7 +161,7 @@ def pairwise(one: Boxes, other: Boxes) -> tuple[Boxes, Boxes]:
     return (one[0][:, None, :], one[1][:, None, :]), (other[0][None, :, :], other[1][None, :, :])
 
 
-def must_be_apart(mission: Mission, first: int, second: int) -> float:
+def must_be_apart(mission: ir.Mission, first: int, second: int) -> float:
     """Metres between the centres of two agents in every plan, less what verification lets pass."""
     return mission.separation + mission.agents[first].radius + mission.agents[second].radius - NEARER
 
@@ -186,7 +169,7 @@ def must_be_apart(mission: Mission, first: int, second: int) -> float:
 class IntervalView:
     """Measures of agents that are anywhere in boxes; the first of them is the one that is asked."""
 
-    def __init__(self, mission: Mission, places: Mapping[int, Boxes], speed: Interval | None = None) -> None:
+    def __init__(self, mission: ir.Mission, places: Mapping[int, Boxes], speed: Interval | None = None) -> None:
         self.mission, self.dimension, self.places, self.known_speed = mission, mission.dimension, places, speed
         self.oneself = next(iter(places))
 
@@ -218,10 +201,10 @@ class IntervalView:
             raise ValueError("no speed is seen here")
         return self.known_speed
 
-    def outside(self, region: Region) -> Interval:
+    def outside(self, region: ir.Region) -> Interval:
         return signed_distances(region.shape, self.place(None))
 
-    def to_beacon(self, beacon: Beacon) -> Interval:
+    def to_beacon(self, beacon: ir.Beacon) -> Interval:
         return length(self.coordinate(axis) - beacon.position[axis] for axis in range(self.dimension))
 
     def apart(self, first: int | None, second: int) -> Interval:
@@ -229,7 +212,7 @@ class IntervalView:
         distance = length(between(self.place(first), self.place(second)))
         return distance if first == second else greater(distance, must_be_apart(self.mission, first, second))
 
-    def amiss(self, edge: FormationEdge) -> Interval:
+    def amiss(self, edge: ir.FormationEdge) -> Interval:
         way = between(self.place(edge.first), self.place(edge.second))
         if isinstance(edge.target, tuple):
             return length(each - offset for each, offset in zip(way, edge.target, strict=True))
@@ -242,14 +225,14 @@ class IntervalView:
         low, _ = self.place(None)
         return exactly(np.zeros(low.shape[:-1]))
 
-    def weakest_link(self, graph: Graph) -> Interval:
+    def weakest_link(self, graph: ir.Graph) -> Interval:
         raise ValueError("a graph is not seen here")
 
-    def level(self, resource: Resource) -> Interval:
+    def level(self, resource: ir.Resource) -> Interval:
         raise ValueError("the steps before are not seen here")
 
-    def flagged(self, flag: Flag) -> Interval:
+    def flagged(self, flag: ir.Flag) -> Interval:
         raise ValueError("the steps before are not seen here")
 
-    def facing(self, towards: float | Beacon, within: float) -> Interval:
+    def facing(self, towards: float | ir.Beacon, within: float) -> Interval:
         raise ValueError("no heading is seen here")

@@ -9,8 +9,7 @@ import numpy as np
 from missionc.base.trace import Array, Trace
 from missionc.curves.piecewise_polynomials import Curves, control_points
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
-from missionc.verify.certificate import Check, judged
-from missionc.verify.tolerances import CONTACT, MOTION
+from missionc.verify.certificate import CONTACT, MOTION, Check, judged
 from missionc.world.signed_distance import signed_distance
 
 

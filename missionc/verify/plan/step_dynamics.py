@@ -8,8 +8,7 @@ import numpy as np
 
 from missionc.base.trace import Array, Trace
 from missionc.ir import Agent, Mission
-from missionc.verify.certificate import Check, judged
-from missionc.verify.tolerances import MOTION
+from missionc.verify.certificate import MOTION, Check, judged
 from missionc.world.vectors import norm
 
 

@@ -28,11 +28,9 @@ from missionc.kernel.conjuncts import conjuncts
 from missionc.kernel.nodes import Always, At, Kernel, Node
 from missionc.monitoring.monitor import truths
 from missionc.monitoring.violation import first_violation
-from missionc.verify.certificate import Check, Delay
-from missionc.verify.plan.agent_separation import relative_margins
-from missionc.verify.plan.obstacle_clearance import check_obstacles
+from missionc.verify.certificate import CERTAIN, CONTACT, Check, Delay
+from missionc.verify.plan.clearances import check_obstacles, relative_margins
 from missionc.verify.plan.starts_and_finishes import check_place
-from missionc.verify.tolerances import CERTAIN, CONTACT
 from missionc.world.vectors import norm
 
 WORK = 400_000

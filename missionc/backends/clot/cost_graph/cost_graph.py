@@ -18,7 +18,6 @@ from typing import TypeAlias
 
 from missionc.ir import Connected, Graph, Predicate
 from missionc.ir.pair_ranges import directed
-from missionc.kernel.constants import at_least
 from missionc.kernel.nodes import (
     All,
     Any,
@@ -36,6 +35,7 @@ from missionc.kernel.nodes import (
     Reach,
     ReachNode,
 )
+from missionc.kernel.normal_form import at_least
 from missionc.kernel.path_routes import as_routes
 from missionc.kernel.walk import bottom_up, rebuilt
 

@@ -36,9 +36,9 @@ from missionc.ir import (
 )
 from missionc.ir.pair_ranges import directed
 from missionc.kernel.nodes import RouteNode
+from missionc.language.margins.connected import spanning_tree
 from missionc.language.margins.formation import edge_error
 from missionc.language.margins.predicate_margins import link_margin
-from missionc.language.margins.spanning_trees import spanning_tree
 from missionc.language.margins.view import View
 
 

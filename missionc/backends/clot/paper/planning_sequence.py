@@ -22,8 +22,8 @@ from missionc.ir import Graph, Mission, Predicate
 from missionc.kernel.analysis import relevance
 from missionc.kernel.nodes import Atom, Kernel
 from missionc.kernel.walk import graph_of
+from missionc.language.margins.connected import spanning_tree
 from missionc.language.margins.links import all_links
-from missionc.language.margins.spanning_trees import spanning_tree
 
 Edge: TypeAlias = tuple[int, int]
 """Two agents by mission index, the lower first."""

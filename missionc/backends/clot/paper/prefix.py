@@ -23,7 +23,6 @@ from typing import assert_never
 from missionc.backends.clot.cost_graph.cost_graph import Unrolled, signed_predicate
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.ir import Predicate
-from missionc.kernel.constants import YES, folded
 from missionc.kernel.nodes import (
     All,
     Always,
@@ -41,6 +40,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
+from missionc.kernel.normal_form import YES, folded
 from missionc.kernel.walk import children, postorder, rebuilt
 
 HOLDS = YES

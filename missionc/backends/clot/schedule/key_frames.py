@@ -37,7 +37,7 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Graph, Inside, Mission, Predicate
 from missionc.ir.pair_ranges import range_of
 from missionc.kernel.nodes import At, Atom
-from missionc.language.margins.spanning_trees import Indices
+from missionc.language.margins.connected import Indices
 
 ITERATIONS = 40
 """Iterations of one guess at one configuration."""
