@@ -101,8 +101,7 @@ def with_manifest(compiled: Compiled, options: Options) -> Compiled:
         return compiled
     from missionc.output.folder.manifest import Provenance, without_plan  # loads what writes plans
 
-    missed = compiled.explained.near_miss.files if compiled.explained and compiled.explained.near_miss else ()
-    if len(missed) == len(files):
+    if compiled.files == compiled.near_miss_files:
         return replace(compiled, listing=((MANIFEST, without_plan(mission.name, NEAR_MISS, files).encode()),))
     origin = Provenance(inputs(compiled.checked), given(compiled.checked, options))
     own = tuple((f"{MISSION}/{name}", content) for name, content in origin.inputs)

@@ -177,17 +177,25 @@ class Compiled:
 
     @property
     def files(self) -> tuple[tuple[str, bytes], ...]:
-        """The files of the output folder: a plan's, else a refusal's proof and the nearest miss; and their manifest."""
-        missed = self.explained.near_miss if self.explained else None
+        """Files of the output folder: those of a plan, of a proof, or of the near miss; and their manifest.
+
+        A folder with a proof has no near miss: ``verify`` checks every file, and could not check that one.
+        """
         match self.outcome:
             case Verified(files=files):
                 return files
             case Impossible(report=report) | NotFound(report=report):
-                return report.files + (missed.files if missed else ()) + self.listing
+                return (report.files or self.near_miss_files) + self.listing
             case Refused() | Unverified():
                 return ()
             case _:
                 assert_never(self.outcome)
+
+    @property
+    def near_miss_files(self) -> tuple[tuple[str, bytes], ...]:
+        """Files that show the near miss, written or not; empty if there is none."""
+        missed = self.explained.near_miss if self.explained else None
+        return missed.files if missed else ()
 
     @property
     def word(self) -> str | None:
@@ -224,7 +232,7 @@ class Compiled:
         """The report, or what stands in the way of one, with the nearest miss where there is one."""
         if isinstance(self.outcome, Verified):
             return framed(self.outcome.page, str(self))
-        missed = [content.decode("utf-8") for name, content in self.files if name == "near_miss.html"]
+        missed = [content.decode("utf-8") for name, content in self.near_miss_files if name == "near_miss.html"]
         return shown(self) + "".join(framed(page, "the nearest miss") for page in missed)
 
 

@@ -25,6 +25,15 @@ require close: always[0, 12 s] distance(drone[0], drone[1]) <= 2 m
 require visit: drone[1]: eventually[0, 12 s] goal
 """
 
+LATE = """mission late
+time  step 1 s, horizon 4 s
+world (0, 0) to (8, 2)
+region goal = box (5, 0) to (6, 2)
+team cart[1] { radius 0.1 m  dynamics single_integrator(speed <= 1 m/s)  start at (1, 1) }
+require go: some cart: eventually[0, 4 s] goal
+solve with smt
+"""
+
 
 ROADMAPS = """\
 mission short_hops
@@ -37,6 +46,16 @@ require visit: eventually[0, 3 s] drone[0]: goal
 solve with smt { nodes = 12, neighbors = 2 }
 """
 """Refused on coarse roadmaps alone: three long moves lead there."""
+
+
+def test_a_folder_with_a_proof_has_no_near_miss_and_passes(tmp_path: Path) -> None:
+    (tmp_path / "late.mission").write_text(LATE)
+    words = ["compile", str(tmp_path / "late.mission"), "--explain-limit", "300", "--certify"]
+    status, said = run([*words, "-o", str(tmp_path / "proof")])
+    assert status == 3
+    assert "closest attempt (not a plan)" in said
+    assert not (tmp_path / "proof" / "near_miss.json").exists()
+    assert run(["verify", str(tmp_path / "proof")])[0] == 0
 
 
 @pytest.fixture(scope="module")
