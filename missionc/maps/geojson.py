@@ -8,17 +8,6 @@
 
 Source:
     RFC 7946. Coordinates are longitude and latitude; older files may have metres, and a mission then says so.
-
-Tables of places: a row for each disc, rectangle or point.
-
-in   CSV
-out  features in metres
-
-The local metric frame: longitude and latitude to metres east and north of a stated origin.
-
-Source:
-    Snyder, "Map Projections: A Working Manual" (1987), 25: the azimuthal equidistant projection of the ellipsoid, in
-    which every distance from the origin is true. 1 km away others are off by less than a millimetre in a metre.
 """
 
 from __future__ import annotations
@@ -27,8 +16,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import shapely
 
@@ -51,39 +39,8 @@ from missionc.maps.feature import (
     unsaid,
     unusable,
 )
-from missionc.maps.map_metadata import library
+from missionc.maps.local_frame import local_frame
 from missionc.maps.read_map import Reading, count_left_out
-from missionc.maps.table import Row, read_table
-
-Frame: TypeAlias = Callable[[float, float], tuple[float, float]]
-
-
-def local_frame(origin: tuple[float, float], source: Source, asked: Span) -> Frame:
-    """The function from longitude and latitude, in degrees on WGS 84, to metres east and north.
-
-    Args:
-        origin: longitude and latitude in degrees.
-
-    Raises:
-        MapError: the library that knows the earth is not installed.
-    """
-    frame: Frame = _projection(origin, source, asked)
-    return frame
-
-
-def geographic(origin: tuple[float, float], source: Source, asked: Span) -> Frame:
-    """The function from metres east and north to longitude and latitude: the inverse of ``local_frame``.
-
-    Raises:
-        MapError: as ``local_frame``.
-    """
-    return partial(_projection(origin, source, asked), inverse=True)
-
-
-def _projection(origin: tuple[float, float], source: Source, asked: Span) -> Any:
-    pyproj = library("pyproj", "pyproj", source, asked)
-    return pyproj.Proj(proj="aeqd", lon_0=origin[0], lat_0=origin[1], ellps="WGS84")
-
 
 KINDS = ("obstacle", "region", "beacon")
 ALL = "FeatureCollection"
@@ -381,61 +338,3 @@ class _Reader:
 def _json(value: object) -> str:
     """The beginning of a value as the file writes it."""
     return f"`{json.dumps(value, ensure_ascii=False)[:40]}`"
-
-
-COLUMNS = ("name", "kind", "x", "y", "z", "radius", "width", "depth", "angle", "low", "high")
-HEIGHT = {"low", "high"}
-
-
-def feature_table(asked: Asked) -> Reading:
-    """Read the rows of the kind that is asked for, and those that state no kind.
-
-    Raises:
-        MapError: it is no such table, or a row of it makes no place.
-    """
-    rows = read_table(asked.sources[0], asked.span, COLUMNS, ("x", "y"), asked.limits)
-    for row in rows:
-        if row.cells.get("kind", asked.kind) not in KINDS:
-            known = ", ".join(f"`{each}`" for each in KINDS)
-            raise row.wrong(f"`{row.cells['kind'][:40]}` is no kind of place", f"the kinds are {known}")
-    read = [row for row in rows if row.cells.get("kind", asked.kind) == asked.kind]
-    flattened = [("height", "the world is a plane") for row in read if asked.plane and HEIGHT & row.cells.keys()]
-    return Reading([_feature(row, asked) for row in read], count_left_out(flattened))
-
-
-def _feature(row: Row, asked: Asked) -> Feature:
-    unit, name = asked.unit or 1.0, row.cells.get("name", "")
-    x, y = (place + unit * value for place, value in zip(asked.at, row.numbers("x", "y"), strict=True))
-    height = None
-    if HEIGHT & row.cells.keys() and not asked.plane:
-        height = row.number("low") * unit, row.number("high") * unit
-    begin = row.span.start + max(row.span.text.find(name), 0)
-    named = row.span.part(begin, begin + len(name)) if name else row.span
-    return Feature(name, _shape(row, asked, x, y, unit), row.span, named, height)
-
-
-def _shape(row: Row, asked: Asked, x: float, y: float, unit: float) -> Area | Circle | Place:
-    sizes = [column for column in ("radius", "width", "depth", "angle") if column in row.cells]
-    if asked.kind == "beacon":
-        if sizes:
-            raise row.wrong(f"a beacon is a point, without `{sizes[0]}`", "leave that empty")
-        return Place((x, y, *(unit * row.number("z") for _ in range("z" in row.cells))))
-    if "z" in row.cells:
-        raise row.wrong("`z` is the height of a beacon", "say from where to where by `low` and `high`")
-    if sizes == ["radius"]:
-        return Circle((x, y), _positive(row, "radius") * unit)
-    if "radius" in sizes or not {"width", "depth"} <= set(sizes):
-        raise row.wrong("a place has a `radius`, or a `width` and a `depth`", "fill these columns")
-    across, up = _positive(row, "width") * unit / 2, _positive(row, "depth") * unit / 2
-    angle = math.radians(row.number("angle")) if "angle" in row.cells else 0.0
-    cosine, sine = math.cos(angle), math.sin(angle)
-    corners = ((-across, -up), (across, -up), (across, up), (-across, up))
-    turned = tuple((x + cosine * a - sine * b, y + sine * a + cosine * b) for a, b in corners)
-    return Area(((turned,),))
-
-
-def _positive(row: Row, column: str) -> float:
-    value = row.number(column)
-    if value <= 0:
-        raise row.wrong(f"`{column}` is {value:g}, and not more than 0", "write a size")
-    return value

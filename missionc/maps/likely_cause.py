@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from itertools import product
 
 from missionc.maps.feature import Asked
-from missionc.maps.geojson import geographic, local_frame
+from missionc.maps.local_frame import geographic, local_frame
 from missionc.maps.map_metadata import IMAGES, METADATA, ending
 from missionc.maps.read_map import Extents, box
 

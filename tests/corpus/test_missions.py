@@ -26,7 +26,7 @@ from missionc.data.templates import Template, templates
 from missionc.ir import Mission
 from missionc.monitoring.read_trace import read_trace
 from missionc.pipeline import driver
-from missionc.pipeline.checked import Checked
+from missionc.pipeline.front_end import Checked
 from missionc.pipeline.results import Verified
 from missionc.syntax.parse import parse
 from missionc.syntax.read_file import unread

@@ -26,6 +26,7 @@ SHIPPED = {
     "crazyflie_corridor_flight": (3, 150, 0, 2, (2,), 2),
     "strel_avoid": (5, 10, 7, 2, (), 2),
     "strel_avoid_all": (5, 10, 7, 2, (), 2),
+    "strel_avoid_one": (5, 10, 3, 2, (), 2),
     "strel_deliver": (5, 10, 4, 2, (), 1),
     "strel_escape": (5, 13, 4, 2, (), 1),
     "strel_goal": (5, 10, 4, 2, (), 1),

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.acceptance import attempt
-from missionc.backends.api import CutShort, Planned, Report
+from missionc.backends.api import Budget, CutShort, Planned, Report
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.improve import travelled
 from missionc.backends.clot.optimise.minimize_duration import duration
@@ -18,7 +18,6 @@ from missionc.backends.clot.straighten import straighten, straightened
 from missionc.base.trace import Array, Trace
 from missionc.ir import Box, Difference, Mission, Polygon
 from missionc.kernel.nodes import Kernel
-from missionc.pipeline.driver import Budget
 from missionc.world.outline import outlined
 from missionc.world.signed_distance import signed_distance
 from tests.support.transport_missions import checked

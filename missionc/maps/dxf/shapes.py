@@ -17,6 +17,7 @@ Source:
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -169,7 +170,7 @@ FRAME_POINT, SMOOTHED, ROUND_START, ROUND_END = 16, 4, 64, 1024
 """Flags: of a vertex that is not drawn, of a smoothed mesh, and of the half discs at the ends of a multiline."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True)
 class Shape:
     """Everything that one entity draws.
 
