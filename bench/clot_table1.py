@@ -6,7 +6,7 @@ Every method plans ``missions/clot_visit.mission`` and is scored by the same ver
 The rivals, bounded by ``--limit`` (CPU seconds of a run; each in a process of its own):
 
     clot          the paper's own method as published, as the preset ``paper``
-    clot search   the same with the polish and the repairs that ours has after it, as the preset ``search``
+    clot search   the search from ours' sketch and schedule, with a joint polish: the preset ``search``
     fsot, mpot    our renderings of the paper's ablations, as presets: agents in a fixed order; all of them at once
     cons          a linear consensus law that tracks a reference
     gradient      Adam through smooth robustness, 16 starts; ours, in this folder

@@ -15,9 +15,13 @@ OFFERS: MappingProxyType[str, Offer] = MappingProxyType({offer.name: offer for o
 """Every backend, in the order in which ``auto`` gives them turns."""
 
 
+PUBLISHED = {SMT.name: SMT.presets, CLOT.name: frozenset({"paper", "fsot", "mpot"})}
+"""Presets of a backend that are methods of its paper."""
+
+
 def is_published(engines: Sequence[str], options: Options) -> bool:
-    """Whether the roadmap planner alone is asked, for the method of its paper and nothing beside it."""
-    return tuple(engines) == (SMT.name,) and options.preset in SMT.presets
+    """Whether the only backend plans by a method of its paper: its plan is taken or refused, and nothing is added."""
+    return len(engines) == 1 and options.preset in PUBLISHED.get(engines[0], ())
 
 
 AUTO = "auto"

@@ -250,7 +250,8 @@ def plan(
     if alternatives > 1 and options.stretch != 1:
         raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
     began = time.monotonic()
-    if checked.mission and checked.choice and is_published(checked.choice.engines, options):
+    published = checked.choice is not None and is_published(checked.choice.engines, options)
+    if checked.mission and checked.choice and published and checked.choice.engines == ("smt",):
         lacking = check_preset(checked.mission, options, alternatives) if checked.ok else []
         if lacking:
             return Compiled(checked, Refused(), (*checked.findings, *lacking), checked.seconds)
@@ -381,7 +382,7 @@ def _plan_by_all(
                 home = ended(late, no_plan.not_found(checked, late, None))
             return home
 
-        compares = weighs_options(mission, outcome, choice)
+        compares = weighs_options(mission, outcome, choice) and not is_published(choice.engines, options)
         home = improved("certifying a later plan", incumbent.best, partial(brought_home, outcome))
         home = incumbent.keep(home, final=not compares)
         if compares and not isinstance(home.outcome, api.NotFound):

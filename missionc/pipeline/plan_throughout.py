@@ -171,7 +171,7 @@ def plan_throughout(
             outcome = replace(retry.outcome, report=replace(report, engine=report.engine or engine))
             return noted(replace(retry, checked=replace(retry.checked, choice=choice), outcome=outcome), note)
         failing |= _failing(retry)
-    asked_once = "the method of the preset gives one plan, and nothing is planned anew"
+    asked_once = "the method of the preset gives one plan, and no other is tried"
     note = asked_once if published else f"{tried} plans were asked for: none {short.none}"
     return _fallen_short(first, short, throughout, note)
 

@@ -37,6 +37,7 @@ from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
 from missionc.backends.clot.paper.tree_search import Candidate
 from missionc.backends.clot.run.presets import PRESETS, fewer_samples, preset
 from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.offers import is_published
 from missionc.backends.options import TRANSPORT_PRESETS as NAMES
 from missionc.backends.options import Options
 from missionc.base.source import Source
@@ -137,6 +138,22 @@ def test_the_listener_hears_how_many_robots_are_planned() -> None:
     searching = [each for each in heard if each.stage == "search"]
     assert (searching[0].planned, searching[-1].planned) == ((1, 2), (2, 2))
     assert all(each.margin is not None for each in searching)
+
+
+@pytest.mark.parametrize(
+    ("engines", "preset", "published"),
+    [
+        (("clot",), "paper", True),
+        (("clot",), "mpot", True),
+        (("clot",), "search", False),
+        (("clot",), "sketch", False),
+        (("smt",), "paper-apart", True),
+        (("smt",), "fsot", False),
+        (("smt", "clot"), "paper", False),
+    ],
+)
+def test_a_published_method_is_one_of_the_only_backend(engines: tuple[str, ...], preset: str, published: bool) -> None:
+    assert is_published(engines, Options(preset=preset)) is published
 
 
 def test_an_unknown_preset_and_too_few_samples_are_named() -> None:

@@ -213,6 +213,11 @@ def test_where_no_sequence_is_valid_those_that_meet_the_most_phases_are_offered_
     assert hopeless.valid_agents(frozenset({0})) == hopeless.next_agents(frozenset({0})) == (1, 2, 3)
 
 
+def test_an_agent_alone_changes_nothing_for_a_component_without_a_valid_sequence() -> None:
+    with_scout = of_phases([(0, 1, [(0, 1), (1, 2), (2, 3)]), (2, 3, [(1, 3), (3, 0), (0, 2)])], 5)
+    assert with_scout.valid_agents(frozenset({0, 4})) == (1, 2, 3)
+
+
 def test_a_phase_without_edges_of_an_agent_does_not_bind_it() -> None:
     found = of_phases([(0, 4, [(0, 1)]), (5, 9, [(0, 1), (1, 2)])], 3)
     assert found.may_follow({1}, 2)

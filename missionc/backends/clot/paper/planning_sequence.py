@@ -120,14 +120,16 @@ class Couplings:
         return tuple(agent for agent, count in zip(near, met, strict=True) if count == max(met))
 
     def valid_agents(self, planned: frozenset[int]) -> tuple[int, ...]:
-        """Those of ``next_agents`` after whom the sequence is still valid; all where no sequence is valid at all.
+        """Those of ``next_agents`` after whom the sequence is still valid; all if their component has no valid one.
 
         Source:
             [clot] IV-B.1, the strengthened condition below (5).
         """
         offered = self.next_agents(planned)
         valid = tuple(agent for agent in offered if self.may_follow(planned, agent))
-        return valid if any(map(self._leads_on, range(len(self.whole.part)))) else offered
+        parts = {self.whole.part[agent] for agent in offered}
+        component = (agent for agent, part in enumerate(self.whole.part) if part in parts)
+        return valid if any(map(self._leads_on, component)) else offered
 
     def _leads_on(self, first: int) -> bool:
         """Whether a valid sequence takes in all of an agent's component after that agent.

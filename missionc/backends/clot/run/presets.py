@@ -4,8 +4,11 @@
     search   Algorithm 2 over Algorithm 1, seeded with the sketch and its schedule; joint polish at the end.
     paper    Algorithm 2 over Algorithm 1 as published: the four rules, exact Sinkhorn, motions from the prior, (9) and
              the sequences as printed, no polish.
-    fsot     the same but for (9), with one fixed sequence, breadth first, and nothing ever taken back.
-    mpot     without a sequence: the waypoints of all agents are transported at once.
+    fsot     one fixed sequence, breadth first, one motion for each agent, nothing ever taken back.
+    mpot     no sequence: the waypoints of all agents are transported at once.
+
+``fsot`` and ``mpot`` have none of the readings that ``paper`` adds: samples around a neighbour, ``until`` as a
+disjunction, a smaller weight of goals that later agents may satisfy.
 
 What ``paper`` keeps of ours: positions for states, a rotation for each waypoint, steps smoothed over
 time (without that next to nothing is found, see ``transport``), scores normalised by visits, and starts
