@@ -1,16 +1,11 @@
-"""Check of horizons: the look-ahead of each formula, and whether the mission lasts that long.
+"""Check of horizons: the look-ahead of each formula against the mission's duration, and a printer of them.
 
     in   Mission
     out  nothing but findings
-    says MC301, MC305
+    says MC301 MC305
 
-A window ``[a, end]`` reaches to the last step from wherever it stands, so
-what is under it is asked at the last step too, from where nothing lies ahead.
-
-Printer of horizons: the look-ahead of each requirement, as text.
-
-in   Mission
-out  text, the same for the same mission
+A window ``[a, end]`` reaches to the last step from any step. The formula below it is therefore evaluated at the last
+step too, where nothing lies ahead.
 """
 
 from __future__ import annotations

@@ -1,20 +1,15 @@
-"""Check of what is possible: goals that nothing can satisfy, whichever of their alternatives is tried, and dead ones.
+"""Check of possible goals: requirements that no motion satisfies, dead alternatives, passages too narrow.
 
     in   Mission, its Kernel, the FreeSpace
     out  nothing but findings
     says MC509 MC551 MC552 MC553 MC554 MC555 MC556 MC557
 
-A requirement is refused where it cannot hold as a whole; an alternative of an `or`, or a preference, is warned of where
-it can never be the one that does.
+A requirement is refused if it cannot be satisfied as a whole. An alternative of an `or`, or a preference, earns a
+warning if it can never be satisfied.
 
-Check of passages: formations that have to be kept on a way that leads through none wide enough.
-
-    in   Mission, its Kernel, the FreeSpace
-    out  nothing but findings
-    says MC556
-
-A formation is kept from the first step on, throughout a window or up to the end of an `until`, and its agents have to
-be somewhere by then. What is needed is taken from what every plan has to satisfy, so that nothing is said of a choice.
+A formation that is kept from the first step on, during a window or up to the end of an `until` is compared with the
+passages on its way to the places where its agents must be by then. Only what every plan has to satisfy counts, so
+nothing is reported about a choice.
 """
 
 from __future__ import annotations

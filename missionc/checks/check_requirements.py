@@ -1,27 +1,15 @@
-"""Check of requirements: contradictions on their face, tautologies, routes that mean nothing.
+"""Check of requirements: contradictions, tautologies, routes without meaning, and satisfaction at the first step.
 
-    in   Mission, its Kernel
+    in   Mission, its Kernel, the FreeSpace
     out  nothing but findings
     says MC307 MC510 MC511 MC514 MC515 MC517 MC521
 
-Nothing is said without a proof, so much that is impossible is left to the solver.
+Nothing is reported without a proof, so many impossible requirements are left to the solver. A contradiction is a pair
+of facts about the same agent at the same step that every plan would need. They come from one requirement, from two,
+or from a requirement and a start or finish.
 
-Check of requirements that ask for nothing: true at the first step already, from every place where agents may start.
-
-    in   Mission, its requirements and what they mean, the FreeSpace
-    out  nothing but findings
-    says MC521
-
-``eventually[0, 20 s] base`` of a team that starts in ``base`` is satisfied before anybody moves. Only starts are looked
-at, and only what is sure of them is said. Agents are the bits of a number.
-
-Contradictions of necessary facts: of two requirements, of one, of a requirement and a start or finish.
-
-    says MC510
-
-A contradiction is two facts that every plan would have to have, of the same
-agent at the same step. Nothing is said without such a proof, so much that is
-impossible is left to the solver.
+``eventually[0, 20 s] base`` of a team that starts in ``base`` is satisfied before any agent moves. Only sure facts
+about the starts count. Sets of agents are the bits of a number.
 """
 
 from __future__ import annotations

@@ -1,26 +1,17 @@
-"""Check of vehicles: room to fly in, places within it, speeds that they reach, and time in the air.
-
-    says MC518 MC519 MC520 MC522
-
-The room of a vehicle is the world less its fence inset, within its band of
-heights. Of a region only the box around it is looked at, so a region that
-passes may still lie outside.
-
-Check of tracking margins: a vehicle that may fly faster than its profile's margin was measured for says its own.
-
-    says MC731
-
-A flight is proved to keep to its vehicle's limits. As long as these are the
-profile's, what `bench/tracking.py` measured at them holds for the flight.
-
-Check of goals at the speeds that vehicles fly: what dynamics reach in time, and no flight does.
+"""Check of vehicles: room to fly, places within it, attainable speeds, time in the air, tracking margins.
 
     in   Mission, its Kernel
-    out  what `check_goals` finds of requirements then
-    says MC509 MC551
+    out  nothing but findings
+    says MC509 MC518 MC519 MC520 MC522 MC551 MC731
 
-Only what is to come before the mission's last step is looked at: a window that reaches to the end goes further where
-the plan is flown slower than it was made, and so does a finish.
+The room of a vehicle is the world less its fence inset, within its band of heights. Of a region only the bounding box
+is compared with it, so a region that passes may still lie outside.
+
+A tracking margin holds for flights within the limits of the vehicle's profile, at which `bench/tracking.py` measured
+it. A vehicle with higher limits has to state a margin of its own.
+
+Goals are checked with the speeds that vehicles fly: a goal may be within reach of the dynamics, and of no flight.
+Only goals due before the last step count, since a window to the end, like a finish, moves with a time-scaled plan.
 """
 
 from __future__ import annotations

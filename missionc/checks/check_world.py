@@ -1,31 +1,20 @@
-"""Check of a mission against its world: starts, goals, resources, regions, graphs, formations and vehicles.
+"""Check of a mission against its world: starts, goals, resources, places, graphs, formations and roadmap.
 
     in   Mission, its Kernel
     out  nothing but findings
-    says MC037 MC221 MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC531 MC541
-         MC731 MC542 MC543 MC558
+    says MC037 MC221 MC501 MC502 MC503 MC504 MC505 MC506 MC507 MC508 MC509 MC512 MC516 MC518 MC519 MC520 MC530 MC531
+         MC536 MC541 MC542 MC543 MC558 MC731
 
-Only what no plan can mend is an error: whatever is said to be out of reach or
-without room is so by an outer bound.
+Only what no plan can mend is an error: an outer bound proves whatever is reported as out of reach or without room.
 
-Check of graphs and formations: enough agents, no sight past what moves, formations whose agents would not touch.
+A graph and a formation need enough agents. No sight may depend on a moving obstacle, and the bodies of a formation
+must not touch.
 
-says MC506 MC507 MC508 MC530 MC536
+An obstacle lies outside the world if it is too far away to touch a body in it. A beacon, and a region whose distance
+is measured, may lie beside the world, up to the length of its diagonal away.
 
-Check of obstacles, regions and beacons, and of the files they come from: none lies outside the world unnoticed.
-
-    in   Mission, its Kernel
-    out  findings, and the names of the places of files that lie outside altogether
-    says MC037 MC558
-
-An obstacle lies outside if it is too far from the world to touch a body in it. A beacon, and a region whose distance is
-measured, may lie beside the world, up to the length of its diagonal away.
-
-Check of the user's own roadmap against the world, and of the starts and finishes against the roadmap.
-
-    says MC541 MC542 MC543
-
-Agents of different size or dynamics are looked at apart; what stands in the way of the first of them is said of it.
+The user's own roadmap is checked once for each size and dynamics of agents. A finding names the first such agent that
+is blocked.
 """
 
 from __future__ import annotations

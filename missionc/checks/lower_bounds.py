@@ -1,13 +1,11 @@
 """Lower bounds: metres and steps that every plan of a mission takes, whatever the engine, roadmap or seed.
 
-An agent that has to be at some places goes at least the shortest tour of them from where it starts, round what always
-stands; other agents and what comes in between can only make that longer. So a bound is proven, and may be far from what
-is possible.
+An agent that has to be at several places moves at least along the shortest tour of them from its start, around the
+obstacles that are always there. Other agents and times in between only make the tour longer, so a bound is proved,
+and may be far from what is possible.
 
-Least tours: what an agent takes at least to be at several places at their times, in the best order there is.
-
-in   for each stop when it is due, and how far it is from the start and from every other
-out  for each set of stops the least metres, and the fewest steps until the agent need not move any more
+The least tour is computed over sets of stops, from the time at which each stop is due and the distances between
+stops. It gives, for each set, the least metres and the fewest steps after which the agent need not move.
 
 Source:
     Held and Karp, "A dynamic programming approach to sequencing problems", 1962, here with windows of time.

@@ -1,6 +1,6 @@
-"""Flights of a folder in a closed loop: it is verified again, a scenario is read, and the page is drawn.
+"""Flights of a plan folder in a closed loop: re-verification, the scenario, and the page, live or drawn at the end.
 
-A flight in a closed loop, shown in the browser while it is flown: its page is fed by what the ground hears.
+A live page is shown in the browser during the flight. The telemetry that ground control receives feeds it.
 """
 
 from __future__ import annotations

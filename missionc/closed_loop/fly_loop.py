@@ -1,18 +1,14 @@
-"""One flight in a closed loop: the engine moves everybody, the ground hears, plans anew and uploads.
+"""Flight in a closed loop: the engine moves the agents, ground control replans, and the flight is evaluated.
 
-    in   what is flown, a Scenario, a seed
-    out  LoopFlight
+    in   the mission and its plan, a Scenario, a seed
+    out  LoopFlight, with its Outcome
 
-Time stands still while the ground plans: a plan is uploaded for the moment by which it had to be ready, and one that
-was not ready by then is none.
+Simulated time stands still during replanning. A plan is uploaded for the time by which it had to be ready, and is
+discarded if it was not ready by then.
 
-Evaluation of a flight in a closed loop: requirements over all of it, and bodies at every moment.
-
-    in   the mission, what happened, the paths flown
-    out  Outcome
-
-What happened is judged as it was: an agent that is lost is asked nothing from then on, and a world that has changed is
-another one from then on. Whether anybody planned anew makes no difference here.
+The evaluation covers the requirements over the whole flight, and the bodies in continuous time. It takes events as
+they happened: a lost agent has no requirements from then on, and a changed world counts from its change. Replanning
+makes no difference to it.
 """
 
 from __future__ import annotations

@@ -1,14 +1,10 @@
-"""Ground control: it hears telemetry, sees who is lost, slow or off, and has the rest of the mission replanned.
+"""Ground control: telemetry, detection of lost, slow and displaced agents, replanning, and uploads.
 
-in   reports of where everybody is, and what it is told of the world
-out  uploads
+    in   reports of the agents' states, and changes of the world
+    out  uploads, and the setpoints of all agents over a stretch of time
 
-Uploads: the polynomials that each agent is told to fly, by its own clock.
-
-in   uploads, each with the time from which it is flown
-out  setpoints of all agents over a stretch of time
-
-An agent that has become slow stays on its trajectory, and falls behind wherever that is faster than it can go.
+An upload is a polynomial that an agent flies by its own clock from a given time on. A slow agent stays on its
+trajectory, and falls behind wherever the trajectory is faster than the agent.
 """
 
 from __future__ import annotations

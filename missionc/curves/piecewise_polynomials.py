@@ -1,14 +1,11 @@
-"""Piecewise polynomials: joint motion in continuous time, all agents on one grid of times.
+"""Piecewise polynomials: joint motion of all agents on one grid of times, and the trajectory CSV of a Crazyflie.
 
-The motion between two steps is a polynomial of degree one or two, what a
-Crazyflie flies is one of degree seven; everything that is proved about either
-is proved here once.
+The motion between two steps is a polynomial of degree one or two, and the flight of a Crazyflie is one of degree
+seven. Everything that is proved about either is proved here once.
 
-Reader and writer of a Crazyflie's trajectory CSV, with its numbers as the firmware will hold them.
-
-The uav_trajectories format: a header, then one row for each piece: its
-duration, and eight coefficients each of x, y, z and yaw in ascending powers of
-the seconds since the piece began.
+The CSV has the uav_trajectories format: a header, then one row for each piece. A row holds the duration, and eight
+coefficients each of x, y, z and yaw in ascending powers of the seconds since the piece began. Numbers are read and
+written as the firmware holds them, in float32.
 """
 
 from __future__ import annotations

@@ -1,14 +1,10 @@
-"""The explanation of a requirement, as a value, as text and as a document.
+"""The explanation of a requirement: as a value, as text and as a document, with the traps of its formula.
 
-in   Mission, and the backend that was chosen for it
-out  Explained, lines, a JSON document
+    in   Mission, and the backend that was chosen for it
+    out  Explained, lines, a JSON document
 
-Sentences on teams that come from the floor: where they stand, how high they rise, how fast, and where they land.
-
-Traps of a formula: conventions it hangs on that other tools have otherwise, and the example of each.
-
-in   a formula
-out  Traps of ``convention_examples``, in their order
+Teams that take off from the floor get sentences on their pads, heights, speeds and landing. Traps are conventions of
+a formula that other tools read differently. Each comes with its example, in the order of ``convention_examples``.
 """
 
 from __future__ import annotations

@@ -1,20 +1,16 @@
-"""Sentences in plain English for a formula: one, and a few more where it would grow too long.
+"""Sentences in plain English for a formula, and shared sentences for the values of an index.
 
     in   a formula and its mission
     out  Sentences
 
-No operator is known by name: what is Boolean and what is a plain window shows
-in the kernel form, and how anything else reads is the operator's own data. A
-sentence is built so that it can be taken in one way only: an operator stands
-before its operands, the last one reaches as far as it can, and any other that
-is more than a plain clause is numbered.
+No operator is known by name: the kernel form shows Boolean chains, plain windows and the chains that a `for` made.
+All other wording is the operator's own data.
 
-Chains of `and` and `or`, as their kernel form shows them; and whether `for` made one.
+A sentence can be read in one way only. An operator stands before its operands, the last operand reaches as far as it
+can, and any other operand that is more than a plain clause is numbered.
 
-One sentence for what is asked with each value of an index, where the sentences for the values differ in it alone.
-
-The sentence with the index is the sentences without it: every number in which they differ has to be the same sum of the
-indices in all of them (``2*i + 1``), or there is none.
+Sentences for the values of an index become one sentence if they differ in the index alone. Then every number in which
+they differ is the same sum of the indices in all of them (``2*i + 1``).
 """
 
 from __future__ import annotations

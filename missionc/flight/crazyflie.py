@@ -1,33 +1,25 @@
-"""Trajectory generation for Crazyflies: polynomials for every agent, verified as they are written.
+"""Trajectory generation for Crazyflies: polynomials and yaw of every agent, verified as they are written.
 
     in   Mission, the verified Trace
     out  the files, and the certificate of what is in them
     says MC703 MC711
 
-A fit of each agent alone is tried first, with two pieces for each step if they
-fit into the memory, else with one; and where there are more steps than the
-memory holds pieces, with a piece for several steps, that passes near each.
-Where that brings two agents, or an agent and an obstacle, closer than the
-mission allows, planes are put between them and those agents are fitted
-together. The steps where even this fails get more pieces, and those beside
-them. With two pieces for each step there is always a solution on straight
-motion beside what stands still: to rest at each step, all agents in the same
-rhythm. Beside a moving obstacle the flight has to keep time with the plan,
-which takes more pieces, and more room the later it comes to speed.
+A fit of each agent alone is tried first. It has two pieces for each step if they fit into the memory, else one. If
+there are more steps than the memory holds pieces, a piece spans several steps and passes near each.
 
-Where a flight exceeds what its vehicle may do, it is fitted again with cuts. If
-no flight in the plan's time keeps to that, the one that exceeds it least says
-how much longer it would have to take.
+If that brings two agents, or an agent and an obstacle, closer than the mission allows, planes are put between them
+and those agents are fitted together. The steps at which even this fails, and those beside them, get more pieces. On
+straight motion beside still obstacles, two pieces for each step always have a solution: rest at each step, all agents
+in the same rhythm. Beside a moving obstacle the flight has to keep time with the plan, which takes more pieces, and
+more room the later it comes to speed.
 
-Yaw along a flight: one more coordinate, on the flight's own pieces, within a limit of its rate.
+A flight that exceeds its vehicle's limits is fitted again with cuts. If no flight in the plan's time stays within
+them, the message states the longer time that the closest flight needs.
 
-    in   where it is to point, the most it may turn in a second, its flight
-    out  coefficients of every piece
-
-One way throughout is a constant. Along the path it is the spline nearest to the
-direction of the flown velocity whose rate stays within the limit, by its
-control points; it rests at both ends, or begins in the turn that there is then,
-and where the agent hovers it is drawn to the direction that it last went.
+Yaw is one more coordinate on the flight's own pieces, within a limit of its rate. A single direction is a constant.
+Along the path, yaw is the spline nearest to the direction of the flown velocity whose control points keep the rate
+within the limit. It rests at both ends, or begins in a turn that is under way; if the agent hovers, yaw keeps to the
+last direction of flight.
 """
 
 from __future__ import annotations

@@ -1,17 +1,14 @@
-"""Minimum-acceleration polynomials through a plan, by one convex quadratic program.
+"""Minimum-acceleration polynomials through a plan, by one convex quadratic program with soft bounds.
 
-They pass every step's position at its time, or near it, rest at both ends, or
-begin in the motion that there is then, and have the least integral of squared
-acceleration, with a little of the jerk's that rounds them. A leg is a polynomial piece, or a part of one, near one
-segment of the plan: its control points stay in a box inscribed in the tube
-around the segment. Control points of two agents, or of one beside an obstacle,
-may be held on their sides of a plane, for a whole leg or a part of it: then so
-are the curves, since they stay in the hulls of their points.
+They pass every step's position at its time, or near it. They rest at both ends, or begin in the motion that is under
+way. They have the least integral of squared acceleration, with a small weight on the jerk, which rounds them.
+
+A leg is a polynomial piece, or a part of one, near one segment of the plan. Its control points stay in a box
+inscribed in the tube around the segment. Control points of two agents, or of one beside an obstacle, may be held on
+their sides of a plane. Then the curves stay there too, since they lie in the hulls of their control points.
 
 Source:
     Hönig, Preiss, Kumar, Sukhatme, Ayanian, "Trajectory Planning for Quadrotor Swarms" (2018), sections V and VI.
-
-Convex quadratic programs over the numbers of splines, with soft bounds where not all can be kept.
 """
 
 from __future__ import annotations

@@ -1,14 +1,13 @@
-"""Negation normal form: formulas with ``Not`` on their leaves alone.
+"""Negation normal form of kernel formulas, with ``Not`` on leaves alone, and folding of their constants.
 
-in   formulas as the operators wrote them
-out  for each and a polarity, the formula, or its negation
+    in   formulas as the operators wrote them
+    out  for each and a polarity, the formula, or its negation
 
-A formula that is used twice is one node afterwards too, once for each polarity it is asked in. What has no
-negation below it stays the node it is.
+A formula that is used twice remains one node, one for each polarity in which it is used. A node without a negation
+below it remains the same node.
 
-Constants in kernel formulas: true, false, and and simplification of formulas that contain them.
-
-Folding keeps truth and robustness at every step from which a formula does not look past the mission's last.
+Folding of true and false keeps truth and robustness at every step from which a formula does not look past the
+mission's last step.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""Routes bounded in a weight of links, in kernel form: one link at a time, by what is left of the bound.
+"""Routes with a bounded weight of links, in kernel form: one link at a time, by the rest of the bound.
 
-Every link weighs at least 1, so that the bound runs out. What is left is told apart, and the agents by what their
-links weigh, not by their names; where there is a lower bound, also the agents left behind.
-
-Route lengths in kernel formulas: what more than one spatial operator needs.
+Every link weighs at least 1, so the bound runs out. States differ in the rest of the bound and, for agents, in the
+weights of their links, not in their names. With a lower bound, they also differ in the agents already passed. Helpers
+on route lengths serve all spatial operators.
 """
 
 from __future__ import annotations

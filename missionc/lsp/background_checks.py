@@ -1,8 +1,7 @@
-"""Background checks of open texts: one at a time, beside the requests, and never of a version that is gone.
+"""Background checks of open texts, and the diagnostics that are published from their findings.
 
-Published diagnostics: findings in the protocol's form.
-
-What is wrong in a file that this one names is shown where it does, with the place itself beside it.
+Checks run one at a time beside the requests, and never on an outdated version of a text. A finding in a file that the
+text names is shown at the name, with the place in that file as related information.
 """
 
 from __future__ import annotations

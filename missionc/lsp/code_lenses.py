@@ -1,6 +1,6 @@
-"""Code lenses: above a mission's name what can be done with it, above each requirement how robust the last plan is.
+"""Code lenses: actions above a mission's name, and the robustness in the last plan above each requirement.
 
-The last plan beside a mission: how robust each requirement is in it, and whether its text is still this one.
+The last plan lies beside the mission. Its robustness counts only for the text that it was made from.
 """
 
 from __future__ import annotations

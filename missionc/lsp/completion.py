@@ -1,13 +1,8 @@
 """Completion: the keywords, names, units and settings that fit next, by the grammar.
 
-Kinds and settings are the language's own tables, so that a new one needs nothing here.
-
-Completion context: the tokens before the cursor in its declaration, and those that may follow.
-
-The parser's own table says so. Words before the place that fit nowhere are passed over, so that
-a declaration that is wrong somewhere still knows where it is.
-
-Completion of units after a number.
+Kinds and settings are the language's own tables, so a new one needs no change here. The parser's own table gives the
+tokens that may follow those before the cursor in its declaration. Words that fit nowhere are skipped, so a
+declaration with an error still has a context. After a number, units are offered.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Go to definition, references and highlights of a name.
-
-Document links: each file that a text names leads to that file.
-"""
+"""Go to definition, references and highlights of a name, and links to the files that a text names."""
 
 from __future__ import annotations
 

@@ -1,10 +1,9 @@
-"""An open document: its lines, what can be read of it, and what the last check found.
+"""An open document: its lines, positions, symbol table, and the findings of the last check.
 
-Conversion between offsets in a text and the protocol's positions, in the client's encoding.
+Offsets in the text are converted to the protocol's positions and back, in the client's encoding.
 
-The symbol table of a text that may be incomplete: its declarations, and the names in those that cannot be read.
-
-One namespace holds all that is declared; a requirement's label names it for messages and stands apart.
+The text may be incomplete. The symbol table holds its declarations, and the names in declarations that cannot be
+read. One namespace holds all declarations; labels of requirements serve messages and stand apart.
 """
 
 from __future__ import annotations

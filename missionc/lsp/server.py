@@ -1,8 +1,7 @@
-"""The protocol server: requests in, answers out, by the functions of the other modules.
+"""The protocol server: JSON-RPC messages in, answers out, by the functions of the other modules.
 
-A text comes whole with every change: it is small, and nothing can go wrong between two counts of its lines.
-
-The wire protocol: JSON-RPC messages from a client; malformed ones are answered as the protocol says, or skipped.
+Every change brings the whole text: it is small, and client and server cannot disagree on its lines. A malformed
+message is answered as the protocol demands, or skipped.
 """
 
 from __future__ import annotations

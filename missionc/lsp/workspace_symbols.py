@@ -1,6 +1,6 @@
-"""Workspace symbols: the declarations of all missions that are open, and of those that lie in the open folders.
+"""Document and workspace symbols: the declarations of a text, and of all missions in the open folders.
 
-Document symbols: the declarations of a text, for its table of contents.
+Workspace symbols cover missions that are open as well as those that lie in the open folders.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Metadata of an occupancy grid, as map_server of ROS writes it: YAML to numbers, each checked where it stands.
+"""Metadata of an occupancy grid in map_server YAML, companion files, and libraries of map formats.
 
-No value is constructed from YAML: the nodes are composed, which builds no object but nodes, and their texts are read.
+YAML is composed to nodes and never constructed to objects. Each number is read from the text of its node, and checked
+with its place in the text.
+
+A companion is another file that a file rests on, such as the image of an occupancy grid. A library for files of other
+programs is loaded only if such a file is read, and prints nothing on standard error.
 
 Source:
     wiki.ros.org/map_server, "Map format"; nav2_map_server, ``map_io.cpp``.
-
-Companions of a file: the other one that it rests on, such as the image of an occupancy grid.
-
-Libraries that read files of other programs: loaded if there is such a file, and silent on standard error.
 """
 
 from __future__ import annotations

@@ -1,18 +1,14 @@
-"""Occupancy grids: an image and what its shades mean, to the cells that are occupied, and those to polygons.
+"""Occupancy grids: an image and the meaning of its shades to occupied cells, and those to few simple polygons.
 
-    in   the image, its metadata, what the mission says of them
+    in   the image, its metadata, the mission's settings for it
     out  a feature for each polygon
     says MC004 MC033 MC034 MC035 MC038
 
-An image is decoded only after its size was looked at, so that none grows beyond what a mission may hold.
+An image is decoded only after a check of its size, so that none exceeds what a mission may hold.
 
-Vectorisation of occupancy grids: occupied cells to few simple polygons, simplified towards safety.
-
-    in   which cells are occupied, and how far a polygon may stray from them
-    out  polygons without holes, that cover every occupied cell
-
-Cells are merged; then dents of the border are filled, the smallest first, where what is filled stays near enough to
-cells that are occupied. Nothing is ever taken away. What has holes is cut into parts without.
+The polygons have no holes, and cover every occupied cell. Cells are merged; then dents of the border are filled, the
+smallest first, while the filled area stays near enough to occupied cells. Nothing is ever taken away. A polygon with
+holes is cut into parts without.
 
 Source:
     Visvalingam and Whyatt, "Line generalisation by repeated elimination of points" (1993), for the order.

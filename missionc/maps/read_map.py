@@ -1,10 +1,10 @@
-"""The forms of files that places are read from, by the endings of their names.
+"""Readers of map files by the ending of the file's name, and the summary of what was read.
 
-in   Asked
-out  a reading, or the finding about the file
-says MC004 MC033 MC034 MC035 MC404
+    in   Asked
+    out  a reading, or the finding about the file
+    says MC004 MC033 MC034 MC035 MC404
 
-Summary of a file of places: the number of features read, what was left out and why, and the extents.
+A summary gives the number of features read, those left out with the reasons, and the extents.
 """
 
 from __future__ import annotations

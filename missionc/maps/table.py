@@ -1,23 +1,17 @@
-"""Tables: CSV with a row of column names to rows of numbers, each with its place in the text.
+"""Tables: CSV to rows of numbers, each with its place in the text; rows of points, and of measured poses.
 
     in   the text, the columns that there may be
     out  its rows
     says MC004 MC033 MC034
 
+A CSV table begins with a row of column names. Rows of points are starts, finishes, places in a formation, and routes
+with their times.
+
+Poses are measured at the pads of vehicles, one row for each agent. They are a CSV with the columns ``agent``, ``x``,
+``y``, ``z`` and optionally ``yaw``, or a list in JSON of records with these keys.
+
 Source:
     RFC 4180.
-
-Tables of points: starts, finishes, places in a formation, and routes with their times.
-
-in   CSV
-out  rows of plain numbers, each with its place in the text
-
-Poses measured where vehicles stand: a table or a list in JSON, to plain numbers, each with its place in the text.
-
-in   CSV with the columns ``agent``, ``x``, ``y``, ``z`` and, if there is one, ``yaw``; or JSON, a list of records
-     with these keys
-out  one row for each agent
-says MC004 MC033 MC034
 """
 
 from __future__ import annotations

@@ -1,21 +1,16 @@
-"""Reader of recorded or hand-made traces, from the text of a file.
+"""Reader of traces, recorded or hand-made, and of the flight of a mission so far, from the text of a file.
 
-    in   the text of a plan (JSON) or of a table (CSV with ``agent,t,x,y[,z]``), the Mission
-    out  Trace: every agent's state at every step of the mission
+    in   the text of a plan (JSON) or of a table (CSV with ``agent,t,x,y[,z]``), the Mission, the lost agents
+    out  Trace: every agent's state at every step; or FlownSoFar: the states at the past steps, and the last positions
     says MC704 MC705
 
-Samples may be finer than the mission's steps, and beside them: between two an
-agent moves straight. Velocities are read where they are given (``vx,vy[,vz]``)
-and otherwise follow from the positions, as does the heading (``yaw``) where the mission does not ask for it.
+Samples may be finer than the mission's steps, and lie between them; an agent moves straight from sample to sample.
+Velocities are read if given (``vx,vy[,vz]``), and otherwise follow from the positions, as does the heading (``yaw``)
+if the mission does not require it.
 
-Reader of what was flown of a mission so far, from the text of a file.
-
-    in   the text, as of a trace; the Mission; who is lost
-    out  FlownSoFar: the states at the steps that are over, and where everybody was last
-
-It ends where the first agent that is not lost was seen last. Logs of flights have holes: whoever is not seen for up to
-``UNSEEN`` seconds went straight from where it was to where it is seen again. Who is lost is, from where it was seen
-last, taken to stay there: of what it does nothing is asked.
+A flight so far ends at the earliest last sample of an agent that is not lost. An agent without samples for up to
+``UNSEEN`` seconds moved straight across the gap. A lost agent counts as staying at its last position, and has no
+requirements.
 """
 
 from __future__ import annotations

@@ -1,23 +1,19 @@
-"""The verdict table: every subformula at every agent and step, and the verdict of each goal as time goes on.
+"""The verdict table: every subformula at every agent and step, the verdict of each goal over time, and blame.
 
-in   formulas, the goals they belong to, Mission, Trace
-out  a Row for each of the formulas
+    in   formulas, the goals they belong to, Mission, Trace
+    out  a Row for each of the formulas; Blame: each subformula's sign below its operator, and the places at which its
+         falsity makes a goal false
 
-A formula that is asked at many steps has its value at each of them. One that is
-asked at step 0 alone and looks ahead has one verdict, which time brings out: at
-step t the least and the most that it can come to, with what its windows hold up to t as it is.
+A formula that is evaluated at many steps has its value at each of them. One that is evaluated at step 0 alone and
+looks ahead has one verdict that emerges over time: at step t, the least and the greatest robustness that it can
+reach, with the values of its windows up to t.
+
+In negation normal form every operator is monotone: only a false operand can make it false. A goal therefore fails
+through the false operands of its false operators, each at the places where its operator reads it.
 
 Source:
-    Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017),
-    robust satisfaction intervals. What is nested within a window counts as known at its step.
-
-Blame: which values of a goal's subformulas speak for the goal, and which make it fail.
-
-in   the goals, Mission, Trace
-out  Blame: each subformula's sign below its operator, and where its falsity makes a goal false
-
-In negation normal form every operator is monotone: only a false operand can make it false. So a goal fails through the
-false operands of its false operands, each where its operator looks at it.
+    Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017), robust
+    satisfaction intervals. What is nested within a window counts as known at its step.
 """
 
 from __future__ import annotations

@@ -1,15 +1,12 @@
-"""Claims of a cover that was refused: its cells, what it leaves out, and the clauses that come of them.
+"""The certificate of impossibility: the claims of a refused cover, their clauses, and the files of the proof.
 
-    in   what was refused, Mission, its kernel
-    out  ClaimedCover, and its clauses, each of which ``verify`` checks without what made the cover
+    in   the refusal of covers, Mission, its kernel
+    out  ClaimedCover and its clauses; the files ``cover.json``, ``impossible.cnf`` and ``impossible.drat``, or a note
+         on why there are none
 
-The clauses are those of ``verify.impossibility``, which are read off the meaning of each operator; those by which the
-cover was refused serve the search alone.
-
-Certificate of impossibility: made of what a cover refused, and left only where it passes its own check.
-
-in   what covers refused, Mission, its kernel
-out  the files ``cover.json``, ``impossible.cnf`` and ``impossible.drat``; or a note why there are none
+A claimed cover has its cells and what it leaves out. ``verify`` checks each clause without the code that made the
+cover. The clauses are those of ``verify.impossibility``, which follow from the meaning of each operator; the clauses
+that refused the cover serve the search alone. The files are written only if the certificate passes its own check.
 """
 
 from __future__ import annotations

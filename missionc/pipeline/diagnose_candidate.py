@@ -1,19 +1,11 @@
-"""Diagnosis of a search's best candidate: who is late and by how much, who meets whom where, and what to try.
+"""Diagnosis of a search's best candidate: late agents, conflicts of two agents, and changes to try.
 
-in   Mission, its kernel, the candidate as the acceptance test judged it
-out  Diagnosis: sentences, and one change that follows from them
+    in   Mission, its kernel, the candidate as the acceptance test judged it
+    out  Diagnosis: sentences, and one change that follows from them
 
-It is the same for every engine, and asks nothing but the candidate's own positions.
-
-Lateness in a search's best candidate: who is still on the way when something is asked, and how much time that takes.
-
-in   Mission, its kernel, the candidate as the acceptance test judged it
-out  Late, each with a sentence, and the least time that is missing
-
-Meetings in a search's best candidate: who comes too near whom, in how wide a passage, and what would help.
-
-in   Mission, the candidate as the acceptance test judged it
-out  Meeting, one for each pair, who is nearest first
+It is the same for every engine, and uses only the candidate's own positions. Lateness is found for each agent that is
+still on its way when a requirement is due, with the least time that is missing. A conflict is found for each pair of
+agents that come too close, with the width of the passage; the closest pair comes first.
 """
 
 from __future__ import annotations

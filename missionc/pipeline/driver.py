@@ -5,15 +5,11 @@
     compile   both
     monitor   a mission and a trace → a judgement of every requirement
 
-Values in, values out: nothing is printed, and only ``read_file`` opens files. A
-stage that finds errors is the last to run; the checks of the mission as meant
-run together, so that one run reports all they find. Whatever loads a solver
-or a large library is imported where it is used, so that ``check`` stays quick.
+Values in, values out: nothing is printed, and only ``read_file`` opens files. A stage that finds errors is the last to
+run. The checks of the mission as meant run together, so that one run reports all findings. Modules that load a solver
+or a large library are imported at their use, so that ``check`` stays quick.
 
-A backend asked within the limits of a compilation: its answer, or the best plan that it had when a limit came.
-
-in   a backend, Mission, Kernel, Options, Budget
-out  its Outcome
+A backend plans within the limits of a compilation: it returns its answer, or the best plan that it has at a limit.
 """
 
 from __future__ import annotations

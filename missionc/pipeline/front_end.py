@@ -1,9 +1,9 @@
-"""The front end: text to findings, and the mission as meant. Nothing here solves anything, or knows who could.
+"""The front end: text to findings, and the mission as meant, with every tree that was made.
 
-in   a mission's file, or its text
-out  Checked
+    in   a mission's file, or its text
+    out  Checked
 
-The result of a check: the findings and each tree that was made.
+Nothing here solves a mission, or knows a backend.
 """
 
 from __future__ import annotations

@@ -1,21 +1,11 @@
-"""Reader of an output folder: the mission as meant, the plan, and the polynomials that will be flown.
+"""Reader of a plan folder: its files by the manifest, the mission as meant, the plan and its polynomials.
 
     in   the folder's path
-    out  OutputFolder, or what stands in the way
-    says MC004 MC708, and what the files in it deserve
+    out  FolderFiles, then OutputFolder, or the obstacle
+    says MC004 MC708, and the findings on the files in it
 
-Nothing but the folder's own files is read, each once and through no symbolic
-link, and none of them is believed: whoever wants to know whether they belong
-together has them rebuilt, whoever wants to know whether the plan is right has
-it verified.
-
-Files of an output folder: what its manifest lists, each read once, and the mission among them as meant.
-
-    in   the folder's path
-    out  FolderFiles, or what stands in the way
-    says MC004 MC708
-
-Nothing but the folder's own files is read, through no symbolic link, and none of them is believed.
+Only the folder's own files are read, each once and through no symbolic link, and none of them is trusted. Rebuilding
+tests whether they belong together; verification tests whether the plan is right.
 """
 
 from __future__ import annotations

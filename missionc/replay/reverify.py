@@ -1,14 +1,11 @@
-"""Verification once more, from a folder's files alone: neither a backend nor what fits polynomials is imported here.
+"""Re-verification of a folder with a plan, or with a proof that there is none, from its files alone.
 
-in   OutputFolder
-out  Certificate: of the files as they are, whoever wrote them; of the plan and its flight alone
-says MC709 MC713
+    in   OutputFolder, or the path of a folder with a proof
+    out  Reverified: the Certificate of the files as they are, and that of the plan and its flight; or the checks of
+         the proof, and its statement
+    says MC709 MC713 MC714
 
-Verification of a folder that holds a proof that there is no plan, from its files alone.
-
-in   the folder's path
-out  Reverified: every check of the proof, and what it proves
-says MC714
+Neither a backend nor the fit of polynomials is imported here.
 """
 
 from __future__ import annotations
@@ -116,7 +113,7 @@ def reverify_opened(opened: OutputFolder, limits: Limits | None) -> Reverified:
     certificate = certificate.joined(
         Certificate(mission.name, (*documents, *map(_of_other, opened.alternatives, others)))
     )
-    say = _not_judged if _undecided(certificate) else _refused
+    say = _not_judged if _undecided(certificate) else _plan_refused
     findings = () if certificate.passed else (say(opened.path, certificate),)
     return Reverified(opened.path, findings, opened, certificate, flown, others)
 
@@ -140,7 +137,7 @@ def _of_other(name: str, other: Reverified) -> Check:
     """That a further plan passes every check of a folder of its own; the first one that fails, where it does not."""
     failures = other.certificate.failures if other.certificate else ()
     say = unjudged if other.undecided else verdict
-    return say(name, _reason(failures[0]) if failures else "")
+    return say(name, _plan_failure_text(failures[0]) if failures else "")
 
 
 def _stated(opened: OutputFolder, flown: Certificate) -> tuple[Check, ...]:
@@ -158,24 +155,24 @@ def _not_judged(folder: Path, certificate: Certificate) -> Diagnostic:
         NOT_JUDGED,
         f"a simulation in `{folder}` cannot be judged here; nothing else in it is wrong",
         None,
-        notes=tuple(map(_reason, certificate.failures)),
+        notes=tuple(map(_plan_failure_text, certificate.failures)),
         help="fly it again with `missionc simulate`, or verify the folder where the simulation can be flown",
     )
 
 
-def _refused(folder: Path, certificate: Certificate) -> Diagnostic:
+def _plan_refused(folder: Path, certificate: Certificate) -> Diagnostic:
     failures = sorted(certificate.failures, key=lambda check: check.name == "manifest")
     more = len(failures) - MOST_REASONS
     return Diagnostic(
         FOLDER_REFUSED,
         f"`{folder}` is not to be flown: {len(failures)} of {len(certificate.checks)} checks fail",
         None,
-        notes=(*map(_reason, failures[:MOST_REASONS]), *([f"and {more} more"] if more > 0 else [])),
+        notes=(*map(_plan_failure_text, failures[:MOST_REASONS]), *([f"and {more} more"] if more > 0 else [])),
         help="compile the mission again; files that were changed by hand are no longer the ones that were verified",
     )
 
 
-def _reason(check: Check) -> str:
+def _plan_failure_text(check: Check) -> str:
     """One failed check in words: what, of whom, by how much and when."""
     if check.name == "manifest":
         why = check.detail if check.detail == UNLISTED else "its content is not the one that was written"
@@ -209,7 +206,7 @@ def reverify_refusal(folder: Path, limits: Limits | None = None) -> Reverified |
     judged = check_refutation(mission, kernel, found.files, limits) if of_cover else (check_drat(found.files, limits),)
     files = (*file_checks(found), *check_manifest_of_proof(found, checked, mission.name))
     certificate = Certificate(mission.name, (*files, *judged))
-    findings = () if certificate.passed else (_refusal_refused(found, certificate),)
+    findings = () if certificate.passed else (_proof_refused(found, certificate),)
     proven = _proven(conflict_of(found.files, mission) if of_cover else None) + _given(found)
     return Reverified(folder, findings, certificate=certificate, proven=proven if certificate.passed else "")
 
@@ -229,18 +226,18 @@ def _given(found: FolderFiles) -> str:
     return f", with {all_listed([f'`{each}`' for each in given])}" if given else ""
 
 
-def _refusal_refused(found: FolderFiles, certificate: Certificate) -> Diagnostic:
+def _proof_refused(found: FolderFiles, certificate: Certificate) -> Diagnostic:
     failures = certificate.failures
     return Diagnostic(
         PROVES_NOTHING,
         f"`{printable(str(found.path))}` proves nothing: {len(failures)} of {len(certificate.checks)} checks fail",
         None,
-        notes=tuple(map(_check_reason, failures[:8])),
+        notes=tuple(map(_proof_failure_text, failures[:8])),
         help="compile the mission again with `--certify`; files that were changed by hand prove nothing any more",
     )
 
 
-def _check_reason(check: Check) -> str:
+def _proof_failure_text(check: Check) -> str:
     if check.name == "manifest":
         why = check.detail if check.detail == UNLISTED else "its content is not the one that was written"
         return f"file `{printable(check.subject)}`: {why}"

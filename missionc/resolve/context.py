@@ -1,19 +1,17 @@
-"""The context of resolution: names, what has been made of them so far, and findings.
+"""The context of resolution: symbol table, amounts, typed formulas, stand-ins, and findings.
 
-A thing that cannot be made is reported once and a stand-in takes its place, so
-that the rest is still looked at: NaN for a number (every comparison with it is
-false, so nothing is said of it twice), a shape of NaN, a set without agents, a
-formula that is simply true. A mission with errors is never handed on, so no
-stand-in ever leaves ``resolve``.
+    says MC007 MC101 MC102 MC104
 
-The symbol table of a mission: names found, or reported with the one that was probably meant.
+A name that is not found is reported with the one that was probably meant.
 
-An amount: the value of a quantity, a linear expression in SI units with the exponents of its unit.
+A thing that cannot be made is reported once, and a stand-in takes its place, so that the rest is still checked: NaN
+for a number (every comparison with it is false, so it is reported once), a shape of NaN, a set without agents, a
+formula that is true. A mission with errors never leaves ``resolve``, so no stand-in does.
 
-Numbers are what is written, to the last decimal, and so is what arithmetic makes of them: 0.1 * 3 is 0.3. They are
-rounded once, where a ``float`` is asked for.
-
-A typed formula: a resolved one at its place in the text, with whom it is about.
+An amount is the value of a quantity: a linear expression in SI units with the exponents of its unit. Numbers are
+exact as written, to the last decimal, and so are the results of arithmetic: 0.1 * 3 is 0.3. They are rounded once, at
+conversion to ``float``. A typed formula is a resolved one with its place in the text, and its subject: one agent or
+the team.
 """
 
 from __future__ import annotations

@@ -1,16 +1,10 @@
-"""The order of definitions: each comes after those it rests on; cycles are reported.
+"""Definitions of a mission: topological order, cycles, and unused names.
 
-says MC107
+    says MC103 MC107
 
-Topological order of definitions: each comes after what it rests on.
-
-Unused declarations: names that nothing refers to.
-
-A team, an agent or an obstacle acts by being there, and a file of places may
-have more than one mission needs. A beacon is used by every graph of beacons,
-and the only graph by every route that leaves ``on`` out.
-
-    says MC103
+Each definition comes after those that it rests on. A name that nothing refers to is unused. Teams, agents and
+obstacles act by their presence, and a file of places may hold more than a mission needs. Every graph of beacons uses
+a beacon, and every route without ``on`` uses the only graph.
 """
 
 from __future__ import annotations

@@ -1,20 +1,10 @@
-"""Resolution of teams and agents, numbered through the mission, with their starts and finishes; groups of them.
+"""Resolution of teams, agents and groups, with their starts, finishes, pads, vehicles and dynamics.
 
-says MC013 MC014 MC105 MC206 MC207 MC209 MC210 MC303 MC513
+    says MC013 MC014 MC105 MC201 MC206 MC207 MC209 MC210 MC303 MC513
 
-Start grids: places spread evenly on a line, and in rows and columns.
-
-Resolution of ``flight``: where the agents of a team stand, how high they rise, and how fast.
-
-says MC013 MC206 MC209 MC210
-
-Resolution of vehicles: a profile by its name, with figures of the mission's own; and the yaw of a team.
-
-says MC201 MC206 MC209 MC210
-
-Resolution of dynamics: the kind of an agent's motion and its bounds.
-
-says MC013 MC014 MC201 MC206 MC210
+Agents are numbered through the mission. Starts may lie on a grid: spread evenly on a line, or in rows and columns.
+``flight`` sets the pads of a team, its height and its speed. A vehicle is a profile by name, with figures of the
+mission's own; yaw belongs to a team. Dynamics set the kind of an agent's motion and its bounds.
 """
 
 from __future__ import annotations

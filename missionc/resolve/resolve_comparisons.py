@@ -1,14 +1,10 @@
-"""Resolution of comparisons: both sides brought to one linear expression over states and distances.
+"""Resolution of comparisons, route bounds and headings.
 
-says MC104 MC201 MC204 MC205 MC210
+    says MC101 MC104 MC201 MC204 MC205 MC208 MC209 MC210 MC303
 
-Resolution of route bounds: hops, metres or a weight of links, and the graph that the route runs on.
-
-says MC101 MC201 MC208 MC209 MC210 MC303
-
-Resolution of headings: the angle to either side, and the direction or the beacon that is faced.
-
-says MC101 MC104 MC201 MC210
+Both sides of a comparison become one linear expression over states and distances. A route bound is in hops, metres or
+a weight of links, and has the graph that the route runs on. A heading is an angle to either side of a direction or of
+a beacon.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
-"""Resolution of the files that a mission takes its places from: declarations as if they had been written.
+"""Resolution of the files that hold places of a mission: declarations as if written, and a summary of each file.
 
     in   Program
     out  Program with the places of the files in it, findings, and a summary of each file
-    says MC013 MC034 MC035 MC206 MC210, and what ``maps`` says
+    says MC013 MC034 MC035 MC206 MC210, and the codes of ``maps``
 
-The declarations that name files stay beside what is made of them, so that what they mention counts as used. What is
-made has the span of the declaration that names the file; names and shapes have theirs in the file where it is a text.
-
-Summary of the files that a mission reads: the places and lanes of each, what was left out, the extents.
+The declarations that name files stay beside those made from them, so that the names in them count as used. A
+declaration that is made has the span of the one that names the file. Its names and shapes have their spans in the
+file, if that is text. A summary has the places and lanes of the file, those left out and why, and the extents.
 """
 
 from __future__ import annotations

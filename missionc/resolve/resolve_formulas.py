@@ -1,18 +1,12 @@
-"""Resolution of formulas: names become predicates, bounds become steps and hops, every ``let`` one shared object.
+"""Resolution of formulas, with their type check: names, bounds in steps and hops, and shared ``let`` objects.
 
-says MC005 MC101 MC104 MC109 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
+    says MC005 MC008 MC015 MC101 MC104 MC109 MC201 MC203 MC204 MC207 MC208 MC209 MC210 MC220
 
-Type checking of formulas: about one agent or about the team, and the messages where the two are mixed up.
+A formula is about one agent or about the team. Each is first judged from its operands up (``joined``). A place that
+needs one of the two then looks down for the operands of the other kind (``check``), so that a message names them and
+not the whole formula.
 
-Each formula is first judged from its operands up (``joined``); a place that
-needs one of the two then looks down for the operands that are about the other
-(``check``), so that a message names them and not the whole formula.
-
-    says MC203 MC204
-
-The scope of operators before their operand: one left of ``reach``, ``until`` or their like ends before it.
-
-says MC015
+An operator before its operand ends before ``reach``, ``until`` and the like on its right.
 """
 
 from __future__ import annotations

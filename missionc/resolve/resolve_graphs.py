@@ -1,10 +1,9 @@
-"""Resolution of graphs: the agents and beacons in each, and the ranges of its links.
+"""Resolution of graphs, resources and flags.
 
-says MC007 MC013 MC014 MC104 MC206 MC207 MC209 MC210 MC240 MC241
+    says MC007 MC013 MC014 MC104 MC201 MC206 MC207 MC209 MC210 MC240 MC241
 
-Resolution of resources and flags: whose they are, by how much a step changes them, and where.
-
-says MC013 MC014 MC201 MC206 MC210
+A graph has its agents and beacons, and the ranges of its links. A resource or flag has its agent, the place of each
+change, and the change in a step.
 """
 
 from __future__ import annotations

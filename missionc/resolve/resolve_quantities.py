@@ -1,14 +1,10 @@
-"""Evaluation of quantities: names of parameters looked up, units worked out, every number in SI.
+"""Evaluation of quantities and parameters: names looked up, units worked out, every number in SI.
 
-One evaluator serves numbers and comparisons: an ``Amount`` is a linear
-expression over what can change (``x``, ``speed``, ``distance(base)``), and
-where a number is needed it must have no such terms.
+    says MC001 MC006 MC010 MC104 MC106 MC201 MC202 MC209 MC210, and errors of a value
 
-    says MC006 MC104 MC201 MC202 MC209 MC210
-
-Resolution of parameters: their values, or the ones the command line gives instead.
-
-says MC106 MC201 and whatever is wrong with a value
+One evaluator serves numbers and comparisons: an ``Amount`` is a linear expression over what can change (``x``,
+``speed``, ``distance(base)``), and a number must have no such terms. A parameter has its value in the text, or the
+one that the command line sets.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
-"""Resolution of shapes of regions and obstacles: numbers in metres, plane shapes with their heights in a volume.
+"""Resolution of shapes and of the motion of obstacles: metres, heights in a volume, offsets at times, and growth.
 
-says MC104 MC205 MC207 MC210 MC303 MC512
+    says MC104 MC201 MC205 MC207 MC210 MC303 MC512
 
-Resolution of an obstacle's motion: offsets of its shape at times, and how fast it grows.
-
-says MC201 MC205 MC210 MC303
+Shapes belong to regions and obstacles. A plane shape has its heights in a volume.
 """
 
 from __future__ import annotations

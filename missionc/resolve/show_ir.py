@@ -1,11 +1,10 @@
-"""Printer of the IR: one thing a line, windows in steps, agents by their numbers.
+"""Printer of the IR: one line for each thing, formulas as meant, and the figures of vehicles.
 
-in   Mission
-out  text, the same for the same mission
+    in   Mission
+    out  text, the same for the same mission
 
-Printer of formulas as meant, in word form: windows in steps, agents by name, a ``let`` by its name.
-
-Printer of a vehicle's figures, each with its SI unit.
+Windows are in steps. Agents of declarations are numbered, and those in formulas have their names. A ``let`` is
+printed by its name. Each figure of a vehicle has its SI unit.
 """
 
 from __future__ import annotations

@@ -1,15 +1,11 @@
-"""Families and ``for`` spelt out: a declaration for each member, a conjunction for ``for``, numbers for indices.
+"""Expansion of families and ``for``: a declaration for each member, a conjunction for ``for``, numbers for indices.
 
     in   Program
-    out  Program without FamilyName, Indexed and ForEach, or nothing where it cannot be told what is meant
-    says MC102 MC104 MC105 MC107 to MC110 MC207 MC303, and what is wrong with a quantity
+    out  Program without FamilyName, Indexed and ForEach; nothing if the text is ambiguous
+    says MC101 MC102 MC104 MC105 MC107 to MC110 MC207 MC303, and errors of a quantity
 
-The words of a member are those of its family: their spans say with which
-indices they are read (``Span.turns``).
-
-Families: what is declared once for each value of its indices, and the members by their names.
-
-says MC101 MC105 MC108 MC109
+A family is a declaration that is repeated for each value of its indices; its members have names. The words of a
+member are those of its family: their spans record the indices (``Span.turns``).
 """
 
 from __future__ import annotations

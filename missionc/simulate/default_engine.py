@@ -1,19 +1,17 @@
-"""The default simulation engine: every agent of several flights, moved together through the air.
+"""The default simulation engine: all agents of several flights moved together, with estimates and downwash.
 
-    in   Pieces of each agent, what was drawn for each flight
+    in   Pieces of each agent, the disturbances drawn for each flight
     out  Flown
 
-``Airborne`` is moved from setpoint to setpoint by whoever has setpoints; ``fly``
-has them of polynomials. The controller is asked 500 times a second, as on
-board; the body moves as often. Agents do not touch.
+``Airborne`` moves along setpoints from any source; ``fly`` takes them from polynomials. The controller runs 500 times
+a second, as on board, and the body moves as often. Agents do not touch.
 
-The estimate of position and velocity that a controller is shown: late, with updates missing, beside the truth.
-
-Downwash: the force that a vehicle's rotors push those below it down with.
+The controller sees an estimate of position and velocity: late, and with updates missing. Downwash is the force with
+which a vehicle's rotors push the vehicles below it down.
 
 Source:
-    Panerati et al., "Learning to Fly: a Gym Environment with PyBullet Physics for Reinforcement Learning of Multi-agent
-    Quadcopter Control" (2021), III-B, and the figures for a Crazyflie 2.x that its code has.
+    Panerati et al., "Learning to Fly: a Gym Environment with PyBullet Physics for Reinforcement Learning of
+    Multi-agent Quadcopter Control" (2021), III-B, and the figures for a Crazyflie 2.x that its code has.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""Disturbances of a flight: of the air, of the vehicle, of what it knows, and of what it is told.
+"""Disturbances of a flight: the air, the vehicle, its estimates, and its setpoints, as the firmware computes them.
 
-Every flight draws from a generator of its own, made of the seed and the
-flight's number: the same whichever flights are flown with it.
-
-Setpoints as a Crazyflie's firmware makes them of its polynomials, in float32 as on board.
+Every flight draws from a generator of its own, made from the seed and the flight's number: the same whichever other
+flights there are. Setpoints are computed from polynomials in float32, as on board of a Crazyflie.
 
 Source:
     crazyflie-firmware, src/modules/src/pptraj.c: ``piecewise_eval`` and ``poly4d_eval``.

@@ -1,14 +1,10 @@
-"""Monte Carlo trials: flights judged one by one, flown many at a time.
+"""Monte Carlo trials: flights judged one by one, confidence bounds of their success rate, and the headline.
 
-    in   Mission, its kernel, each agent's Pieces, how to fly
+    in   Mission, its kernel, each agent's Pieces, the flight conditions
     out  Trials
 
-Only as many flights as fit into ``MOST_BYTES`` are in the air together. Where
-nothing is drawn all flights are one and the same, and one is flown.
-
-Confidence bounds of a fraction: the number of successes to the bounds of the true share.
-
-The headline of simulated flights: what they show of all flights like them, and no more.
+Only as many flights as fit into ``MOST_BYTES`` are in the air together. Without disturbances all flights are the
+same, and one is flown. The headline states no more than the trials show of all flights like them.
 """
 
 from __future__ import annotations

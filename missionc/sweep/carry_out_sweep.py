@@ -1,15 +1,11 @@
-"""A sweep from beginning to end: checked, begun or gone on with, run, and made into tables, a page and a comparison.
+"""A sweep from beginning to end: checks, start or resumption, runs, tables, a page, and the remaining time.
 
-in   SweepRequest
-out  SweepResult
-says MC404 MC701 MC702 MC730 MC760 MC761 MC762 MC763 MC764 MC765 MC766, and what ``check`` says
+    in   SweepRequest
+    out  SweepResult
+    says MC404 MC701 MC702 MC730 MC760 MC761 MC762 MC763 MC764 MC765 MC766, and the codes of ``check``
 
-The check of every combination of a sweep, before any of them is planned.
-
-in   a mission's file, the grid, how it is checked
-out  what was checked of each combination, and all findings: of those that several have, one
-
-The time that is left of a sweep, from the runs that are over: an interval, or nothing where they say too little.
+Every combination is checked before any is planned. A finding that several combinations share appears once. The
+remaining time is an interval estimated from the finished runs, or is absent if these are too few.
 """
 
 from __future__ import annotations

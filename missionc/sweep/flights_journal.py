@@ -1,15 +1,12 @@
-"""The journal of Monte Carlo trials: flights that are over, so that a command that was interrupted resumes there.
+"""The journal of Monte Carlo trials: records of finished flights, from which an interrupted command resumes.
 
-in   the file's path, what the flights follow from
-out  the flights that are over, by their numbers; a line more for those that are over next
-says MC706 MC707 MC763
+    in   the path of the file, the settings that the flights follow from
+    out  the finished flights, by number; a further line for the next ones
+    says MC706 MC707 MC763
 
-The first line says what the flights are of. Each line after it has the records of some flights with following numbers.
-
-Records of flights, from which what is said of trials can be made: numbers and words, in JSON and back.
-
-The states at the steps are not among them: of a flight that is not shown
-nobody needs them.
+The first line states the settings. Each further line has the records of some flights with consecutive numbers. A
+record is JSON from which the report of trials can be made. It leaves out the states at the steps: only shown flights
+need them.
 """
 
 from __future__ import annotations

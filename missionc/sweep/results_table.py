@@ -1,10 +1,8 @@
-"""The table of a sweep: a row for each run in the grid's order, as CSV and as Parquet.
+"""The table of a sweep: a row for each run in the grid's order, as CSV and Parquet, and group statistics.
 
-Of what is in a row, ``OF_THE_MACHINE`` follows from that; everything else is the
-same wherever, and beside however many others, a run was done, where it was not
-cut short.
-
-Statistics of a sweep's runs, those of each combination together: success rates with intervals, medians, spreads.
+The columns in ``OF_THE_MACHINE`` depend on the machine. All others are the same wherever a run was done and however
+many ran beside it, unless it was cut short. Statistics of each combination are success rates with intervals, medians
+and spreads.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""The answer to one run of a sweep, as it goes over the wire: a text in JSON.
-
-The result of one run of a sweep: its outcome, and a value for every column that it has one for.
-
-Texts that go over the wire between who asks and who works: one line of JSON, of numbers, words and files.
+"""The answer to one run of a sweep: its outcome and a value for each column, as one line of JSON.
 
 in   a document, the contents of files
 out  one line of ASCII, and back

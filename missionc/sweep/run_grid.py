@@ -1,14 +1,11 @@
-"""The grid of a sweep: every combination of values, with every seed, in one order.
-
-Values that a parameter takes in a sweep, from the text of the command line.
+"""The grid of a sweep: every combination of parameter values, with every seed, in one order.
 
     in   ``N=3,5,8`` or ``R=1..2/0.25 m``
-    out  Varied: the name and the texts of its values, in the order written
+    out  Varied: the name and the texts of its values, in the order written; the grid of their combinations
     says MC760
 
-A list has its values between commas; a range has its first value, two dots,
-its last value, and after a slash its step, 1 where that is left out. A unit
-after a range is that of all its values.
+A list has commas between its values. A range has its first value, two dots, its last value, and after a slash its
+step, which is 1 by default. A unit after a range applies to all its values.
 """
 
 from __future__ import annotations

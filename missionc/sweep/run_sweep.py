@@ -1,26 +1,16 @@
-"""The runs of a sweep: given to an executor, and written into the journal one by one as they come back.
+"""The runs of a sweep: executors, the process that a worker asks, and the journal of rows as they come back.
 
     in   the grid, the settings, the rows that are there, a Pool, the Journal
-    out  Swept: all rows, and what ended it early
-    says MC702 MC764 MC765, and what writing a plan deserves
+    out  Swept: all rows, and the reason for an early end
+    says MC404 MC702 MC764 MC765, and the codes of writing a plan
 
-Each run is a function of its text, so that neither the number of workers nor
-the order in which they answer changes a row, but for how long it took.
+Each run is a function of its text, so neither the number of workers nor the order of their answers changes a row,
+except its run time.
 
-Executors of a sweep's runs, each a ``concurrent.futures.Executor``: processes of this machine, or a Dask cluster.
-
-    in   how many processes, or the address of a cluster
-    out  Pool
-    says MC404 MC764
-
-Whichever it is, a text goes to it and a text comes back; it is Dask's scheduler
-that knows who has time, and gives the runs of a worker that dies to others.
-
-The worker's side of a run: a text goes to a process of this thread's own, and its answer comes back.
-
-What an executor calls takes a text and gives one, so that nothing else has to
-travel. The process (``run_server``) stays for the next run; where it dies,
-another one takes the run over, once.
+An executor is a ``concurrent.futures.Executor``: processes of this machine, or a Dask cluster. It takes a text and
+returns a text, so that nothing else has to travel. Dask's scheduler assigns runs to free workers, and reassigns those
+of a worker that dies. A worker thread has a process of its own (``run_server``), which stays for the next run. If it
+dies, another process repeats the run, once.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""Tree construction from the grammar rules of formulas, as in ``build.py``.
+"""Tree construction from the grammar rules of formulas, quantities, points, and names with indices.
 
-In a formula, words alone do not tell a number from a formula: ``(x`` may go on
-as ``(x and y)`` or as ``(x + 1) <= 2``. So these functions look again.
-
-Tree construction from grammar rules: quantities, points, and names with indices; see ``build``.
+Words alone do not tell a number from a formula: ``(x`` may continue as ``(x and y)`` or as ``(x + 1) <= 2``. The
+functions therefore look again. ``build`` has the other rules.
 """
 
 from __future__ import annotations

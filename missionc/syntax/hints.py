@@ -1,8 +1,6 @@
-"""Syntax error messages: what was expected where reading stopped, and for the frequent slips, what was meant.
+"""Syntax error messages: the tokens expected at the error, and the intended text for frequent mistakes.
 
-Diagnosis of syntax errors with signs and brackets: each function gives the finding of one slip, or nothing.
-
-Diagnosis of syntax errors with words and names: each function gives the finding of one slip, or nothing.
+Each function for a mistake with signs and brackets, or with words and names, returns one finding, or nothing.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""Printer of the tree as canonical text: one declaration a line, operators by their words, no needless bracket.
+"""Printer of the tree as canonical text: declarations, formulas and quantities, with no needless bracket.
 
-``parse(show(program))`` is the same tree but for its spans.
-
-Printer of formulas and quantities as written, with no bracket that is not needed.
+Each declaration has one line, and operators are words. ``parse(show(program))`` is the same tree except for its
+spans.
 """
 
 from __future__ import annotations

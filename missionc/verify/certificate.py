@@ -1,6 +1,6 @@
-"""The certificate: every verified check with its margin, and figures that judge nothing.
+"""The certificate: every check with its margin and its tolerance, and figures that judge nothing.
 
-Numerical tolerances of the checks. Every check of the certificate repeats its own.
+Every check of the certificate repeats the numerical tolerance that it was judged with.
 """
 
 from __future__ import annotations

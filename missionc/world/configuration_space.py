@@ -1,18 +1,12 @@
-"""Configuration space: sets of places an agent's centre may or may not be in, between an inner and an outer bound.
+"""Configuration space: sets of places an agent's centre may or may not be in, with an inner and an outer bound.
 
-An *outer* set holds at least the points meant, an *inner* one at most, so that
-whoever says "impossible" from disjoint outer sets, or from an outer set within
-an inner one, is right. Questions are answered by a witness where plain numbers
-find one (``area``), and else by the geometries (``layered_geometry``), which
-are loaded and made for the first question that has none.
+An *outer* set holds at least the points meant, an *inner* one at most. So "impossible" is right if outer sets are
+disjoint, or if an outer set lies within an inner one.
 
-A set of places: what is surely so at single places of it in plain numbers, and its geometry, made when asked for.
-
-Most questions about areas have a short answer with a witness: two areas meet,
-because a place is surely in both. Plain numbers find such a place; only where
-none is found does the geometry decide, and is its library loaded. What plain
-numbers say follows from what an outer or an inner set promises, so that the
-geometry would say the same.
+Most questions about areas have a short answer with a witness: two areas meet, because a place is surely in both.
+Plain numbers at single places find a witness. Only if they find none does the geometry (``layered_geometry``) decide:
+its library is loaded and its shapes are made at the first such question. An answer of plain numbers follows from the
+promise of an outer or an inner set, so the geometry would give the same.
 """
 
 from __future__ import annotations

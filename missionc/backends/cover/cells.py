@@ -1,18 +1,16 @@
-"""Cells: boxes that hold every place where the centre of a kind of agent may be.
+"""Cells: boxes that hold every place where the centre of a kind of agent may be, cut along borders.
 
-    in   Mission, a kind of agent
+    in   Mission, its relaxed kernel, a kind of agent
     out  Cells
 
-The world is halved again and again, a box that a border crosses before others and along that border where it runs
-along an axis. A box is left out only if no centre in it is clear of what stands.
+The world is halved repeatedly. A box that a border crosses is halved before others, and along the border if the
+border runs along an axis. A box is left out only if no centre in it is clear of the obstacles.
+
+A border is a place where a predicate begins or ceases to hold. Each cut lies a little beyond its border, so that the
+cells beyond the cut are surely on the other side.
 
 Source:
     Latombe, "Robot Motion Planning", 1991, chapter 6: approximate cell decomposition.
-
-Borders: where something begins to hold, or stops; cells are cut there.
-
-in   Mission, its relaxed kernel, a kind of agent
-out  Borders, each a little beyond the place itself, so that the cells beyond are surely on its other side
 """
 
 from __future__ import annotations

@@ -1,20 +1,18 @@
-"""Bodies that keep apart: pairs of cells that two agents are never in, and sides on which they cannot pass each other.
+"""Separation of bodies on a cover: pairs of cells that two agents never occupy together, and crowded boxes.
 
-Two agents whose cells hold no two points far enough from each other are not in them at the same time. From where they
-start, a pair moves through pairs of cells that touch; what it cannot come to that way, it never comes to, however fast.
+    in   Mission, Cover, Motion
+    out  clauses on pairs of cells, on the sides on which two agents pass, and on the number of agents in a box
+
+Two agents are not at the same time in two cells that hold no two points far enough apart. From its starts, a pair of
+agents moves through pairs of cells that touch. It never reaches a pair of cells outside these, whatever its speed.
+
+At no step are more agents in the cells of a box than bodies fit into it.
 
 Source:
     Schwartz and Sharir, "On the piano movers' problem III", 1983: several discs move in a connected part of their
     joint free space.
-
-Crowding: how many bodies fit into a box at the same time, as a bound on how many agents are in cells within it.
-
-in   Mission, Cover, Motion
-out  clauses: at no step are more agents in the cells of a box than fit
-
-Source:
-    Oler, "A finite packing problem", 1961: points at least 1 apart in a convex set of area A and circumference P are at
-    most 2 A / sqrt(3) + P / 2 + 1; and Dirichlet's principle, for a box cut into parts too small for two.
+    Oler, "A finite packing problem", 1961: points at least 1 apart in a convex set of area A and circumference P are
+    at most 2 A / sqrt(3) + P / 2 + 1; and Dirichlet's principle, for a box cut into parts too small for two.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""May labels: the cells, and the pairs of cells, in which a predicate may hold, and those in which it may fail.
+"""May labels: the cells and pairs of cells in which a predicate may hold, and those in which it may fail.
 
-View of agents from the cells they are in: the ranges of what predicates measure.
+They follow from the ranges of measured values, such as a distance, of agents known only by their cells.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
-"""May moves: from which cell an agent may come to which other in a number of steps.
+"""May moves and may turns: the cells that an agent may reach from a cell in a number of steps.
 
-A move may be made if some point of one cell is no further from some point of the other than the agent goes in that
-time, and no nearer than it must; and if a chain of cells leads there on which no point is too far from both. What is
-left out, no motion of the agent does.
+A move between two cells is kept if some point of one is no further from some point of the other than the agent moves
+in that time, and no nearer than it must move, and if a chain of cells connects them on which no point is too far from
+both. No motion of the agent makes a move that is left out.
 
-May turns: where an agent of bounded acceleration may be later, by where it is and where it was as long before.
-
-In a time t before and after, its way may bend by its acceleration times t squared, and no more.
+A turn bounds the later position of an agent of bounded acceleration by its position now and the one equally long
+before. Over a time t before and after, its path bends by at most its acceleration times t squared.
 """
 
 from __future__ import annotations

@@ -1,23 +1,15 @@
-"""Refutation on covers, coarse ones first: whether no motion at all satisfies the requirements, and which ones.
+"""Refutation on covers: proof that no motion satisfies the requirements, and lower bounds of the duration.
 
     in   Mission, Kernel
-    out  Refused, Admitted or Open
+    out  Refused with the requirements that the proof rests on, Admitted or Open
 
-On each cover everybody is asked alone first, then pairs, then the team. What is unsatisfiable there is so of every
-motion; what a cover admits may still be impossible.
+Coarse covers come first. On each cover, single agents are examined first, then pairs, then the team. What is
+unsatisfiable on a cover is unsatisfiable for every motion. A motion that a cover admits may still be impossible. A
+cover that is too large decides neither.
 
-A question to a cover: whether its cells hold a motion of some agents that may satisfy what is asked of them.
-
-in   Caps, Cover, the requirements asked, who must keep apart
-out  the requirements that a refusal rests on; or that the cover admits them all; or neither, where it is too large
-
-The least duration that covers prove: how long some agent is under way in every motion that satisfies the mission.
-
-    in   Mission, Kernel, a number of steps that every plan takes, and one that some plan takes
-    out  a number of steps that every plan takes, at least the one that was given
-
-Covers are asked, coarse ones first, whether everybody may be still from some step on. An agent that is still stays in
-its cell, so that a refusal is one of every motion that is over by then. What lies between is halved.
+The least duration is a number of steps that every plan takes. Bisection searches it between a known lower bound and
+the steps of a known plan: can every agent be still from some step on? An agent that is still stays in its cell, so a
+refusal holds for every motion that is over by that step.
 """
 
 from __future__ import annotations

@@ -1,23 +1,18 @@
-"""The hybrid backend, top to bottom: Z3 on a roadmap for the discrete part → witness → polish → a trace.
+"""The hybrid backend: Z3 on a roadmap for the discrete part of a mission, then polish of its motion.
 
     in   Mission, its kernel
     out  Planned or NotFound
 
-Z3 says which robots relay over which links and when; its motion is where the polish starts,
-and its choices are kept for the requirements that a roadmap can judge. Other plans of Z3's follow where one
-leads nowhere, and now and then a sketch of the transport's own. That a roadmap holds no plan says
-nothing about the world between its nodes, so that "impossible" is not this backend's to say.
+The discrete relaxation leaves out what is measured and has a coarser clock. Formations and lengths in metres are
+rarely met from node to node, so they count as satisfied in either polarity. Every plan of the mission satisfies the
+relaxation, up to the rounding of windows.
 
-Discrete relaxation of a mission for a roadmap: its requirements without what is measured, on a coarser clock.
+Z3 chooses which agents relay over which links and when. Its motion is resampled to the mission's own clock, and
+polish starts from it. Z3's choices are kept for the requirements that a roadmap can judge. If a plan leads nowhere,
+other plans of Z3 follow, and now and then a sketch of the optimal-transport backend.
 
-    in   Kernel
-    out  Discrete: a Kernel that every plan of the mission satisfies, up to the rounding of windows
-
-A formation, or a length in metres, is hardly ever met from node to node. It is taken to be
-as it should be, whichever way it is asked. What is left follows from
-the requirement, so that where it cannot hold on a roadmap the whole cannot either.
-
-Resampling: a mission on a coarser clock and of first order, and a motion of that read on the mission's own clock.
+A roadmap without a plan proves nothing about the world between its nodes, so this backend never reports that a
+mission is impossible.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Compilations of one page's text: begun, stopped, told of, and kept where the user wants the plan.
+"""Compilations of a page's text: start, progress and end of the planner process, and the plan folder to keep.
 
-says MC701 MC702
+    says MC701 MC702
 
-Compilations beside the page, one at a time, in a thread that starts, asks and ends the planner process.
+One compilation runs at a time, in a thread beside the page.
 """
 
 from __future__ import annotations

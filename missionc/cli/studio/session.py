@@ -1,15 +1,12 @@
-"""A session: one open page, its requests, and the language server's that goes with it.
+"""A session of the studio: one open page, its mission text, its requests, and its language server.
 
-Messages are those of JSON-RPC. What begins with ``studio/`` is answered here, everything else by the language server,
-of which the page has one to itself. The text of the page is written nowhere but by ``studio/save``.
+    says MC002 MC004 MC702
 
-The words of the language, for the page to colour: the compiler's own, so that there is no second table of them.
+Messages are those of JSON-RPC. The session answers methods that begin with ``studio/``. The language server of the
+page, which knows the one open text, answers all others, and reports what the map shows.
 
-The open mission: the text that a page has, where it may be saved, and the answers to open and save.
-
-says MC002 MC004 MC702
-
-The language server of one page: it knows the one text that is open there, and hands on what the map shows.
+Only ``studio/save`` writes the text of the page to a file. The words that the page colours are the compiler's own
+keywords.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Margin of ``connected(graph)``: a route from each of the agents to each, over these alone; algebraic connectivity.
+"""Margin of ``connected(graph)``: widest spanning trees for pairwise routes; algebraic connectivity.
 
-Maximum (and so widest) spanning trees of many graphs at once, by Prim's algorithm in numpy.
+Every agent has a route to every other over agents of the set alone. Maximum spanning trees of many graphs at once are
+computed by Prim's algorithm in numpy.
 """
 
 from __future__ import annotations

@@ -1,17 +1,11 @@
-"""The scene: what the map shows of a text, also of one that is half written.
+"""The scene: what the map shows of a text, complete or not, and the pieces that a drag edits.
 
-in   a text, and the declarations of it that can be read
-out  plain values for the page
+    in   a text, and the declarations of it that can be read
+    out  plain values for the page
 
-Lengths are in metres. ``parts`` are outlines to be filled, as the report has them, with a point in them for
-the name, ``inner``; ``pieces`` are what a drag edits.
-
-Editable pieces: simple shapes and points as written, with the numbers in the text that a drag of them edits.
-
-in   shapes and places of the syntax tree
-out  plain values for the page
-
-A place in the text is counted as browsers count, in units of UTF-16.
+Lengths are in metres. ``parts`` are outlines to be filled, as in the report, each with an inner point for the name,
+``inner``. ``pieces`` are simple shapes and points as written, with the places in the text of the numbers that a drag
+edits. Places are counted as browsers do, in units of UTF-16.
 """
 
 from __future__ import annotations

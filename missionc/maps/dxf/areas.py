@@ -1,16 +1,12 @@
-"""Areas of shapes, seen from above, in metres.
+"""Areas of drawn shapes, seen from above, in metres, and outlines of lines whose ends meet.
 
-    in   a shape, where it is, the mission's metres
+    in   a shape, its position, the mission's metres
     out  an area or a disc, and the lines that do not close
 
 Closed lines are filled, up to the outer edge of their width. Faces are united. A hatch is filled by its style.
 
-Lines whose ends meet, joined to closed outlines.
-
-    in   lines, seen from above
-    out  rings, and the lines that are in none
-
-A ring runs only through points at which two ends meet: if more meet, the pairs that belong together are not known.
+Lines whose ends meet are joined to rings. A ring runs only through points at which exactly two ends meet: if more
+meet, the pairs that belong together are unknown.
 """
 
 from __future__ import annotations

@@ -1,16 +1,13 @@
-"""Shapes of a drawing: the lines, wide segments and faces of one entity, in the coordinates of the block that holds it.
+"""Shapes of a drawing: the lines, curves, wide segments and faces of one entity, in its block's coordinates.
 
-Coordinates of an entity with an extrusion vector become those of its block here: its own axes follow from the vector.
+Coordinates of an entity with an extrusion vector become those of its block: the entity's axes follow from the vector.
+
+Elliptical arcs and splines become chords within a tolerance. The number of chords follows from the second derivative
+``P''``: over a parameter step ``h``, a chord is no further from its curve than ``h² max‖P''‖ / 8``. So chords are
+counted before any is computed.
 
 Source:
     Autodesk, "DXF Reference": "Object Coordinate Systems", and the group codes of each entity.
-
-Curves of a drawing: straight pieces, elliptical arcs and splines, each as chords within a tolerance.
-
-The number of chords follows from the second derivative ``P''``: over a parameter step ``h`` a chord is no further from
-its curve than ``h² max‖P''‖ / 8``. So chords are counted before any is computed.
-
-Source:
     Zheng and Sederberg, "Estimating tessellation parameter intervals for rational curves and surfaces" (2000).
     Piegl and Tiller, "The NURBS Book", 3.3, for the control points of a derivative.
 """

@@ -1,13 +1,12 @@
-"""Bounds of predicates and links now and in the cells to come: margins change no faster than agents move.
+"""Bounds of predicates and links now and in cells of steps to come: margins change no faster than agents move.
+
+A cell is a range of steps. Cells are few if the mission is long, and exact at the next step and at deadlines. Future
+positions are known only from the distance that agents can move until then, so bounds widen from step to step, and
+those of a cell's last step hold for the whole cell.
 
 Source:
     Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017), robust
     satisfaction intervals; there nothing is known of what is to come.
-
-Cells of the steps to come: few where the mission is long, and exact at the next step and at deadlines.
-
-Nothing is known of a step to come but how far agents can get until then. So bounds only widen from step to step, and
-those of the last step of a cell hold for all of it.
 """
 
 from __future__ import annotations

@@ -1,30 +1,28 @@
 """Online monitor: the robustness interval of every goal after each step, over all continuations within top speeds.
 
-in   Mission, Kernel, the team's state at one step after the other
-out  a Standing for each goal after each step
+    in   Mission, Kernel, the team's state at one step after the other
+    out  a Standing for each goal after each step
 
-A formula's values are kept only while one above it still reads them, and a step's work does not grow with the
-mission: what is final is folded into accumulators, one for each step that an operator of time still waits for.
+The values of a formula are kept only while a formula above still reads them, and the work of a step does not grow
+with the mission. Final values are folded into accumulators, one for each step that an operator of time still waits
+for.
+
+*And*, *or* and *at least* work on parts at one moment, for whole formulas and for one agent. Operators that look back
+know all but the steps to come, and keep one value for the past.
+
+A window to the mission's end that is evaluated at every step is rewritten as a formula on the past of the last step
+H. It has the same robustness at step 0 in every run, and its values need not all be kept:
+
+``always[0, end] (a or eventually[0, end] b)`` requires at H that every step back to 0 has ``a`` or ``b``, or a ``b``
+since. This is a past ``Release``, which advances from step to step. Its dual is ``since``.
+
+``always[0, end] (a or h until[0, end] b)`` requires the same at H, and before H that ``h`` holds at every step
+without a ``b`` since a step with neither ``a`` nor ``b``: there ``h``, or the past ``Release``. Both formulas are
+monotone and hold in the same runs, so they have the same robustness in every run.
 
 Source:
     Deshmukh, Donzé, Ghosh, Jin, Juniwal, Seshia, "Robust online monitoring of signal temporal logic" (2017), with
     bounds on what is to come from the agents' top speeds.
-
-Operators over parts at one moment: *and*, *or* and *at least*, of whole formulas and of those at one agent.
-
-Operators of time that look back: all but the steps to come is known, and what came first is summed up.
-
-Windows to the mission's end that are asked at every step, put as what came before its last step.
-
-in   a goal's formula, the mission's last step
-out  a formula of the same robustness at step 0 in every run, whose values need not all be kept
-
-``always[0, end] (a or eventually[0, end] b)`` says at the last step H that at every step back to 0 there is ``a`` or
-``b``, or has been ``b`` since: that is a past ``Release``, which goes on from step to step. Its dual is ``since``.
-
-``always[0, end] (a or h until[0, end] b)`` asks for the same at H, and that before H there is ``h`` at every step that
-has had no ``b`` since a step with neither ``a`` nor ``b``: there ``h``, or the past ``Release``.
-Both are monotone formulas that hold in the same runs, so that they are of the same robustness in every run.
 """
 
 from __future__ import annotations

@@ -1,17 +1,15 @@
-"""Team states at the mission's steps, assembled from samples of single agents as they come.
+"""Team states at the mission's steps, assembled from samples of single agents read from lines of JSON.
 
-Between two samples that are at most one step apart an agent moves straight. Of an agent without such samples the
-nearest one is known, and how far the agent gets from there at its top speed: it is missing at that step.
+    in   a line, the Mission
+    out  samples, or the reason why there are none; states of the team
+
+Between two samples at most one step apart an agent moves straight. Without such samples, the state is the nearest one
+known, with the distance that the agent can move from there at its top speed: the agent is missing at that step.
 
 A step is *closed* when every agent has a sample at it or after it, or when some sample is later than it by more than
 the wait. It is *settled* when no sample that comes within the wait can change it: every agent has a sample at the
-step itself, or the stream is past the next sample of the agent by the wait. Until then a state between samples has the
-doubt of a sample that may still come, so that whatever is derived from it holds with that sample as well.
-
-Reader of samples: one line of JSON to what it says of agents.
-
-in   a line, the Mission
-out  samples, or why there are none
+step itself, or the stream is past the next sample of the agent by the wait. Until then a state between samples
+includes the doubt of a sample that may still come, so every result from it remains true with that sample.
 """
 
 from __future__ import annotations

@@ -1,13 +1,11 @@
-"""A session of online monitoring: lines of samples to what changes in the verdicts.
+"""A session of online monitoring: lines of samples to changes of verdicts, and a forecast by the plan.
 
-in   lines of JSON, one after the other
-out  changes of verdicts, violated constraints, agents that go missing and come back, lines that cannot be used, each
-     step as it is judged; at the end how all stands
+    in   lines of JSON, one after the other; Mission, Kernel, and the trace of the plan that is followed
+    out  changes of verdicts, violated constraints, agents that go missing and return, unusable lines, each step as it
+         is judged; at the end the state of every goal
 
-Forecast of every open goal by the plan that is followed: its robustness if all go on as planned from here.
-
-in   Mission, Kernel, the plan's trace; the team's state at one step after the other
-out  the robustness of what was flown so far and the rest of the plan after it, for each goal
+The forecast of an open goal is its robustness if all agents follow the plan from now on: of the flight so far with
+the rest of the plan after it.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""Operators of time that look ahead: what is final is folded in once, and what may still come bounds the rest.
+"""Operators of time that look ahead, online: final values are folded once, and bounds cover the rest.
 
-A step at which an operator is asked waits until its window has passed. Each waiting step has an accumulator; a final
-value of the operand goes into those of all steps whose window holds it, and is not needed any more.
-
-Least or greatest values over ranges of columns.
+An operator that is evaluated at a step waits until its window has passed. Each waiting step has an accumulator. A
+final value of the operand goes into those of all steps whose window holds it, and is then no longer needed. Least and
+greatest values over ranges of columns give the bounds.
 """
 
 from __future__ import annotations

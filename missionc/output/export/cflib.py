@@ -1,17 +1,12 @@
-"""Export for cflib, without ROS: trajectories as they lie in a Crazyflie's memory, and a script that flies them.
+"""Export for cflib, without ROS: trajectories in a Crazyflie's memory, raw or compressed, and a script that flies them.
 
-Raw where they fit; else compressed, judged again as they are then, and only
-where nothing that flies comes closer to anything than the mission allows.
+Trajectories are raw if they fit. Otherwise they are compressed and verified again in that form, and written only if
+no agent comes closer to anything than the mission allows.
 
-Source:
-    crazyflie-firmware, docs/functional-areas/trajectory_formats.md.
-
-Compressed trajectories of the Crazyflie firmware: whole millimetres and milliseconds, rounded here, never truncated.
-
-A start point (x, y, z in mm, yaw in 0.1°), then the pieces: two bits for each
-axis' degree, milliseconds, and the Bernstein control points but the first,
-which is the last one of the piece before. An axis is constant or of degree
-seven: with fewer control points the flight would lose its smoothness.
+The compressed format has whole millimetres and milliseconds, rounded here and never truncated. It has a start point
+(x, y, z in mm, yaw in 0.1°), then the pieces: two bits for each axis' degree, milliseconds, and the Bernstein control
+points but the first, which is the last one of the piece before. An axis is constant or of degree seven: with fewer
+control points the flight would lose its smoothness.
 
 Source:
     crazyflie-firmware, docs/functional-areas/trajectory_formats.md.

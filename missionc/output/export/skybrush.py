@@ -1,20 +1,15 @@
 """Export for Skybrush: a ``.skyc`` show that its viewer opens, with every flight as cubic Bézier curves.
 
-The whole flight is in it, from the floor to the floor, with the way that noses
-point and a light for each drone. Axes are the mission's: x north, y west, z up;
-yaw is in degrees clockwise, and straight between its setpoints.
+It holds the whole flight from the floor to the floor, with yaw and a light for each drone. Axes are the mission's: x
+north, y west, z up. Yaw is in degrees clockwise, and linear between its setpoints.
+
+Cubics approximate the curves of degree seven within a millimetre. Each has the position and the velocity of the curve
+at both of its ends, which lie at whole milliseconds. The difference is piecewise polynomial, and no larger than its
+Bernstein control points: that is the bound.
 
 Source:
     skybrush-io: packages/show-format/src (``trajectory.ts``, ``yaw-control.ts``, ``lights.ts``), the documentation of
     the format, and studio-blender for the sense of yaw.
-
-Cubic approximation of curves of degree seven, within a millimetre, for players that know no more.
-
-Each cubic has the place and the velocity of the curve at both of its ends, and
-these are at whole milliseconds. Their difference is a polynomial piece by
-piece, and no larger than its Bernstein control points: that is the bound.
-
-Source:
     Farin, "Curves and Surfaces for CAGD" (2002), chapters 5 and 7.
 """
 

@@ -1,14 +1,10 @@
-"""The record of a flight that goes on: all that a page of it shows, in memory that the flight's length does not change.
+"""The record of a live flight for its page, with links and formations, and the page itself as HTML.
 
-in   events of a session of online monitoring, one after the other; the plan that is followed; what else there is to say
-out  what a page has to be told that knows it up to some point: a dict that JSON can hold
+    in   events of a session of online monitoring, one after the other; the plan that is followed
+    out  the changes since some event, for a page that knows the flight up to it: a dict that JSON can hold
 
-Communication links and formations of a live flight: which there were at each column, are broken, or at risk now.
-
-in   Mission, the team's states, the plan that is followed
-out  values that JSON can hold
-
-The page of a flight that goes on, as HTML: the report's map, its lanes and its look, in other company.
+Its memory does not grow with the length of the flight. Communication links and formations are given at each column,
+with those that are broken or at risk now. The page has the map, the lanes and the style of the report.
 """
 
 from __future__ import annotations

@@ -1,16 +1,13 @@
-"""Ownership of a folder: it is the compiler's where its manifest says so and lists every file in it by its SHA-256.
+"""Ownership of a folder by the compiler, and refusals to replace a place or to write to it.
 
-in   a folder's path
-out  Ours: what it holds, and its files; or Foreign: what in it is not the compiler's, in words
+    in   a folder's path
+    out  Ours: its content and files; or Foreign: what in it is not the compiler's, in words
+    says MC701 MC702
 
-A file that is not listed, one whose content is not the listed one, a link, a
-special file and an empty folder that no listed file lies in are not the
-compiler's, and a folder that holds one of them is not. A listed file may be
-missing. The manifest is the one file that it cannot list.
-
-Refusals to write: a place that exists and is not to be replaced, and one that cannot be written to.
-
-says MC701 MC702
+A folder is the compiler's if its manifest declares it and lists every file in it by its SHA-256. A file that is not
+listed, one whose content is not the listed one, a link, a special file, and an empty folder that no listed file lies
+in are not the compiler's. A folder that holds one of them is not either. A listed file may be missing. The manifest
+is the one file that it cannot list.
 """
 
 from __future__ import annotations

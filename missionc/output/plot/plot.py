@@ -1,14 +1,10 @@
 """The map of a plan: world, regions, obstacles and every agent's path; for a volume a side view too.
 
-Matplotlib comes with the extra ``viz`` and is loaded here alone, when a map is
-asked for. Agents differ in colour, and in marks and dashes for those who see
-no colours; regions carry their names.
-
     says MC404
 
-Label placement: the name of a shape inside it, and beside the paths that run through it.
-
-Lateral offsets, so that paths along the same segment lie beside each other as lines on a transit map do.
+Matplotlib comes with the extra ``viz``, and is loaded here alone, when a map is requested. Agents differ in colour,
+and also in marks and dashes, for readers who see no colours. Labels of regions are placed inside their shape, beside
+the paths that run through it. Paths along the same segment are offset sideways, as lines on a transit map.
 """
 
 from __future__ import annotations

@@ -1,23 +1,15 @@
-"""Search for alternative plans: what the plans so far decided is forbidden, one thing after the other.
+"""Search for alternative plans: restricted missions planned again, and their plans verified, ranked and written.
 
-    in   a checked mission and its verified plan, how many are wanted
-    out  Found: plans that differ from each other (``monitoring.signature``), each verified, the best first
+    in   a checked mission and its verified plan, the number of plans
+    out  Found: plans that differ from each other (``monitoring.signature``), each verified, the best first; Compiled
+         with ``alternatives``
 
-A restricted mission is planned by the backend that planned the mission; what comes of it counts only where it differs
-from every plan before. Of those found the best are verified and written against the mission itself. The attempts, and
-the work of each, are counted, so that one seed gives the same plans.
+Each attempt forbids one thing that the plans so far decided. The backend of the first plan plans the restricted
+mission with a share of the work, and nothing is kept of that run. A plan counts only if it differs from every plan
+before. The best are verified and written against the mission itself. The attempts, and the work of each, are counted,
+so that one seed gives the same plans.
 
-A compilation with the further plans that were asked for: ranked, described, and written into one folder.
-
-in   Compiled with a verified plan, how many plans are wanted
-out  Compiled whose outcome is the best of them, with ``alternatives``
-
-Quality of a plan: the preferences that it keeps, the margin, and what is to be least.
-
-A backend asked for a restricted mission, with a share of the work and nothing kept of the run.
-
-in   a backend, Mission, Kernel, Restriction, work
-out  its Outcome, or Ended where time was up
+Plans are ranked by the preferences that they satisfy, then by margin, then by the objective.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Relaxations of the world: graphs, formations, regions, room between bodies, and the number of agents.
+"""Relaxations of a mission by kind: its world, its formulas, and its time.
 
-Relaxations of formulas: bounds of routes, counts, comparisons, or a requirement left out.
-
-Relaxations of time: a longer horizon, a window that ends later or asks for less time, a longer period.
+The world: graphs, formations, regions, clearance between bodies, and the number of agents. Formulas: bounds of
+routes, counts, comparisons, or a requirement left out. Time: a longer horizon, a window that ends later or requires
+less time, a longer period.
 """
 
 from __future__ import annotations

@@ -1,20 +1,18 @@
-"""Relaxation search for an infeasible mission: variants of it are solved until its time is over.
+"""Relaxation search for an infeasible mission: variants are solved by bisection until the time is over.
 
     in   Checked, the backend's Impossible, or a NotFound with its best candidate; a budget
     out  Explained
 
-First what tells who is to blame: the requirements in conflict left out, a longer
-horizon, a finer roadmap where only roadmaps were refused. Then every number that these requirements touch, one
-try after the other, in the order of the text. Each variant is checked from its
-text on, planned and verified; what is not is no relaxation. A search that found nothing has refused
-nothing: its candidate's requirements stand for those in conflict, and nobody is to blame.
+Changes that show the cause come first: the requirements in conflict left out, a longer horizon, and a finer roadmap
+if only roadmaps were refused. Then follows every number that these requirements use, in the order of the text. Of one
+kind of change, the first ones are tried until one is feasible, then smaller ones by bisection. Each variant is
+checked from its text on, planned and verified; a variant that fails is no relaxation.
 
-Bisection over changes of one kind: the first ones until one makes it feasible, then ever smaller ones.
+A search that found no plan has refused nothing. The requirements that its candidate violates then stand for those in
+conflict, and none is named as the cause.
 
-Guards: the requirements that keep people and things safe, and the changes that give some of that up.
-
-in   Mission as written, its Kernel, the motion that a change of it made possible
-out  whether that motion breaks one of them, or comes nearer than bodies may
+Guards are the requirements that keep people and things safe. A relaxation is compared with them: does the motion that
+it makes possible violate a guard, or come closer than bodies may?
 """
 
 from __future__ import annotations

@@ -1,16 +1,14 @@
-"""Planning of the rest: by few who change while all others keep to their plan, in motion; else by everybody, from rest.
+"""Planning of the rest of a mission: by few agents near the flown plan, else by all agents from rest.
 
-in   the rest of a mission, what is told until it begins, the plan that was flown
-out  Replanned
+    in   the rest of a mission, the motion until it begins, the flown plan
+    out  Replanned
 
-Motions near the plan that was flown: all who are left back onto it, or one of them in the place of one who is lost.
+Few agents change in motion while all others keep to their plan. Candidates near the flown plan bring all remaining
+agents back onto it, or put one of them in the place of a lost one. A candidate returns to the plan as soon as its
+agent can, straight ahead, with no other test. The candidate that keeps most comes first; none of them need satisfy
+anything.
 
-in   the mission that is left, the plan's positions in the steps that are left, who is left, where they are
-out  Traces, the one that keeps most first; none of them need keep anything
-
-A motion is back on the plan as soon as its agent can be, straight ahead; nothing else is looked at.
-
-Readiness: all that planning anew takes is loaded before the clock runs, for a library takes seconds to load.
+All libraries that replanning takes are loaded before the clock runs, since that takes seconds.
 """
 
 from __future__ import annotations

@@ -1,16 +1,15 @@
-"""Replanning in flight: what was flown is the past, and the rest of the mission is planned with the world as it is.
+"""Replanning in flight: the flight so far is the past, and the rest is planned with the world as it is.
 
-in   Flying, Request, Limits
-out  Replanned: the plan kept where it still holds, else repaired, else made anew; or what can no longer be kept
-says MC719 to MC724
+    in   Flying, Request, Limits
+    out  Replanned: the plan kept if it is still satisfied, else repaired, else new; or the requirements that can no
+         longer be satisfied
+    says MC719 to MC724
 
-The past and the new plan together satisfy the mission: what is left of each requirement after the past
-(``progression``) is what the plan is made and verified for.
+The past and the new plan together satisfy the mission. The plan is made and verified for the rest of each requirement
+after the past (``progression``).
 
-Flying on: what comes of a plan where all who are left fly their polynomials on, the slow ones behind their time.
-
-in   Flying, the states seen, who is left, who is late and how fast
-out  FlyOn: everybody's polynomials from then on, and the states at the steps that are left
+Flying on is the result of the old plan: the remaining agents fly their polynomials on, and slow ones fall behind
+their time.
 """
 
 from __future__ import annotations

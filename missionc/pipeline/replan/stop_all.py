@@ -1,12 +1,11 @@
-"""Stops of a team: on along the plan as long as need be, to rest, and there until the next plan begins.
+"""Stops of a team: on along the plan as far as needed, then to rest, until the next plan begins.
 
-in   the mission as it is now, everybody's polynomials, the moment, and where those are who are off their plan
-out  Stopped: everybody's polynomials up to the step at which the next plan may begin; or the stops of some of them
+    in   the mission as it is now, the polynomials of all agents, the time, and the positions of agents off their plan
+    out  Stopped: the polynomials of all agents up to the step at which the next plan may begin; or the stops of some
+         of them
 
-Flights cut at moments, and put together: what is flown on, a stop in its place, and joints that all have.
-
-in   polynomials, moments
-out  polynomials, in numbers of float32 where they are sent
+Polynomials are cut at times that all agents share, and joined: the part that is flown on, then a stop in place of the
+rest. They hold float32 numbers if they are sent.
 """
 
 from __future__ import annotations

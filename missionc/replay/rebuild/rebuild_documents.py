@@ -1,13 +1,10 @@
-"""Rebuilt documents of a folder, from what was verified, compared with those that lie in it.
+"""Rebuilt documents of a plan folder, from what was verified, compared with those in the folder.
 
     in   OutputFolder, and the Certificate of its plan and its flight
-    out  Checks: of each document, and of each entry of the manifest
+    out  Checks: of each document, ``report.html`` included, and of each entry of the manifest
 
-What people read and what flies is computed from the mission, the plan and the
-polynomials alone. Where that can be done on any machine to the byte, bytes are
-compared; where numbers are computed, they may differ by rounding.
-
-Rebuilt ``report.html``, from what was verified, compared with the one that lies in the folder.
+Documents for people and for vehicles are computed from the mission, the plan and the polynomials alone. Bytes are
+compared if every machine computes the same bytes; otherwise numbers may differ by rounding.
 """
 
 from __future__ import annotations

@@ -1,13 +1,11 @@
-"""Rebuilt ``simulation.json``: flown once more, by the engine and in the air that it names, and compared.
+"""Rebuilt ``simulation.json``: flown once more by the engine and in the air that it names, and compared.
 
-Where that cannot be done here, nobody knows how the flights went: the check
-fails, and is told apart from one of a document that is wrong.
+If the simulation cannot be flown here, its flights are unknown. Then the check fails with a result of its own,
+distinct from a wrong document.
 
-Ties in the worst figures of simulated flights, which rounding breaks: the document's choice is taken.
-
-Which of them is told is decided by rounding, as machines do: agents that stand
-are off by next to nothing all the time, and a symmetric flight has its least
-room twice. What a document says is taken where the first flight shows it.
+Rounding, which differs between machines, breaks ties between the worst figures of flights: an agent at rest has
+almost no error at any time, and a symmetric flight reaches its least clearance twice. The document's choice counts if
+the first flight shows it.
 """
 
 from __future__ import annotations

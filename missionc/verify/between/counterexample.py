@@ -1,10 +1,8 @@
-"""Counterexamples in continuous time: the moment, the agent and the subformula that decide a failure.
+"""Counterexamples in continuous time: the moment, agent and subformula that decide a failure, and their wording.
 
-The search goes from the formula down to a predicate or a route. Where it has a
-choice it goes after what differs from the steps around it, for that is what the
-steps do not show.
-
-Counterexamples in words: what fails between the steps, or is not decided.
+The search goes from the formula down to a predicate or a route. If it has a choice, it follows the values that differ
+from those at the steps around, since the steps do not show these. The wording tells a failure between the steps from
+one that is undecided.
 """
 
 from __future__ import annotations

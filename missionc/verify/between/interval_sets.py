@@ -1,13 +1,11 @@
-"""Sets of time intervals in which a formula holds, and the operators of time and of logic on them.
+"""Sets of time intervals in which a formula holds, operators on them, and the clock of joint motion.
 
-Time is counted in whole ticks, so that nothing here rounds. Of every formula
-two sets are known: when it surely holds, and when it surely does not. Both are
-closed and neither says too much; what lies in neither is not decided.
+Time is counted in whole ticks, so nothing here rounds. Every formula has two known sets: the times at which it surely
+holds, and those at which it surely does not. Both are closed, and neither claims too much. A time in neither is
+undecided.
 
 Source:
     Maler and Nickovic, "Monitoring Temporal Properties of Continuous Signals" (2004), section 3.
-
-The clock of signals, in whole ticks, and joint motion on it.
 """
 
 from __future__ import annotations

@@ -1,12 +1,9 @@
-"""Three-valued truth of kernel formulas at every moment of a motion, sound on both sides.
+"""Three-valued truth of kernel formulas at every moment of a motion, with links and routes over time.
 
-Dynamic graphs over time: neighbours and routes, in stretches in which no link changes.
-
-Time is cut where a link or an operand may change, into moments and the
-stretches between them. Links and operands are constant in each, so that the
-monitor's own routes judge all of them at once: what the links that are surely
-there allow is sure, what the links that may be there forbid is never. Lengths in
-metres change within a stretch too; it is halved until their bounds suffice.
+The truth is sound on both sides. Time is cut wherever a link or an operand may change, into moments and the stretches
+between them. Links and operands are constant in each, so the monitor's own routes judge all of them at once. A result
+that the sure links allow is sure; one that the possible links forbid never holds. Lengths in metres change within a
+stretch too, which is halved until their bounds suffice.
 """
 
 from __future__ import annotations

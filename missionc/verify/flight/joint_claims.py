@@ -1,16 +1,12 @@
-"""Claims about all flights at every moment: the world, obstacles, each other, and each other's downwash.
+"""Claims about all flights in continuous time: the world, clearance of bodies, separation and downwash.
 
-A distance has two needs. *Asked* is what the mission wants between bodies.
-*Needed* is what nobody goes below: what bodies take, or the pair distance of
-their vehicles, with what a vehicle may miss its trajectory by, and with what
-it is off where others start before it or after it.
+A distance has two values. *Asked* is the distance between bodies that the mission requires. *Needed* is the least
+permitted distance: the extent of the bodies, or the pair distance of their vehicles, with the tracking error of the
+vehicles, and with the deviation if others start before or after.
 
-Lower bounds on the distance of curves from a body, on a whole part of them.
-
-Two bounds, of which the better one counts. The curve is no further from its
-middle than its control points: the distance there, less that, bounds the
-distance everywhere. And a plane that has the body behind it bounds the
-distance by that of the control points to the plane, which is exact along a
+The lower bound on the distance of a part of a curve from a body is the better of two. A curve is no further from its
+middle than its control points are: the distance at the middle, less that, bounds the distance everywhere. A plane
+with the body behind it bounds the distance by that of the control points to the plane, which is exact along a
 straight wall, however long the part is.
 """
 

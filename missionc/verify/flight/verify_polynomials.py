@@ -1,17 +1,11 @@
-"""Verification of the written polynomials: they fly the verified plan, in continuous time, as the firmware holds them.
+"""Verification of written polynomials: the verified plan in continuous time, and the claims of each vehicle.
 
     in   Mission, the verified Trace, the text of each agent's file
     out  Certificate, with the boxes that prove it
 
-All of it is judged on the float32 values the firmware works with, in
-continuous time, and no rounding of the judge's own is overlooked.
-
-Claims of each vehicle's profile about its flight: every limit that is finite, at every moment.
-
-in   Mission, Flight
-out  claims, and the checks of what does not change along the flight
-
-Proof of a claim, as a check with its boxes.
+The float32 values that the firmware uses are judged in continuous time, with a bound on the rounding of the verifier
+itself. A vehicle's profile gives a claim for every finite limit, at every moment, and checks of what is constant
+along the flight. Each claim becomes a check with the boxes of its proof.
 """
 
 from __future__ import annotations

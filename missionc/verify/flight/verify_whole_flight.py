@@ -1,22 +1,20 @@
-"""Verification of a whole flight: the columns above the pads, the ways to the starts and home, and the time it takes.
+"""Verification of a whole flight: its phases, the columns above the pads, the ways to and from them, and landing.
 
-in   Mission, the texts of the polynomials that fly it, those of its ways
-out  Certificate: the checks of each way by its word, `out` or `home`, and those of the columns
+    in   Mission, the texts of the polynomials that fly it, those of its ways
+    out  Certificate: the checks of each way, named `out` or `home`, and those of the columns
 
-A way is judged as the mission's own flight is, along its polynomials and by the same claims. In a column a vehicle may
-be at any height at any time while all rise or sink; that is what is proved clear.
+A way is judged as the mission's own flight is, along its polynomials and by the same claims. In a column a vehicle
+may have any height at any time while all rise or sink. Whole columns are proved clear, and margins are metres of
+clearance beyond the required one.
 
-Landing after a stop: straight down in turns, clear of those who hover still, of those who stand there, of obstacles.
+After a stop, vehicles land straight down in turns, clear of hovering vehicles, landed vehicles and obstacles.
 
-Margins are metres by which an agent is clearer than it has to be. They are of whole columns: whoever lands may be at
-any height of its own at any time of its turn.
-
-Phases of a whole flight, from the floor to the floor: how long each lasts, so that nobody is faster than it may.
-
-The firmware rises and sinks on the polynomial of degree 7 that begins and ends at rest, without acceleration and jerk.
+Each phase, from the floor to the floor, lasts long enough to respect the speed limits. The firmware rises and sinks
+on the polynomial of degree 7 that begins and ends at rest, without acceleration and jerk.
 
 Source:
-    crazyflie-firmware, planner.c (``plan_takeoff``, ``plan_land``) and pptraj.c (``piecewise_plan_7th_order_no_jerk``).
+    crazyflie-firmware, planner.c (``plan_takeoff``, ``plan_land``) and pptraj.c
+    (``piecewise_plan_7th_order_no_jerk``).
 """
 
 from __future__ import annotations

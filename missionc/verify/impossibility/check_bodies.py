@@ -1,15 +1,12 @@
-"""Checks of what a certificate says of bodies: that they have no room where it says so.
+"""Checks of a certificate's claims: bodies without room, and labels of leaves.
 
-in   Mission, ClaimedCover
-out  what is claimed and cannot be shown, in words
+    in   Mission, ClaimedCover
+    out  Labels; the claims that cannot be shown, in words
+
+A label is checked when the encoding requests it.
 
 Source:
     Oler, "A finite packing problem", 1961; and Dirichlet's principle, for a box cut into parts too small for two.
-
-Labels of a certificate: what it says of leaves, each checked when the encoding asks for it.
-
-in   Mission, ClaimedCover
-out  Labels; what is claimed and cannot be shown, in words
 """
 
 from __future__ import annotations

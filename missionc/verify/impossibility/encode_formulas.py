@@ -1,18 +1,15 @@
-"""The encoding of formulas over cells: a literal for each formula, agent and step that implies that it may hold there.
+"""The encoding of motion and formulas over cells: variables for positions, literals for formulas that may hold.
 
-    in   the kernel's goals, where agents are, labels of leaves
+    in   the kernel's goals, ClaimedCover, the number of the last step, labels of leaves
     out  clauses
 
-It is read off the meaning of each operator, and knows nothing of how plans are searched for. What cells say nothing of,
-as a heading or a resource, may hold and may fail.
+A variable stands for an agent in a cell at a step, and clauses state what a cover leaves out. The literal of a
+formula, agent and step implies that the formula may hold there. The encoding follows from the meaning of each
+operator, and is independent of the search for plans. A heading, a resource or any other leaf that cells do not
+determine may hold and may fail.
 
 Source:
-    [strel] Definitions 4 and 5, over what is possible in the place of what is.
-
-The encoding of where agents are: a variable for each agent, step and cell, and what a cover leaves out.
-
-in   ClaimedCover, the number of the last step
-out  clauses
+    [strel] Definitions 4 and 5, with "may hold" in place of "holds".
 """
 
 from __future__ import annotations

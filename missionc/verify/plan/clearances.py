@@ -1,6 +1,6 @@
-"""Clearance of every body to every obstacle, at every moment.
+"""Clearance of bodies to obstacles, and separation of agents, at every moment of a plan.
 
-Separation of agents: every two bodies keep their distance, and vehicles their ellipsoid, at every moment.
+Every two bodies keep their distance, and vehicles their ellipsoid.
 """
 
 from __future__ import annotations

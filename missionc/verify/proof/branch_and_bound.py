@@ -1,15 +1,14 @@
 """Branch and bound over parts of a flight: the least margin of a claim with a proof, or the pieces on which it fails.
 
-The box around a whole flight tells who is far, where many are looked at: the nearest come first.
-The control points of a curve bound a margin on a whole piece. Where that does
-not suffice the piece is halved, all items together, until the least bound is
-within the claim's gap of the least margin seen. The pieces on which a claim
-fails are searched likewise, but every piece is decided by itself.
+A claim is a margin along curves that can be bounded on any part of them. If there are many subjects, the box around a
+whole flight shows which are far; the nearest come first.
+
+The control points of a curve bound a margin on a whole piece. If that does not suffice the piece is halved, all items
+together, until the least bound is within the claim's gap of the least margin seen. The pieces on which a claim fails
+are searched likewise, but every piece is decided by itself.
 
 Source:
     Farouki, "The Bernstein polynomial basis: a centennial retrospective" (2012), section 6.
-
-Claims of a flight: margins along curves, that can be bounded on any part of them.
 """
 
 from __future__ import annotations

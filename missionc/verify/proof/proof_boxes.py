@@ -1,10 +1,8 @@
-"""The boxes of a proof: stretches of the flight, each with its subject and a lower bound of the margin on it.
+"""The boxes of a proof: stretches of the flight with a subject and a lower bound, from interval margins.
 
-Moments count pieces: 3.25 is a quarter into the fourth. A box ends where the
-next one of its subject begins, so that what is stated covers the flight if the
-first begins with it and the last ends with it.
-
-Interval bounds of margins on a part of a curve: distances kept, limits kept, bounds kept.
+Times count pieces: 3.25 is a quarter into the fourth. A box ends at the beginning of the next one of its subject, so
+the boxes cover the flight if the first begins with it and the last ends with it. Interval margins are bounds of
+distances and limits on a part of a curve.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Margins of the constraints on places, in continuous time along a motion.
+"""Margins of the constraints on places, in continuous time along a motion, and their tolerances.
 
-in   Mission, Curves
-out  Margins: of the rooms, clearance, separation
+    in   Mission, Curves
+    out  Margins: of the rooms, clearance, separation
 
-Margins of one constraint, of several subjects at several moments; and the tolerances that they are judged with.
+A ``Margins`` value belongs to one constraint, and has several subjects at several moments.
 """
 
 from __future__ import annotations

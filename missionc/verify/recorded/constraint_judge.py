@@ -1,23 +1,14 @@
-"""Constraints of a recorded flight: judged on a whole trace, or on states as they come.
+"""Constraints of a recorded flight: margins at the steps and between samples, on a whole trace or on live states.
 
     in   Mission, a Trace or States
     out  Constraint: of each kind the tightest, or every violated one; NotJudged
 
-Nothing is judged here that the verifier does not judge of plans, with the same margins. A flight that goes on is judged
-at each step when it is settled.
-
-Margins of all constraints at the steps, from the team's states as a trace or a stream has them.
-
-    in   States: one after the other, or all at once
-    out  Margins
+Every constraint here is one that the verifier judges of plans, with the same margins. A live flight is judged at each
+step when it is settled.
 
 Speeds are those of straight moves from one step to the next. Accelerations and turning rates are differences of these
-moves, unless velocities or headings are recorded.
-
-Motion of a recording in continuous time: straight from sample to sample, also from those between the steps.
-
-in   Mission, the Trace of a recording, its samples
-out  Curves
+moves, unless velocities or headings are recorded. In continuous time a recording moves straight from sample to
+sample, including those between the steps.
 """
 
 from __future__ import annotations

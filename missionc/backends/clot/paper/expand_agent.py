@@ -189,7 +189,7 @@ class Expansion:
         return self._candidates(joint, margin, effort - _spare(margin))
 
     def _planned(self, pieces: Sequence[Piece]) -> list[tuple[list[Candidate], float]]:
-        """Of each piece the candidates that hold, and the best margin of any, metres; all are moved in one batch.
+        """Feasible candidates of each piece, and the best margin, metres; all are moved in one batch.
 
         Source:
             [clot] IV-C.2: the trajectories of all selected nodes are optimised as one batch.
@@ -240,7 +240,7 @@ class Expansion:
         return Crowd(agent, others, joint.to(self.device), self._cost(agent, others, frozenset((*others, agent)), True))
 
     def _held(self, crowd: Crowd, motions: Tensor, samples: int) -> list[tuple[list[Candidate], float]]:
-        """Of each of the crowd's pieces the candidates that hold, and the best margin, metres.
+        """Feasible candidates of each of the crowd's pieces, and the best margin, metres.
 
         A motion costs its effort, less the room it keeps were those who are planned the whole team. Where ``printed``,
         what goals lack costs as many metres, so that ξ of (9) stays about as large as the number of robots.
