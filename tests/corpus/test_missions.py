@@ -80,6 +80,7 @@ PLANNED_BY_SMT = (
     "strel_goal",
     "strel_avoid",
     "strel_avoid_all",
+    "strel_avoid_one",
 )
 
 

