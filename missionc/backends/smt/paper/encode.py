@@ -14,15 +14,11 @@ Source:
 from __future__ import annotations
 
 import itertools
-import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any
 
 import z3
-
-DEEPEST = 1_000_000
-"""Levels of a formula, each of them a few calls."""
 
 
 class Encoding:
@@ -45,7 +41,6 @@ class Encoding:
 
     def plan(self) -> list[Any]:
         """``Ψ_motion`` and ``Ψ_spec``, to be added to a solver."""
-        sys.setrecursionlimit(DEEPEST)
         motion = [term for agent in self.agents for term in self.path(agent)]
         for one, other, moves in self.collisions:
             motion += self.apart(one, other, moves)

@@ -13,6 +13,9 @@ import sys
 import time
 from typing import Any
 
+DEEPEST = 1_000_000
+"""Levels of a formula, each of them a few calls; set here because it holds for the whole process."""
+
 
 def main() -> None:
     memory, seed = int(sys.argv[1]), int(sys.argv[2])
@@ -20,6 +23,7 @@ def main() -> None:
     from missionc.backends.smt.sat.worker import OUT_OF_MEMORY, die_with_parent
 
     die_with_parent()
+    sys.setrecursionlimit(DEEPEST)
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     try:
         solve(json.load(sys.stdin), seed)
