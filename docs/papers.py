@@ -82,7 +82,7 @@ def read_shown() -> dict[str, list[str]]:
 
 
 def page(text: str, rows: Iterable[Row], shown: dict[str, list[str]]) -> str:
-    """The page with its tables made anew from the rows."""
+    """The page with the tables that the rows give."""
     rows = list(rows)
 
     def table(place: re.Match[str]) -> str:

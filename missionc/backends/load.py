@@ -123,7 +123,9 @@ def _not_its_flag(offer: Offer, options: Options, checkpoint: bool, alone: bool)
 
 def _hears(offer: Offer, name: str, value: object, alone: bool) -> bool:
     """Whether an option of this value changes how a backend plans."""
-    return (name in offer.options or alone) and value in offer.presets if name == "preset" else name in offer.options
+    if name == "preset":
+        return value in offer.presets and (alone or name in offer.options)
+    return name in offer.options
 
 
 def _for_others(flag: str, names: list[str], offer: Offer) -> Diagnostic:

@@ -19,7 +19,10 @@ SLOWEST = 1000
 """How many times as long as planned a flight may take at most."""
 
 
-TRANSPORT_PRESETS = ("sketch", "search", "paper", "fsot", "mpot")
+OWN_PRESETS = ("sketch", "search")
+"""Presets that are not the method of a paper."""
+
+TRANSPORT_PRESETS = (*OWN_PRESETS, "paper", "fsot", "mpot")
 """Ways to plan that the transport backend knows by name; the first is the default."""
 
 ROADMAP_PRESETS = ("paper", "paper-apart")

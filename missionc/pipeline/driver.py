@@ -246,8 +246,8 @@ def plan(
     if alternatives > 1 and options.stretch != 1:
         raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
     began = time.monotonic()
-    published = checked.choice is not None and is_published(checked.choice.engines, options)
-    if checked.mission and checked.choice and published and checked.choice.engines == ("smt",):
+    engines = checked.choice.engines if checked.choice else ()
+    if checked.mission and engines == ("smt",) and is_published(engines, options):
         lacking = check_preset(checked.mission, options, alternatives) if checked.ok else []
         if lacking:
             return Compiled(checked, Refused(), (*checked.findings, *lacking), checked.seconds)
@@ -361,8 +361,9 @@ def _plan_by_all(
         return ended(home.outcome, *home.findings, checked=home.checked)
 
     incumbent = Incumbent(lambda planned: certified(planned, Stopwatch(), None), secure)
+    published = is_published(choice.engines, options)
     try:
-        covers = asked_for is None and calm == 1 and not is_published(choice.engines, options)
+        covers = asked_for is None and calm == 1 and not published
         asked_of = partial(ask_backend, backend, mission, asked_for or kernel, options, whole, explain_limit, moment)
         outcome = asked_of(incumbent, covers=covers, calm=calm)
     except api.UnusableSnapshot as wrong:
@@ -378,7 +379,7 @@ def _plan_by_all(
                 home = ended(late, no_plan.not_found(checked, late, None))
             return home
 
-        compares = weighs_options(mission, outcome, choice) and not is_published(choice.engines, options)
+        compares = weighs_options(mission, outcome, choice) and not published
         home = improved("certifying a later plan", incumbent.best, partial(brought_home, outcome))
         home = incumbent.keep(home, final=not compares)
         if compares and not isinstance(home.outcome, api.NotFound):

@@ -232,7 +232,7 @@ def _proof_refused(found: FolderFiles, certificate: Certificate) -> Diagnostic:
         PROVES_NOTHING,
         f"`{printable(str(found.path))}` proves nothing: {len(failures)} of {len(certificate.checks)} checks fail",
         None,
-        notes=tuple(map(_proof_failure_text, failures[:8])),
+        notes=tuple(map(_proof_failure_text, failures[:MOST_REASONS])),
         help="compile the mission again with `--certify`; files that were changed by hand prove nothing any more",
     )
 

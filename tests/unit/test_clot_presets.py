@@ -38,8 +38,8 @@ from missionc.backends.clot.paper.tree_search import Candidate
 from missionc.backends.clot.run.presets import PRESETS, fewer_samples, preset
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.offers import is_published
+from missionc.backends.options import OWN_PRESETS, Options
 from missionc.backends.options import TRANSPORT_PRESETS as NAMES
-from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.diagnostics.code import NOT_ITS_FLAG
 from missionc.diagnostics.model import Diagnostic
@@ -154,6 +154,10 @@ def test_the_listener_hears_how_many_robots_are_planned() -> None:
 )
 def test_a_published_method_is_one_of_the_only_backend(engines: tuple[str, ...], preset: str, published: bool) -> None:
     assert is_published(engines, Options(preset=preset)) is published
+
+
+def test_presets_of_the_paper_have_as_many_trajectories_as_published_and_our_own_have_none() -> None:
+    assert {name for name, each in PRESETS.items() if not each.published} == set(OWN_PRESETS)
 
 
 def test_an_unknown_preset_and_too_few_samples_are_named() -> None:

@@ -79,7 +79,7 @@ def test_a_model_in_which_bodies_touch_is_no_plan_and_is_the_best_candidate() ->
 
 
 def test_an_encoding_without_a_model_is_undecided_and_never_impossible() -> None:
-    """There is a plan: whoever is at the goal when it begins need not be linked to anybody, but in the paper."""
+    """There is a plan: a drone that begins at the goal needs no link, except in the paper."""
     text = demo(
         things="region goal = box (0, 0) to (9, 9)\ngraph radio = proximity 0.5 m",
         require="require r: drone[0]: (goal reach[hops 0..1 on radio] drone) until[0, 1 s] goal\nsolve with smt",

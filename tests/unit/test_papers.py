@@ -61,7 +61,7 @@ def rows_of(command: str) -> list[Row]:
 
 def test_the_page_has_the_tables_that_the_rows_give() -> None:
     text = PAGE.read_text(encoding="utf-8")
-    assert page(text, ROWS, read_shown()) == text, "`python docs/papers.py` writes it anew"
+    assert page(text, ROWS, read_shown()) == text, "`python docs/papers.py` updates it"
     assert all(f"<!-- rows of [{row.paper}]: {row.title} -->" in text for row in ROWS)
 
 

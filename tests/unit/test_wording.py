@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from tests.support.golden_pages import FENCE
+
 ROOT = Path(__file__).resolve().parents[2]
 LIST = ROOT / "tests" / "words.toml"
 LEFT = ROOT / "tests" / "words_left.json"
 
-FENCE = re.compile(r"^( *)```.*?^\1```", re.MULTILINE | re.DOTALL)
-"""A block of a page: what stands there is a mission or what a command printed."""
 CODE = re.compile(r"`[^`\n]*`")
 
 

@@ -273,7 +273,7 @@ class TreeSearch:
         return all(self.tree.cost[other] > cost for other in similar)
 
     def _prune(self, node: int, agent: int) -> None:
-        """Nodes like one that failed are not expanded by that agent; where ``printed``, by nobody.
+        """Nodes like one that failed are not expanded by that agent; where ``printed``, by no agent.
 
         Source:
             [clot] IV-C.2, which removes the nodes; of the expansions, not ``printed``, that which failed: another
