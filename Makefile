@@ -59,7 +59,7 @@ $(BIN)/.mutants: pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[dev,mutants]'
 	touch $@
 
-mutants: $(BIN)/.mutants ## mutation testing of what judges; goes on where it was. MODULE=missionc/kernel: a part; SAMPLE=400 SEED=1: so many of each package, drawn
+mutants: $(BIN)/.mutants ## mutation testing of what judges; goes on where it was. MODULE=missionc/ir/kernel: a part; SAMPLE=400 SEED=1: so many of each package, drawn
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.mutation --workers $(WORKERS) $(if $(SAMPLE),--sample $(SAMPLE)) $(if $(SEED),--seed $(SEED)) $(MODULE)
 
 bench: ## the measurements of docs/performance.md

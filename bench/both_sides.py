@@ -53,10 +53,10 @@ from missionc.backends.api import Budget
 from missionc.backends.cover.refute import Admitted, Refused
 from missionc.backends.options import Options
 from missionc.base.limits import Limits
-from missionc.kernel.nodes import Kernel
-from missionc.lower.unroll_past import looking_ahead
-from missionc.pipeline import driver
-from missionc.pipeline.ask_cover import SHARE, WORK, CoverSide
+from missionc.compiler import driver
+from missionc.compiler.ask_cover import SHARE, WORK, CoverSide
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.lower.unroll_past import looking_ahead
 
 MISSIONS = ROOT / "missions" / "both_sides"
 

@@ -29,13 +29,13 @@ from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.fly_folder import Opened, open_folder
-from missionc.closed_loop.fly_loop import LoopFlight, fly_loop
-from missionc.closed_loop.loop_record import said
-from missionc.closed_loop.scenario import Event, Scenario
+from missionc.compiler.driver import compile
+from missionc.compiler.replan.request import Flying
+from missionc.compiler.results import Verified
 from missionc.ir import Mission
-from missionc.pipeline.driver import compile
-from missionc.pipeline.replan.request import Flying
-from missionc.pipeline.results import Verified
+from missionc.tools.closed_loop.fly_loop import LoopFlight, fly_loop
+from missionc.tools.closed_loop.loop_record import said
+from missionc.tools.closed_loop.scenario import Event, Scenario
 
 ROOT = Path(__file__).resolve().parent.parent
 MISSIONS = (

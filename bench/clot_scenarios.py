@@ -22,9 +22,9 @@ import missionc
 from missionc.backends.api import Budget, Planned
 from missionc.backends.load import load
 from missionc.backends.options import TRANSPORT_PRESETS, Options
-from missionc.diagnostics.model import Diagnostic
-from missionc.flight.crazyflie import crazyflie
-from missionc.verify.verify_plan import verify
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.flight.trajectories.crazyflie import crazyflie
+from missionc.verification.verify_plan import verify
 
 MISSIONS = Path(__file__).resolve().parent.parent / "missions"
 

@@ -41,14 +41,14 @@ import shapely
 from response_time import ENVIRONMENT, ROOT
 
 from missionc.base.trace import Array
+from missionc.compiler import driver
+from missionc.geometry.configuration_space import Area, Atlas
+from missionc.geometry.geodesic_bounds import VisibilityGraph
 from missionc.ir import Compare, Inside, Mission, Predicate, Still
 from missionc.ir.agents import Exactly
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, Until
 from missionc.ir.predicates.features import Coordinate
-from missionc.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, Until
-from missionc.pipeline import driver
-from missionc.world.configuration_space import Area, Atlas
-from missionc.world.geodesic_bounds import VisibilityGraph
-from missionc.world.signed_distance import signed_distance
 
 MISSIONS = ROOT / "missions" / "field"
 

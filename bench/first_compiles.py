@@ -21,7 +21,7 @@ from pathlib import Path
 from field import run
 from response_time import ROOT
 
-from missionc.pipeline import driver
+from missionc.compiler import driver
 
 VEHICLE = "crazyflie21"
 LARGEST, FASTEST = 30.0, 1.5

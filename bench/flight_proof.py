@@ -23,19 +23,19 @@ from missionc import ir
 from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.curves.piecewise_polynomials import Curves, Pieces, motion, read, values
-from missionc.data.vehicles import profiles
-from missionc.flight.crazyflie import Flyable, crazyflie
-from missionc.kernel.nodes import Kernel
+from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
+from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, motion, read, values
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.vehicle_profiles import profiles
 from missionc.output.documents.certificate_json import certificate_json
-from missionc.verify.check_certificate import check_certificate
-from missionc.verify.flight.continuity_and_fidelity import check_flight, tube
-from missionc.verify.flight.flight_curves import Flight
-from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
-from missionc.verify.flight.verify_polynomials import limits
-from missionc.verify.proof.branch_and_bound import branch_and_bound
-from missionc.verify.proof.proof_boxes import boxes_of, fault
-from missionc.verify.verify_plan import verify_polynomials
+from missionc.verification.check_certificate import check_certificate
+from missionc.verification.flight.continuity_and_fidelity import check_flight, tube
+from missionc.verification.flight.flight_curves import Flight
+from missionc.verification.flight.joint_claims import downwash, obstacles, separation, world
+from missionc.verification.flight.verify_polynomials import limits
+from missionc.verification.proof.branch_and_bound import branch_and_bound
+from missionc.verification.proof.proof_boxes import boxes_of, fault
+from missionc.verification.verify_plan import verify_polynomials
 
 STEP, STEPS, APART = 0.5, 30, 0.8
 NOTHING = Kernel((), ())

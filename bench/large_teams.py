@@ -16,7 +16,7 @@ from missionc.backends.api import Impossible, NotFound
 from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
 
 RELAYS = """
 mission relays

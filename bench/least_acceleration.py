@@ -18,7 +18,7 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_array, eye_array, hstack, kron, vstack
 
 from missionc.base.trace import Array
-from missionc.replay.read_folder import OutputFolder, read_folder
+from missionc.tools.replay.read_folder import OutputFolder, read_folder
 
 CHANGES, SIDES = 16, 16
 

@@ -68,7 +68,7 @@ def rounds(steps: int) -> Iterator[list[str]]:
 
 def measure(name: str, steps: int) -> None:
     from missionc.base.source import Source
-    from missionc.pipeline import driver
+    from missionc.compiler import driver
 
     horizon = steps / HERTZ
     text = (HEAD + MISSIONS[name]).format(horizon=horizon, less=horizon - 5, agents=AGENTS)

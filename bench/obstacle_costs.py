@@ -33,9 +33,9 @@ from scipy import ndimage
 
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.base.trace import Array
+from missionc.geometry.sampling import box_around
 from missionc.ir import Box, Disc, Obstacle, Polygon, Prism, Shape, Still, Union
-from missionc.world.sampling import box_around
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 REACH = 0.7
 """Metres."""

@@ -24,9 +24,9 @@ from missionc.backends.clot.backend import Run
 from missionc.backends.clot.paper.expand_agent import Expansion
 from missionc.backends.load import load
 from missionc.backends.options import Options
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
-from missionc.diagnostics.model import Diagnostic
-from missionc.pipeline.front_end import Checked
+from missionc.compiler.front_end import Checked
 
 MISSIONS = Path(__file__).resolve().parent.parent / "missions"
 

@@ -26,7 +26,7 @@ from pathlib import Path
 import missionc
 from missionc.backends.api import NotFound, Report
 from missionc.backends.options import Options
-from missionc.pipeline.results import Compiled, Verified
+from missionc.compiler.results import Compiled, Verified
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -23,11 +23,11 @@ from pathlib import Path
 
 import psutil
 
-from missionc.pipeline.front_end import check
-from missionc.pipeline.provenance import inputs
-from missionc.sweep import run_answer, run_request, run_sweep
-from missionc.sweep.run_request import Request, Settings
-from missionc.sweep.run_sweep import Pool
+from missionc.compiler.front_end import check
+from missionc.compiler.provenance import inputs
+from missionc.tools.sweep import run_answer, run_request, run_sweep
+from missionc.tools.sweep.run_request import Request, Settings
+from missionc.tools.sweep.run_sweep import Pool
 
 ROOT = Path(__file__).resolve().parents[1]
 REFUSED = 400

@@ -22,12 +22,12 @@ if find_spec("crazyflow"):
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import Pieces
-from missionc.data.vehicles import profiles
-from missionc.simulate import disturbance
-from missionc.simulate.default_engine import Flown, fly, sample_times
-from missionc.simulate.disturbance import UNDISTURBED, drawn, setpoints
-from missionc.simulate.engines import fly_with
+from missionc.flight.simulation import disturbance
+from missionc.flight.simulation.default_engine import Flown, fly, sample_times
+from missionc.flight.simulation.disturbance import UNDISTURBED, drawn, setpoints
+from missionc.flight.simulation.engines import fly_with
+from missionc.geometry.curves.piecewise_polynomials import Pieces
+from missionc.ir.vehicle_profiles import profiles
 
 SPEEDS = (0.5, 1.0, 1.5)
 """m/s."""

@@ -18,11 +18,11 @@ from pathlib import Path
 from missionc import ir
 from missionc.backends.api import Budget
 from missionc.backends.options import Options
-from missionc.diagnostics.model import Diagnostic
-from missionc.language.walk_formulas import bottom_up, goals
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
+from missionc.ir.language.walk_formulas import bottom_up, goals
 from missionc.output.plot.plot import plot
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
 
 ROOT = Path(__file__).resolve().parent.parent
 MISSIONS = ROOT / "missions" / "gallery"

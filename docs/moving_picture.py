@@ -14,7 +14,7 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
-from missionc.pipeline import driver
+from missionc.compiler import driver
 
 ROOT = Path(__file__).resolve().parent.parent
 MISSION = ROOT / "missions" / "wildfire.mission"

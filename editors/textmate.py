@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from missionc.base.units import UNITS
-from missionc.language.operator import Bounds
-from missionc.language.operators import by_name
-from missionc.language.predicates import CALLED
-from missionc.syntax.tokens import BEFORE_FILE, DECLARATIONS, EXTREMES, PLURALS, STATES, WORDS, Word
+from missionc.frontend.syntax.tokens import BEFORE_FILE, DECLARATIONS, EXTREMES, PLURALS, STATES, WORDS, Word
+from missionc.ir.language.operator import Bounds
+from missionc.ir.language.operators import by_name
+from missionc.ir.language.predicates import CALLED
 
 FILE = Path(__file__).parent / "vscode" / "syntaxes" / "mission.tmLanguage.json"
 

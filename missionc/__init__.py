@@ -13,15 +13,15 @@ TYPE_CHECKING = False  # checkers take it for true; what brings it would be load
 if TYPE_CHECKING:
     from missionc.backends.api import Attempt, CutShort, Fault, Impossible, NotFound, Progress, Reason, Scope
     from missionc.backends.options import Options
+    from missionc.base.diagnostics.code import Severity
+    from missionc.base.diagnostics.model import Diagnostic
     from missionc.base.limits import Limits
     from missionc.base.source import Source
     from missionc.base.throughout import Throughout
-    from missionc.diagnostics.code import Severity
-    from missionc.diagnostics.model import Diagnostic
-    from missionc.pipeline.driver import check, compile, monitor
-    from missionc.pipeline.front_end import Checked
-    from missionc.pipeline.graphs import link_graph, roadmap_graphs
-    from missionc.pipeline.results import (
+    from missionc.compiler.driver import check, compile, monitor
+    from missionc.compiler.front_end import Checked
+    from missionc.compiler.graphs import link_graph, roadmap_graphs
+    from missionc.compiler.results import (
         Alternative,
         Blame,
         Change,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         Unverified,
         Verified,
     )
-    from missionc.syntax.lark_grammar import grammar
+    from missionc.frontend.syntax.lark_grammar import grammar
 
 __all__ = [
     "Alternative",
@@ -86,12 +86,12 @@ HOMES = {
         "Scope",
     ),
     "missionc.backends.options": ("Options",),
-    "missionc.diagnostics.code": ("Severity",),
-    "missionc.diagnostics.model": ("Diagnostic",),
-    "missionc.pipeline.driver": ("check", "compile", "monitor"),
+    "missionc.base.diagnostics.code": ("Severity",),
+    "missionc.base.diagnostics.model": ("Diagnostic",),
+    "missionc.compiler.driver": ("check", "compile", "monitor"),
     "missionc.base.limits": ("Limits",),
-    "missionc.pipeline.front_end": ("Checked",),
-    "missionc.pipeline.results": (
+    "missionc.compiler.front_end": ("Checked",),
+    "missionc.compiler.results": (
         "Alternative",
         "Blame",
         "Change",
@@ -106,9 +106,9 @@ HOMES = {
         "Verified",
     ),
     "missionc.base.source": ("Source",),
-    "missionc.pipeline.graphs": ("link_graph", "roadmap_graphs"),
+    "missionc.compiler.graphs": ("link_graph", "roadmap_graphs"),
     "missionc.base.throughout": ("Throughout",),
-    "missionc.syntax.lark_grammar": ("grammar",),
+    "missionc.frontend.syntax.lark_grammar": ("grammar",),
 }
 """Where each public name lives: loaded when it is first used, so that a child process loads only its own module."""
 

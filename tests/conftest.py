@@ -18,7 +18,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
-    from missionc.simulate.default_engine import Flown
+    from missionc.flight.simulation.default_engine import Flown
 
 ROOT = Path(__file__).resolve().parent.parent
 COVERS = ("missionc.backends.cover.refute", "missionc.backends.cover.refute")
@@ -113,7 +113,7 @@ def missions() -> Path:
 @pytest.fixture
 def roadmaps_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Covers are not asked: what a backend says of its roadmaps is the answer."""
-    monkeypatch.setattr("missionc.pipeline.ask_cover.CoverSide.refusal", lambda *_: None)
+    monkeypatch.setattr("missionc.compiler.ask_cover.CoverSide.refusal", lambda *_: None)
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ _FLOWN: dict[bytes, Flown] = {}
 @pytest.fixture
 def flown_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The simulator remembers: the same flight, in the same air, is flown once for all tests that ask for this."""
-    from missionc.simulate import trials
+    from missionc.flight.simulation import trials
 
     fly = trials.fly
 

@@ -23,7 +23,7 @@ from mutmut.state import state
 from mutmut.stats import save_stats, status_by_exit_code
 from mutmut.utils.file_utils import copy_also_copy_files, copy_src_dir, setup_source_paths, walk_mutatable_files
 
-PACKAGES = ("missionc/kernel", "missionc/monitoring", "missionc/verify")
+PACKAGES = ("missionc/ir/kernel", "missionc/verification/monitoring", "missionc/verification")
 SECONDS = 45.0
 """Of tests that a mutant meets, by the seconds that each takes while mutmut notes what it reaches."""
 

@@ -15,10 +15,10 @@ from typing import Any
 
 import pytest
 
+from missionc.base.diagnostics.render import render_json
 from missionc.base.source import Source
-from missionc.diagnostics.render import render_json
+from missionc.compiler import driver
 from missionc.output.documents.whole_flight_json import whole_flight_json
-from missionc.pipeline import driver
 from tests.support.certificates import certified
 from tests.support.documentation_fences import console, shell, usage
 from tests.support.golden_pages import FILES, Block, blocks, run

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.code import CODES
 from missionc.base.source import Source
-from missionc.diagnostics.code import CODES
-from missionc.pipeline import driver
+from missionc.compiler import driver
 from tests.support.golden_pages import Block, blocks, file_name, is_excerpt, is_file, is_fragment, play
 
 ROOT = Path(__file__).resolve().parent.parent

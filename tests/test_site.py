@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import missionc
-from missionc.diagnostics.code import CODES
+from missionc.base.diagnostics.code import CODES
 from website.links import check
 from website.pages import flat, navigation
 

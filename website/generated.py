@@ -6,7 +6,7 @@ import ast
 from itertools import takewhile
 
 import missionc
-from missionc.diagnostics.code import CODES, FAMILIES
+from missionc.base.diagnostics.code import CODES, FAMILIES
 from website.pages import ROOT
 from website.pages import missions as names
 
@@ -30,16 +30,16 @@ def errors() -> str:
 
 
 HEADINGS = {
-    "missionc.pipeline.driver": "What to call",
-    "missionc.pipeline.front_end": "What a check gives back",
-    "missionc.pipeline.results": "What comes back",
+    "missionc.compiler.driver": "What to call",
+    "missionc.compiler.front_end": "What a check gives back",
+    "missionc.compiler.results": "What comes back",
     "missionc.backends.options": "Planning: options",
     "missionc.base.throughout": "Planning: between the steps",
     "missionc.backends.api": "Planning: progress, outcomes",
-    "missionc.diagnostics.code": "Findings: how severe",
-    "missionc.diagnostics.model": "Findings",
-    "missionc.pipeline.graphs": "Graphs",
-    "missionc.syntax.lark_grammar": "The grammar",
+    "missionc.base.diagnostics.code": "Findings: how severe",
+    "missionc.base.diagnostics.model": "Findings",
+    "missionc.compiler.graphs": "Graphs",
+    "missionc.frontend.syntax.lark_grammar": "The grammar",
     "missionc.base.limits": "Limits of size",
     "missionc.base.source": "Texts",
 }

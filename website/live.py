@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from missionc.pipeline import driver
+from missionc.compiler import driver
 from website.pages import ROOT
 
 HOME = ("wildfire",)

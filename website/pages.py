@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from missionc.diagnostics.code import FAMILIES
+from missionc.base.diagnostics.code import FAMILIES
 
 ROOT = Path(__file__).resolve().parents[1]
 MADE = "made/"

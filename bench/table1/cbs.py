@@ -19,8 +19,8 @@ from w9_pathfinding.mapf import CBS
 
 from missionc.base.trace import Array, Trace
 from missionc.ir import Box, Mission
-from missionc.kernel.nodes import Kernel
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Kernel
 from table1.scene import Unsupported, legs, speed, together, trace
 
 

@@ -22,7 +22,7 @@ from scipy.spatial.distance import cdist
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from table1.scene import Unsupported, box, legs, speed, stand, trace
 
 TRACK, AGREE = 2.0, 1.0

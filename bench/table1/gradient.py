@@ -25,9 +25,9 @@ from missionc.backends.clot.cost_graph.motion_batch import States, team, velocit
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel, WindowNode
-from missionc.kernel.walk import postorder
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Kernel, WindowNode
+from missionc.ir.kernel.walk import postorder
 from table1.scene import box, speed, stand, trace
 
 STARTS = 16

@@ -17,7 +17,7 @@ from scipy.sparse import coo_array
 
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from table1.scene import box, speed, stand, trace
 from table1.specification import Stl, specification
 

@@ -18,7 +18,7 @@ import pydrake.solvers
 
 from missionc.base.trace import Trace
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from table1.scene import box, speed, stand, trace
 from table1.specification import specification
 

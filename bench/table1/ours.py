@@ -7,9 +7,9 @@ import time
 from missionc.backends.api import Budget, Planned
 from missionc.backends.load import load
 from missionc.backends.options import TRANSPORT_PRESETS, Options
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from table1.score import Searched
 
 

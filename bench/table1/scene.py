@@ -9,8 +9,8 @@ from scipy.spatial.distance import cdist
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.base.trace import Array, Trace
 from missionc.ir import Anywhere, Box, Inside, Mission, Place
-from missionc.kernel.nodes import Atom, Kernel
-from missionc.kernel.walk import postorder
+from missionc.ir.kernel.nodes import Atom, Kernel
+from missionc.ir.kernel.walk import postorder
 
 
 class Unsupported(Exception):

@@ -8,9 +8,9 @@ import numpy as np
 
 from missionc.base.trace import Trace
 from missionc.ir import Mission, Still
-from missionc.kernel.nodes import Kernel
-from missionc.verify.verify_plan import verify
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.verify_plan import verify
 
 BODIES = ("obstacle", "separation")
 

@@ -17,7 +17,7 @@ from stlpy.STL.formula import STLTree
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.base.trace import Array
 from missionc.ir import Box, Connected, Disc, Inside, Mission, Proximity, Shape
-from missionc.kernel.nodes import All, Always, Any, At, Atom, Eventually, Kernel, Node
+from missionc.ir.kernel.nodes import All, Always, Any, At, Atom, Eventually, Kernel, Node
 from table1.scene import Unsupported, box, tree
 
 Stl: typing.TypeAlias = typing.Any

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from farm.trial import Broken, Case, Kind
-from missionc.maps.feature import MapError
+from missionc.frontend.maps.feature import MapError
 
 DRAWING = "floor.dxf"
 HOSTILE = ("nan", "inf", "-1", "0", "1e300", "32767", "1000000", "-0.0", "1e-300")
@@ -38,8 +38,8 @@ def carry_out(case: Case, folder: Path) -> str:
         return "skipped, there is no ezdxf"
     import shapely
 
-    from missionc.maps.drawing import drawing
-    from missionc.maps.dxf.areas import SAGITTA
+    from missionc.frontend.maps.drawing import drawing
+    from missionc.frontend.maps.dxf.areas import SAGITTA
     from tests.support.random_drawings import FINE, asked, polygons_of, referee_area
 
     try:

@@ -13,8 +13,8 @@ import numpy as np
 from farm import small_disk
 from farm.kinds.killed_processes import TARGETS, nothing_beside, prepared, state, words_of
 from farm.trial import MISSION, Broken, Case, Kind
+from missionc.base.diagnostics.code import CANNOT_WRITE
 from missionc.cli.exit_status import Status
-from missionc.diagnostics.code import CANNOT_WRITE
 from tests.support.every_command import codes, said
 from tests.support.small_missions import SMALL
 

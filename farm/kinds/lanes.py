@@ -10,7 +10,7 @@ from farm.referees import engines
 from farm.trial import Broken, Case, Kind
 from missionc import ir
 from missionc.cli.exit_status import Status
-from missionc.pipeline import driver
+from missionc.compiler import driver
 from tests import reference
 from tests.support.every_command import codes, said
 from tests.support.exhaustive_lanes import files_on_lanes, joint_motions

@@ -11,7 +11,7 @@ from farm.referees import engines
 from farm.trial import MISSION, Broken, Case, Kind
 from missionc.backends.offers import OFFERS
 from missionc.cli.exit_status import Status
-from missionc.pipeline import driver
+from missionc.compiler import driver
 from tests.support.every_command import codes, said
 from tests.support.exhaustive_lattice import Small, satisfied
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from farm.trial import MISSION, Broken, Case, Kind
-from missionc.pipeline.driver import check
+from missionc.compiler.driver import check
 from tests.support.mapped_missions import HEAD
 from tests.support.mutated_files import SAID, faults, mutated_files
 

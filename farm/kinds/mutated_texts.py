@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from farm.trial import MISSION, Broken, Case, Kind
+from missionc.base.diagnostics.render import render_json, render_text
 from missionc.base.source import Source
-from missionc.diagnostics.render import render_json, render_text
-from missionc.pipeline import driver
+from missionc.compiler import driver
 from tests.support.every_command import taken_through
 from tests.support.mutated_texts import SMALLEST, mutated_of, nudged
 from tests.support.random_language_missions import random_program

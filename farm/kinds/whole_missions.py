@@ -13,11 +13,11 @@ import numpy as np
 from farm.referees import engines, second_reading
 from farm.trial import MISSION, Broken, Case, Kind
 from missionc.backends.offers import OFFERS
+from missionc.base.diagnostics.code import BEYOND_HORIZON
 from missionc.base.source import Source
 from missionc.cli.exit_status import Status
-from missionc.diagnostics.code import BEYOND_HORIZON
-from missionc.monitoring.read_trace import read_trace
-from missionc.pipeline import driver
+from missionc.compiler import driver
+from missionc.verification.monitoring.read_trace import read_trace
 from tests.support.every_command import codes, said, taken_through
 from tests.support.random_flight_missions import random_mission
 from tests.support.random_language_missions import random_program

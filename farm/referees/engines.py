@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from farm.trial import Broken
-from missionc.diagnostics.code import BEYOND_HORIZON, IMPOSSIBLE, NO_MOTION
+from missionc.base.diagnostics.code import BEYOND_HORIZON, IMPOSSIBLE, NO_MOTION
 from tests.support.exhaustive_lattice import SAY_IMPOSSIBLE
 
 NEAR = 1e-5

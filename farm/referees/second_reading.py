@@ -14,8 +14,8 @@ from farm.trial import Broken
 from missionc import ir
 from missionc.base.judgement import Judgement
 from missionc.base.trace import Trace
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring import monitor
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring import monitor
 from tests import reference
 
 NEAR = 1e-6

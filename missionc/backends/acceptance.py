@@ -9,14 +9,14 @@ import numpy as np
 
 from missionc.backends.api import Attempt, Fault
 from missionc.base.trace import Array, Trace
+from missionc.geometry.clearance import Motions, clear_motions, clear_of_movers, standing_solids
+from missionc.geometry.dynamics import UNIT_OF, States, check_step, motion_of
+from missionc.geometry.relative_motion import closest_approach
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Mission
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.monitor import monitor
-from missionc.world.clearance import Motions, clear_motions, clear_of_movers, standing_solids
-from missionc.world.dynamics import UNIT_OF, States, check_step, motion_of
-from missionc.world.relative_motion import closest_approach
-from missionc.world.required_separation import SpacingTable
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring.monitor import monitor
 
 ROUNDING = 1e-9
 """The share of a limit that rounding alone may exceed."""

@@ -16,6 +16,7 @@ from typing import Any, Protocol, TypeAlias
 
 from missionc.backends.options import Options
 from missionc.backends.roadmap_graph import RoadmapGraph
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.figures import counted
 from missionc.base.judgement import Judgement
 from missionc.base.limits import Limits
@@ -23,9 +24,8 @@ from missionc.base.notebook import printed, shown
 from missionc.base.solved import Solved
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
-from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 
 class Reason(Enum):

@@ -14,9 +14,9 @@ from missionc.backends.offers import OFFERS
 from missionc.backends.options import DESCRIBED, Options
 from missionc.backends.portfolio.backend import Engine, PortfolioBackend
 from missionc.backends.smt.offer import SMT
+from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Trace
-from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
-from missionc.diagnostics.model import Diagnostic
 from missionc.ir.wording import all_listed
 
 

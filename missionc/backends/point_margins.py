@@ -12,9 +12,9 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate
-from missionc.kernel.evaluate import Domain
-from missionc.kernel.nodes import NeighbourNode, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
-from missionc.language.margins.predicate_margins import of_states
+from missionc.ir.kernel.evaluate import Domain
+from missionc.ir.kernel.nodes import NeighbourNode, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.ir.language.margins.predicate_margins import of_states
 
 
 class PointMargins(Domain["Array | None"]):

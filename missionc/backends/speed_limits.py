@@ -14,11 +14,11 @@ import numpy as np
 
 from missionc.backends.point_margins import PointMargins
 from missionc.base.trace import Array, Flags
+from missionc.geometry.dynamics import speeds
 from missionc.ir import Mission
-from missionc.kernel.evaluate import evaluate
-from missionc.kernel.nodes import Atom, Node
-from missionc.kernel.walk import postorder
-from missionc.world.dynamics import speeds
+from missionc.ir.kernel.evaluate import evaluate
+from missionc.ir.kernel.nodes import Atom, Node
+from missionc.ir.kernel.walk import postorder
 
 HALVINGS = 12
 """How often what lies between a speed that is allowed and one that is not is halved."""

@@ -14,15 +14,15 @@ from importlib.util import find_spec
 
 import click
 
+from missionc.base.diagnostics.defect import cut_off, defect
+from missionc.base.diagnostics.sanitize import plain
+from missionc.base.diagnostics.suggest import nearest
 from missionc.base.memory import exhausted
 from missionc.base.signals import stop_again
 from missionc.base.supervision import Cause, Ended
 from missionc.cli.exit_status import Status, out_of_memory, say
 from missionc.cli.streams import Unsaid, speaking
-from missionc.diagnostics.defect import cut_off, defect
-from missionc.diagnostics.sanitize import plain
-from missionc.diagnostics.suggest import nearest
-from missionc.syntax.read_file import nowhere
+from missionc.frontend.syntax.read_file import nowhere
 from missionc.version import __version__
 
 MODULES = (

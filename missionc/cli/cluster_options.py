@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from missionc.diagnostics.model import Diagnostic
-    from missionc.sweep.run_sweep import Pool
+    from missionc.base.diagnostics.model import Diagnostic
+    from missionc.tools.sweep.run_sweep import Pool
 
 MOST_JOBS = 1024
 
@@ -28,7 +28,7 @@ def understood(count: int | None, address: str | None) -> None:
     Raises:
         click.UsageError: they do not, or it is none.
     """
-    from missionc.sweep import run_sweep
+    from missionc.tools.sweep import run_sweep
 
     if address is not None and count is not None:
         raise click.UsageError("`--jobs` is for this machine, and a cluster has its own; leave one of them out")
@@ -38,7 +38,7 @@ def understood(count: int | None, address: str | None) -> None:
 
 def opened(count: int | None, address: str | None) -> AbstractContextManager[Pool | Diagnostic]:
     """The workers; as many as there are processors, where nothing else is said."""
-    from missionc.sweep import run_sweep
+    from missionc.tools.sweep import run_sweep
 
     understood(count, address)
     if address is None:

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Budget, Impossible, NotFound, Progress, Scope
 from missionc.backends.options import Options
+from missionc.base.diagnostics.defect import improvement_failed, later_not_written
+from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.limits import Limits
 from missionc.base.signals import stop_again
 from missionc.base.source import Source
@@ -23,13 +25,11 @@ from missionc.base.units import Seconds
 from missionc.cli import emit_stages, stage_names, summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.progress import shown
-from missionc.diagnostics.defect import improvement_failed, later_not_written
-from missionc.diagnostics.model import Diagnostic, has_errors
+from missionc.compiler import driver
+from missionc.compiler.checkpoints import KeptRun
+from missionc.compiler.front_end import Checked
+from missionc.compiler.results import Compiled, Refused, Unverified, Verified
 from missionc.output.plot.figure_request import ROADMAP, FigureRequest
-from missionc.pipeline import driver
-from missionc.pipeline.checkpoints import KeptRun
-from missionc.pipeline.front_end import Checked
-from missionc.pipeline.results import Compiled, Refused, Unverified, Verified
 
 if TYPE_CHECKING:
     from missionc.output.folder.overlap import Output
@@ -289,8 +289,8 @@ def _draw(request: CompileRequest, compiled: Compiled, plot: Path) -> Diagnostic
 
 def _picture(request: CompileRequest, compiled: Compiled, plot: Path) -> bytes | Diagnostic:
     """The picture as asked for: a roadmap is that which the motion was found on, or might have been."""
+    from missionc.compiler.graphs import first_roadmaps, planned_on
     from missionc.output.plot.figures import figure
-    from missionc.pipeline.graphs import first_roadmaps, planned_on
 
     assert isinstance(compiled.outcome, Verified)
     plan, mission, kernel = compiled.outcome.plan, compiled.checked.valid_mission, compiled.checked.valid_kernel

@@ -7,7 +7,7 @@ import math
 import click
 
 from missionc.cli.options import Command, Number
-from missionc.simulate.trial_bounds import AMOUNTS, MOST_LOST, MOST_WIND
+from missionc.flight.simulation.trial_bounds import AMOUNTS, MOST_LOST, MOST_WIND
 
 
 def wind(value: str) -> tuple[float, float]:

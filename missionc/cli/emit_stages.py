@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from missionc.backends.roadmap_graph import show_roadmaps
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
-from missionc.checks.check_horizons import show_horizons
 from missionc.cli.summary import tried_lines
-from missionc.diagnostics.model import Diagnostic
-from missionc.kernel.show import show as show_kernel
-from missionc.language.operator import TooLarge
-from missionc.lower.unroll_past import looking_ahead
-from missionc.pipeline.front_end import Checked
-from missionc.pipeline.graphs import first_roadmaps, planned_on
-from missionc.pipeline.results import Compiled, Refused, Verified
-from missionc.resolve.show_ir import show_ir
-from missionc.syntax.show_tree import show as show_program
+from missionc.compiler.front_end import Checked
+from missionc.compiler.graphs import first_roadmaps, planned_on
+from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.frontend.checks.check_horizons import show_horizons
+from missionc.frontend.resolve.show_ir import show_ir
+from missionc.frontend.syntax.show_tree import show as show_program
+from missionc.ir.kernel.show import show as show_kernel
+from missionc.ir.language.operator import TooLarge
+from missionc.ir.lower.unroll_past import looking_ahead
 
 
 def of_checked(checked: Checked, stages: tuple[str, ...], seed: int = 0) -> list[tuple[str, str]]:

@@ -10,11 +10,11 @@ from shutil import get_terminal_size
 
 import click
 
+from missionc.base.diagnostics.code import OUT_OF_MEMORY
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.render import render_json, render_text, wrapped
+from missionc.base.diagnostics.sanitize import as_json, plain
 from missionc.cli.streams import HUNG_UP, NOT_SAID
-from missionc.diagnostics.code import OUT_OF_MEMORY
-from missionc.diagnostics.model import Diagnostic
-from missionc.diagnostics.render import render_json, render_text, wrapped
-from missionc.diagnostics.sanitize import as_json, plain
 
 
 class Status(IntEnum):
@@ -43,7 +43,7 @@ def status_of(passed: bool, undecided: bool) -> Status:
 def say(findings: Iterable[Diagnostic], lines: Iterable[str], form: str, document: dict[str, object]) -> None:
     """Findings to standard error and results to standard output, or one document with both."""
     if form == "sarif":
-        from missionc.diagnostics.sarif import render_sarif  # few ask for it
+        from missionc.base.diagnostics.sarif import render_sarif  # few ask for it
 
         click.echo(as_json(render_sarif(list(findings))))
         return

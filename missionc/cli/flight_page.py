@@ -20,9 +20,9 @@ from missionc.cli.page_server import PageServer, Quiet
 if TYPE_CHECKING:  # loads arrays
     from missionc.base.trace import Trace
     from missionc.ir import Mission
-    from missionc.kernel.nodes import Kernel
-    from missionc.monitoring.live.session import Event
+    from missionc.ir.kernel.nodes import Kernel
     from missionc.output.flight_page.flight_record import Seen, Tone
+    from missionc.verification.monitoring.live.session import Event
 
 PAUSE = 0.1
 """Seconds between two messages to a page, however fast steps come."""

@@ -10,13 +10,13 @@ from missionc.cli.summary import by_whom
 
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement
-    from missionc.replay.simulate_folder import Simulated
-    from missionc.verify.certificate import Check
+    from missionc.tools.replay.simulate_folder import Simulated
+    from missionc.verification.certificate import Check
 
 
 def simulated_lines(simulated: Simulated) -> list[str]:
     """One flight in full; of several, how often everything held, and how badly the worst of them went."""
-    from missionc.simulate.trials import headline
+    from missionc.flight.simulation.trials import headline
 
     trials, opened = simulated.trials, simulated.opened
     if trials is None or opened is None:

@@ -12,29 +12,29 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
+from missionc.base.diagnostics.code import SCENARIO_UNUSABLE
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.signals import Stopped
 from missionc.base.source import Source
 from missionc.base.trace import Array, Trace
 from missionc.cli.exit_status import say_line
 from missionc.cli.flight_page import FlightPage
-from missionc.closed_loop.fly_loop import LoopFlight, unreadable_changes
-from missionc.closed_loop.ground import Ground, uploaded
-from missionc.closed_loop.scenario import Scenario, read_scenario
-from missionc.diagnostics.code import SCENARIO_UNUSABLE
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler.front_end import Checked
+from missionc.compiler.replan.request import Flying, Way
+from missionc.frontend.syntax.read_file import read_text
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.live.session import Session
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.report.loop_tracks import LoopFlights
 from missionc.output.report.report_html import report
-from missionc.pipeline.front_end import Checked
-from missionc.pipeline.replan.request import Flying, Way
-from missionc.replay.read_folder import OutputFolder, read_folder
-from missionc.replay.rebuild.rebuild_documents import plotted
-from missionc.replay.reverify import reverify_opened
-from missionc.syntax.read_file import read_text
-from missionc.verify.certificate import Certificate
+from missionc.tools.closed_loop.fly_loop import LoopFlight, unreadable_changes
+from missionc.tools.closed_loop.ground import Ground, uploaded
+from missionc.tools.closed_loop.scenario import Scenario, read_scenario
+from missionc.tools.replay.read_folder import OutputFolder, read_folder
+from missionc.tools.replay.rebuild.rebuild_documents import plotted
+from missionc.tools.replay.reverify import reverify_opened
+from missionc.verification.certificate import Certificate
+from missionc.verification.monitoring.live.session import Session
 
 
 class ShownLoop:

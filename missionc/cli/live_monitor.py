@@ -11,17 +11,17 @@ from contextlib import nullcontext, suppress
 import click
 
 from missionc.base.constraint import constraint_lines, constraint_records
+from missionc.base.diagnostics.code import IMPLAUSIBLE_TIME, RECORDING_BROKEN, UNUSABLE_SAMPLE
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.render import render_json, render_text
+from missionc.base.diagnostics.sanitize import as_json
 from missionc.base.figures import decimals
 from missionc.base.signals import Stopped
 from missionc.cli.browser import said
 from missionc.cli.exit_status import Status, columns, in_colour, say_line
 from missionc.cli.flight_page import FlightPage
-from missionc.diagnostics.code import IMPLAUSIBLE_TIME, RECORDING_BROKEN, UNUSABLE_SAMPLE
-from missionc.diagnostics.model import Diagnostic
-from missionc.diagnostics.render import render_json, render_text
-from missionc.diagnostics.sanitize import as_json
-from missionc.monitoring.live.mcap_poses import BrokenRecordingError
-from missionc.monitoring.live.session import (
+from missionc.verification.monitoring.live.mcap_poses import BrokenRecordingError
+from missionc.verification.monitoring.live.session import (
     Breach,
     Change,
     Event,
@@ -33,7 +33,7 @@ from missionc.monitoring.live.session import (
     Session,
     Unusable,
 )
-from missionc.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.live.verdicts import Standing, Verdict
 
 MOST_UNUSABLE = 20
 """Lines that cannot be used are told one by one up to so many; the summary counts them all."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from missionc.base.figures import counted, decimals
-from missionc.closed_loop.fly_loop import LoopFlight
-from missionc.closed_loop.loop_record import fractions, said
+from missionc.flight.simulation.trials import shown
 from missionc.ir import Mission
-from missionc.simulate.trials import shown
+from missionc.tools.closed_loop.fly_loop import LoopFlight
+from missionc.tools.closed_loop.loop_record import fractions, said
 
 
 def loop_lines(mission: Mission, flights: Sequence[LoopFlight], replans: bool) -> list[str]:

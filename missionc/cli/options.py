@@ -14,10 +14,10 @@ import click
 from click.shell_completion import CompletionItem
 
 from missionc.backends.options import DESCRIBED, Described, OneOf, Real, Switch, Whole
+from missionc.base.diagnostics.suggest import nearest
 from missionc.base.limits import Limits, most
 from missionc.cli import stage_names
-from missionc.data.vehicles import profiles
-from missionc.diagnostics.suggest import nearest
+from missionc.ir.vehicle_profiles import profiles
 from missionc.output.export.form_names import NAMES
 from missionc.output.plot.figure_request import MOST_MOMENTS, SUFFIXES
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.folder.overlap import Output, overlapping
 from missionc.output.folder.ownership import exists
 from missionc.output.folder.write_file import refuse_file

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 from missionc.base.figures import counted, decimals
 from missionc.base.solved import solved_text
 from missionc.base.units import Seconds
+from missionc.frontend.resolve.resolve_files import file_lines
 from missionc.ir import PLAIN, Mission
 from missionc.ir.wording import listed
 from missionc.output.folder.file_names import REPORT
-from missionc.resolve.resolve_files import file_lines
 
 if TYPE_CHECKING:
     from missionc.backends.api import Report
     from missionc.base.judgement import Judgement
-    from missionc.pipeline.results import Verified
-    from missionc.verify.certificate import Between, Certificate, Check
+    from missionc.compiler.results import Verified
+    from missionc.verification.certificate import Between, Certificate, Check
 
 WHOLE = "whole flight"
 """The figure of a certificate that says how long that takes."""
@@ -91,7 +91,7 @@ def at_steps(alone: Sequence[Between]) -> str:
 
 
 def _between(each: Between) -> str:
-    from missionc.verify.certificate import Verdict  # what judges plans loads arrays
+    from missionc.verification.certificate import Verdict  # what judges plans loads arrays
 
     fails = "fails" if each.verdict is Verdict.FAILS else "may fail"
     if each.at is None:

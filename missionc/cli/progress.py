@@ -10,8 +10,8 @@ from contextlib import contextmanager, suppress
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
 
+from missionc.base.diagnostics.sanitize import plain_line
 from missionc.cli.streams import Unsaid
-from missionc.diagnostics.sanitize import plain_line
 
 if TYPE_CHECKING:
     from missionc.backends.api import Progress

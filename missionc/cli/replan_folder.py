@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from missionc.base.diagnostics.code import NOT_TO_BE_CHANGED, TRACE_UNREADABLE
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.suggest import nearest
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.diagnostics.code import NOT_TO_BE_CHANGED, TRACE_UNREADABLE
-from missionc.diagnostics.model import Diagnostic
-from missionc.diagnostics.suggest import nearest
-from missionc.monitoring.read_trace import FlownSoFar, read_flown
-from missionc.pipeline.replan.patch import patched
-from missionc.pipeline.replan.plan_rest import get_ready
-from missionc.pipeline.replan.replan import replan
-from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
-from missionc.replay.read_folder import OutputFolder, read_folder
-from missionc.replay.reverify import reverify_opened
-from missionc.syntax.read_file import read_source, read_text
+from missionc.compiler.replan.patch import patched
+from missionc.compiler.replan.plan_rest import get_ready
+from missionc.compiler.replan.replan import replan
+from missionc.compiler.replan.request import Flying, Replanned, Request, Way
+from missionc.frontend.syntax.read_file import read_source, read_text
+from missionc.tools.replay.read_folder import OutputFolder, read_folder
+from missionc.tools.replay.reverify import reverify_opened
+from missionc.verification.monitoring.read_trace import FlownSoFar, read_flown
 
 
 def replan_folder(

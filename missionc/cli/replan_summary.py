@@ -6,10 +6,10 @@ from pathlib import Path
 
 from missionc.base.figures import counted
 from missionc.cli.plan_summary import who_flies, worst_margins
+from missionc.compiler.replan.request import Replanned, Way
+from missionc.compiler.results import Verified
 from missionc.ir.wording import listed
 from missionc.output.folder.file_names import REPORT
-from missionc.pipeline.replan.request import Replanned, Way
-from missionc.pipeline.results import Verified
 
 
 def replanned_lines(replanned: Replanned, output: str) -> list[str]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from missionc.monitoring.live.mcap_poses import McapPoses
+    from missionc.verification.monitoring.live.mcap_poses import McapPoses
 
 LONGEST = 1 << 20
 """Bytes of a line; a longer one is cut, and then no JSON."""
@@ -46,7 +46,7 @@ def of_recording(file: Path, poses: McapPoses) -> Iterator[str]:
         BrokenRecordingError: it is no MCAP, or has been cut off.
         OSError: it cannot be read.
     """
-    from missionc.monitoring.live.mcap_poses import BrokenRecordingError
+    from missionc.verification.monitoring.live.mcap_poses import BrokenRecordingError
 
     with open(os.open(file, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK), "rb") as recording:
         if not stat.S_ISREG(os.fstat(recording.fileno()).st_mode):

@@ -13,17 +13,17 @@ from missionc.base.figures import counted, decimals
 from missionc.base.judgement import judgement_lines
 from missionc.base.units import Seconds
 from missionc.cli import plan_summary
+from missionc.compiler.relax.advice import explained_document, explained_lines
+from missionc.compiler.results import Compiled, Monitored, Refused, Verified
+from missionc.frontend.resolve.resolve_files import file_lines, file_records
+from missionc.frontend.resolve.resolve_quantities import SI
+from missionc.frontend.resolve.show_ir import figures_of
 from missionc.ir import FIGURES, Band, Vehicle
-from missionc.pipeline.relax.advice import explained_document, explained_lines
-from missionc.pipeline.results import Compiled, Monitored, Refused, Verified
-from missionc.resolve.resolve_files import file_lines, file_records
-from missionc.resolve.resolve_quantities import SI
-from missionc.resolve.show_ir import figures_of
 
 if TYPE_CHECKING:
     from missionc.output.documents.alternatives_json import AlternativeRow
-    from missionc.replay.reverify import Reverified
-    from missionc.verify.certificate import Between, Certificate, Check, Delay
+    from missionc.tools.replay.reverify import Reverified
+    from missionc.verification.certificate import Between, Certificate, Check, Delay
 
 SHOWN = 5e-4
 """A margin below it, in its unit, would be shown as nothing."""

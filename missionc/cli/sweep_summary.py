@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from missionc.base.figures import counted
 
 if TYPE_CHECKING:
-    from missionc.sweep.carry_out_sweep import SweepResult
-    from missionc.sweep.compare_sweeps import Comparison
-    from missionc.sweep.results_table import Group
+    from missionc.tools.sweep.carry_out_sweep import SweepResult
+    from missionc.tools.sweep.compare_sweeps import Comparison
+    from missionc.tools.sweep.results_table import Group
 
 MOST_LINES = 40
 """Combinations, and comparisons, that are told; the page has all of them."""
@@ -20,8 +20,8 @@ MOST_LINES = 40
 
 def swept_lines(result: SweepResult, output: Path) -> list[str]:
     """How many runs came to what; how often there is a plan with each combination, how soon, and how long it is."""
-    from missionc.sweep.carry_out_sweep import PAGE
-    from missionc.sweep.results_table import CSV, PARQUET, counts, missing
+    from missionc.tools.sweep.carry_out_sweep import PAGE
+    from missionc.tools.sweep.results_table import CSV, PARQUET, counts, missing
 
     if not result.groups:
         return []
@@ -37,10 +37,10 @@ def swept_lines(result: SweepResult, output: Path) -> list[str]:
 
 
 def _group_lines(groups: Sequence[Group]) -> list[str]:
-    from missionc.sweep.results_table import measures
-    from missionc.sweep.run_answer import OUTCOMES
-    from missionc.sweep.run_grid import words
-    from missionc.sweep.sweep_html import figures, percent
+    from missionc.tools.sweep.results_table import measures
+    from missionc.tools.sweep.run_answer import OUTCOMES
+    from missionc.tools.sweep.run_grid import words
+    from missionc.tools.sweep.sweep_html import figures, percent
 
     shown = measures(row for group in groups for row in group.rows)
     others = [outcome for outcome in OUTCOMES[1:] if any(group.outcomes[outcome] for group in groups)]
@@ -55,7 +55,7 @@ def _group_lines(groups: Sequence[Group]) -> list[str]:
 
 
 def _comparison_lines(comparisons: Sequence[Comparison]) -> list[str]:
-    from missionc.sweep.run_grid import words
+    from missionc.tools.sweep.run_grid import words
 
     if not comparisons:
         return []
@@ -78,7 +78,7 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
 
 def swept_document(result: SweepResult, output: Path) -> dict[str, object]:
     """``output`` is null where nothing was written."""
-    from missionc.sweep.results_table import counts
+    from missionc.tools.sweep.results_table import counts
 
     return {
         "mission": result.mission or None,

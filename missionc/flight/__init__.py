@@ -1,1 +1,1 @@
-"""Trajectory generation: smooth polynomials fitted to a plan, within what vehicles can do."""
+"""From a verified plan to what a vehicle flies: trajectories, and their simulation."""

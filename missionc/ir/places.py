@@ -10,8 +10,8 @@ from missionc.base.units import Seconds
 from missionc.ir.shapes import Shape, Vector
 
 if TYPE_CHECKING:  # few missions read files
-    from missionc.maps.feature import Asked
-    from missionc.maps.read_map import ReadSummary
+    from missionc.frontend.maps.feature import Asked
+    from missionc.frontend.maps.read_map import ReadSummary
 
 
 @dataclass(frozen=True, slots=True)

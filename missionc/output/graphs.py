@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from missionc.backends.roadmap_graph import RoadmapGraph
+from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.trace import Array, Trace
-from missionc.diagnostics.code import EXTRA_MISSING
 from missionc.ir import Graph, Mission
+from missionc.ir.language.margins.links import link_margin
 from missionc.ir.pair_ranges import directed
-from missionc.language.margins.links import link_margin
 
 if TYPE_CHECKING:
     import networkx

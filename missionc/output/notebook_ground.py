@@ -9,7 +9,7 @@ from __future__ import annotations
 from missionc.base.notebook import Figure, Ground
 from missionc.base.palette import LIGHT
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.region_roles import region_roles
 from missionc.output.report.outlines import Solid, inner_point, solids
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Plan
-from missionc.diagnostics.model import Diagnostic
-from missionc.flight.required_performance import required_performance
+from missionc.flight.trajectories.required_performance import required_performance
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json
 from missionc.output.documents.safe_end_json import safe_end_json, safe_end_noted
@@ -35,11 +35,11 @@ from missionc.output.folder.file_names import (
 )
 from missionc.output.folder.manifest import Option, Provenance, manifest, sha256
 from missionc.output.report.report_html import Plotted, report
-from missionc.verify.certificate import Certificate
-from missionc.verify.flight.verify_stops import Stops, verify_stops
-from missionc.verify.flight.verify_whole_flight import Stop
-from missionc.verify.flight.way_missions import Ways, has_risen, is_whole
-from missionc.verify.verify_plan import verify_between, with_delays
+from missionc.verification.certificate import Certificate
+from missionc.verification.flight.verify_stops import Stops, verify_stops
+from missionc.verification.flight.verify_whole_flight import Stop
+from missionc.verification.flight.way_missions import Ways, has_risen, is_whole
+from missionc.verification.verify_plan import verify_between, with_delays
 
 __all__ = ["Option", "Output", "Provenance", "emit", "plan_json"]
 
@@ -93,8 +93,8 @@ def emit(
         stops: what every agent flies until a plan begins that was made in flight.
     """
     # Imported here: who draws a folder anew fits nothing, and needs no solver for that.
-    from missionc.flight.crazyflie import crazyflie
-    from missionc.flight.refusals import not_flyable
+    from missionc.flight.trajectories.crazyflie import crazyflie
+    from missionc.flight.trajectories.refusals import not_flyable
 
     flyable = crazyflie(mission, kernel, plan.trace, provenance.stretch)
     if isinstance(flyable, Diagnostic):

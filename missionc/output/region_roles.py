@@ -7,9 +7,9 @@ out  a role of the palette for each region
 from __future__ import annotations
 
 from missionc.ir import Anywhere, Mission
-from missionc.kernel.nodes import Atom, Kernel, Not
-from missionc.kernel.walk import children, postorder
-from missionc.lower.expand import expand
+from missionc.ir.kernel.nodes import Atom, Kernel, Not
+from missionc.ir.kernel.walk import children, postorder
+from missionc.ir.lower.expand import expand
 
 
 def region_roles(mission: Mission, kernel: Kernel | None = None) -> dict[str, str]:

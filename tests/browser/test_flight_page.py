@@ -15,7 +15,7 @@ import pytest
 
 from missionc.base.trace import Trace
 from missionc.cli.flight_page import FlightPage
-from missionc.monitoring.live.session import Session
+from missionc.verification.monitoring.live.session import Session
 from tests.support.live_flights import FLIGHT, IN_TOUCH, line, session_of
 from tests.support.opened_reports import Opened
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from missionc.base.source import Source
+from missionc.compiler.front_end import ANY_BACKEND, check
 from missionc.output.report.loop_tracks import LoopFlights
 from missionc.output.report.report_html import Plotted, data, report
-from missionc.pipeline.front_end import ANY_BACKEND, check
 from tests.support.legal_plans import Array
 from tests.support.opened_reports import opened
 from tests.support.unpacked_reports import MOTION, RELAY, flight, links, plotted

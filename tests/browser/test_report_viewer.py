@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from missionc.output.report.report_html import report
-from missionc.verify.certificate import Between, Verdict
+from missionc.verification.certificate import Between, Verdict
 from tests.support.opened_reports import Opened, opened
 from tests.support.unpacked_reports import MOTION, RELAY, plotted
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc.pipeline import driver
-from missionc.verify.verify_plan import verify
+from missionc.compiler import driver
+from missionc.verification.verify_plan import verify
 from tests.support.legal_plans import straight
 
 ROOT = Path(__file__).resolve().parents[2]

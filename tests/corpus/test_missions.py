@@ -22,15 +22,15 @@ from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli import emit_stages, stage_names
-from missionc.data.templates import Template, templates
+from missionc.compiler import driver
+from missionc.compiler.front_end import Checked
+from missionc.compiler.results import Verified
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.read_file import unread
+from missionc.frontend.syntax.show_tree import show
+from missionc.frontend.templates import Template, templates
 from missionc.ir import Mission
-from missionc.monitoring.read_trace import read_trace
-from missionc.pipeline import driver
-from missionc.pipeline.front_end import Checked
-from missionc.pipeline.results import Verified
-from missionc.syntax.parse import parse
-from missionc.syntax.read_file import unread
-from missionc.syntax.show_tree import show
+from missionc.verification.monitoring.read_trace import read_trace
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "missions").glob("*.mission"))

@@ -12,12 +12,12 @@ from typing import Any
 
 import pytest
 
+from missionc.base.diagnostics.code import Severity
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.diagnostics.code import Severity
-from missionc.lsp.open_text import Outline
-from missionc.lsp.scene.scene import scene
-from missionc.pipeline import front_end
+from missionc.compiler import front_end
+from missionc.tools.language_server.open_text import Outline
+from missionc.tools.language_server.scene.scene import scene
 from missionc.version import __version__
 from tests.support.npm import ROOT, fetch, npm
 

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 
 from missionc import ir
-from missionc.kernel.analysis import helped_by_more, relevance, remembering, steps_ahead
-from missionc.kernel.nodes import All, Any, At, Atom, Eventually, EveryNeighbour, Is, Neighbour, Node, Not, Until
-from missionc.lower.expand import expand
+from missionc.ir.kernel.analysis import helped_by_more, relevance, remembering, steps_ahead
+from missionc.ir.kernel.nodes import All, Any, At, Atom, Eventually, EveryNeighbour, Is, Neighbour, Node, Not, Until
+from missionc.ir.lower.expand import expand
 from tests import reference
 from tests.support.random_runs import FIELD, SPAN, Case, cases, flags_of, graphs_of, mission_of
 

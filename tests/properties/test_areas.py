@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc.base.units import Metres
+from missionc.geometry.configuration_space import SURE, Area, Atlas, common, covers, disjoint, empty, without
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, World
-from missionc.world.configuration_space import SURE, Area, Atlas, common, covers, disjoint, empty, without
 from tests.support.random_runs import SPAN
 
 COORDINATES = st.sampled_from([0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.5, 6.0])

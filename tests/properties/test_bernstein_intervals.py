@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missionc.curves.bernstein_intervals import Enclosed, derivative, from_powers, root_above, root_below
-from missionc.verify.proof.proof_boxes import at_least, at_most
+from missionc.geometry.curves.bernstein_intervals import Enclosed, derivative, from_powers, root_above, root_below
+from missionc.verification.proof.proof_boxes import at_least, at_most
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 PLAIN = st.floats(-16, 16, width=32)

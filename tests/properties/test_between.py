@@ -15,19 +15,16 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.base.trace import Flags, Trace
 from missionc.base.units import Seconds, Steps
-from missionc.curves.piecewise_polynomials import motion
+from missionc.geometry.curves.piecewise_polynomials import motion
 from missionc.ir import Mission
-from missionc.kernel.analysis import steps_ahead
-from missionc.kernel.nodes import Node, UntilNode, WindowNode
-from missionc.kernel.walk import looks_back
-from missionc.language.operator import Bounds, Operator
-from missionc.language.operators import OPERATORS, by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.evaluate import Evaluation as Truth
-from missionc.monitoring.logic import TRUTH, Values
-from missionc.monitoring.monitor import truths
-from missionc.verify.between.between_steps import between_steps
-from missionc.verify.between.interval_sets import (
+from missionc.ir.kernel.analysis import steps_ahead
+from missionc.ir.kernel.nodes import Node, UntilNode, WindowNode
+from missionc.ir.kernel.walk import looks_back
+from missionc.ir.language.operator import Bounds, Operator
+from missionc.ir.language.operators import OPERATORS, by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.between.between_steps import between_steps
+from missionc.verification.between.interval_sets import (
     STEP,
     Motion,
     Signal,
@@ -38,7 +35,10 @@ from missionc.verify.between.interval_sets import (
     throughout,
     until,
 )
-from missionc.verify.between.truth_over_time import Evaluation
+from missionc.verification.between.truth_over_time import Evaluation
+from missionc.verification.monitoring.evaluate import Evaluation as Truth
+from missionc.verification.monitoring.logic import TRUTH, Values
+from missionc.verification.monitoring.monitor import truths
 from tests.support.random_runs import SPAN, Case, cases, mission_of, trace_of
 
 LONG = 12

@@ -14,9 +14,9 @@ from missionc.backends.api import Budget
 from missionc.backends.cover import refute as module
 from missionc.backends.cover.refute import least_duration
 from missionc.backends.run_account import Account
-from missionc.checks.lower_bounds import lower_bounds
+from missionc.frontend.checks.lower_bounds import lower_bounds
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from tests import reference
 from tests.support.exhaustive_lanes import OnLanes, joint_motions, missions_on_lanes
 from tests.support.motions_with_missions import Planned, on_a_grid, under_way

@@ -21,12 +21,12 @@ from missionc.backends.cover.refute import Question
 from missionc.backends.cover.relax_kernel import relaxed
 from missionc.backends.run_account import Account
 from missionc.backends.smt.sat.solve import Solvers
-from missionc.pipeline.claim_cover import claimed
-from missionc.verify.impossibility.check_motion import inflated
-from missionc.verify.impossibility.check_refutation import check_cover
-from missionc.verify.impossibility.cnf import Cnf
-from missionc.verify.impossibility.cover_document import ClaimedCover, document, read_cover
-from missionc.verify.impossibility.encode_formulas import encode_motion
+from missionc.compiler.claim_cover import claimed
+from missionc.verification.impossibility.check_motion import inflated
+from missionc.verification.impossibility.check_refutation import check_cover
+from missionc.verification.impossibility.cnf import Cnf
+from missionc.verification.impossibility.cover_document import ClaimedCover, document, read_cover
+from missionc.verification.impossibility.encode_formulas import encode_motion
 from tests.support.motions_with_missions import Planned, on_a_grid, under_way
 
 pysat = pytest.importorskip("pysat.solvers")

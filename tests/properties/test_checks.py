@@ -12,18 +12,18 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.base.diagnostics.code import CONTRADICTION, TOO_FAR, VACUOUS, Code
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.checks.check_horizons import check_horizons
-from missionc.checks.check_requirements import check_requirements
-from missionc.checks.check_world import check_world
-from missionc.diagnostics.code import CONTRADICTION, TOO_FAR, VACUOUS, Code
-from missionc.language.operators import by_name
-from missionc.language.walk_formulas import bottom_up
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import truths
-from missionc.pipeline.driver import check
+from missionc.compiler.driver import check
+from missionc.frontend.checks.check_horizons import check_horizons
+from missionc.frontend.checks.check_requirements import check_requirements
+from missionc.frontend.checks.check_world import check_world
+from missionc.ir.language.operators import by_name
+from missionc.ir.language.walk_formulas import bottom_up
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import truths
 from tests import reference
 from tests.support.random_runs import SPAN, Case, cases, formulas, mission_of
 

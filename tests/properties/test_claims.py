@@ -10,14 +10,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.curves.piecewise_polynomials import Curves, Indices, values
-from missionc.verify.flight.flight_curves import Flight, seen_from
-from missionc.verify.flight.joint_claims import clear_of, downwash, obstacles, separation, world
-from missionc.verify.flight.verify_polynomials import MANY, limits, prove
-from missionc.verify.plan.obstacle_bodies import solid
-from missionc.verify.proof import branch_and_bound as search
-from missionc.verify.proof.branch_and_bound import Claim, Judge, branch_and_bound
-from missionc.verify.proof.proof_boxes import at_least, at_most, between, bound_on, boxes_of, fault, in_band, upright
+from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, values
+from missionc.verification.flight.flight_curves import Flight, seen_from
+from missionc.verification.flight.joint_claims import clear_of, downwash, obstacles, separation, world
+from missionc.verification.flight.verify_polynomials import MANY, limits, prove
+from missionc.verification.plan.obstacle_bodies import solid
+from missionc.verification.proof import branch_and_bound as search
+from missionc.verification.proof.branch_and_bound import Claim, Judge, branch_and_bound
+from missionc.verification.proof.proof_boxes import (
+    at_least,
+    at_most,
+    between,
+    bound_on,
+    boxes_of,
+    fault,
+    in_band,
+    upright,
+)
 from tests.support.legal_plans import mission_of, moving, still
 
 SEEDS = st.integers(0, 10_000)

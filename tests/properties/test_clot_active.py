@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.kernel.nodes import Goal, Kernel, NeighbourNode, RouteNode
-from missionc.kernel.walk import postorder
-from missionc.language.operators import by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import robustness
-from missionc.syntax.ast import Metric
+from missionc.frontend.syntax.ast import Metric
+from missionc.ir.kernel.nodes import Goal, Kernel, NeighbourNode, RouteNode
+from missionc.ir.kernel.walk import postorder
+from missionc.ir.language.operators import by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import robustness
 from tests import reference
 from tests.support.random_runs import SPAN, Case, as_planned, cases, leaves, mission_of, run_of, trace_of
 
@@ -29,8 +29,8 @@ from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Links, activate
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.base.trace import Array, Trace
-from missionc.kernel.nodes import AtLeast, Atom, EveryNeighbour, Node, Not, Release
-from missionc.language.margins.predicate_margins import all_links
+from missionc.ir.kernel.nodes import AtLeast, Atom, EveryNeighbour, Node, Not, Release
+from missionc.ir.language.margins.predicate_margins import all_links
 
 
 def kernel_of(case: Case, formula: ir.Formula) -> Kernel:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.language.margins.predicate_margins import margin
+from missionc.ir.language.margins.predicate_margins import margin
 from tests import reference
 from tests.support.random_runs import SPAN, flags_of, mission_of, own_states, positions, run_of, trace_of
 

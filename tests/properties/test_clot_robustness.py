@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from missionc import ir
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.base.trace import Array, Trace
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -30,13 +30,13 @@ from missionc.kernel.nodes import (
     RouteNode,
     Until,
 )
-from missionc.kernel.walk import postorder
-from missionc.language.margins.predicate_margins import margin
-from missionc.language.operator import Operator
-from missionc.language.operators import OPERATORS, by_name
-from missionc.language.walk_formulas import asks_the_past, bottom_up
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import robustness
+from missionc.ir.kernel.walk import postorder
+from missionc.ir.language.margins.predicate_margins import margin
+from missionc.ir.language.operator import Operator
+from missionc.ir.language.operators import OPERATORS, by_name
+from missionc.ir.language.walk_formulas import asks_the_past, bottom_up
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import robustness
 from tests import reference
 from tests.support.random_runs import SPAN, Case, as_planned, cases, leaves, mission_of, snapshots, trace_of
 
@@ -48,7 +48,7 @@ from missionc.backends.clot.cost_graph.motion_batch import States, team, velocit
 from missionc.backends.clot.cost_graph.robustness import Robustness, over, until
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
-from missionc.language.margins.connected import spanning_tree
+from missionc.ir.language.margins.connected import spanning_tree
 
 torch.set_num_threads(1)
 seeds = st.integers(0, 2**32 - 1)

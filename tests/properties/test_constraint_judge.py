@@ -18,11 +18,11 @@ from missionc import ir
 from missionc.base.constraint import Constraint, all_satisfied
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
-from missionc.curves.piecewise_polynomials import motion
-from missionc.monitoring.live.session import Breach, Session
-from missionc.verify.plan.clearances import check_separation
-from missionc.verify.plan.starts_and_finishes import check_world
-from missionc.verify.recorded.constraint_judge import LiveConstraints, judge_constraints
+from missionc.geometry.curves.piecewise_polynomials import motion
+from missionc.verification.monitoring.live.session import Breach, Session
+from missionc.verification.plan.clearances import check_separation
+from missionc.verification.plan.starts_and_finishes import check_world
+from missionc.verification.recorded.constraint_judge import LiveConstraints, judge_constraints
 from tests.support.legal_plans import NOTHING, SPAN, mission_of, moved, moving, pushed, still, straight, wandering
 from tests.support.motions_with_missions import Planned, under_way
 

@@ -11,7 +11,7 @@ from missionc.backends.api import Budget
 from missionc.backends.cover import refute as module
 from missionc.backends.cover.refute import Refused, refute
 from missionc.backends.run_account import Account
-from missionc.verify.verify_plan import verify
+from missionc.verification.verify_plan import verify
 from tests.support.motions_with_missions import Planned, on_a_grid, under_way
 
 FEW = settings(

@@ -11,28 +11,28 @@ import numpy as np
 import pytest
 
 from missionc.backends.api import Snapshot
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.judgement import Judgement
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.closed_loop.scenario import read_scenario
-from missionc.diagnostics.model import Diagnostic
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.live.mcap_poses import FOXGLOVE, McapPoses
-from missionc.monitoring.live.samples import SampleReader, UnusableError
-from missionc.monitoring.read_trace import read_flown
+from missionc.compiler.checkpoint_file import from_bytes, to_bytes
+from missionc.flight.simulation.judge_flight import Error, Flight
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.documents.safe_end_json import read_safe_end
-from missionc.pipeline.checkpoint_file import from_bytes, to_bytes
-from missionc.progression.past_document import Flown, Past, past_json, read_past
-from missionc.progression.stretches import Stretch
-from missionc.simulate.judge_flight import Error, Flight
-from missionc.sweep import flights_journal
-from missionc.sweep.flights_journal import FlightsJournal
-from missionc.sweep.results_table import Table, groups
-from missionc.sweep.run_answer import RunResult
-from missionc.sweep.run_grid import Run
-from missionc.sweep.sweep_folder import JOURNAL, SWEEP, Row, SweepFolder, begin, read_sweep
-from missionc.verify.certificate import Check
+from missionc.planning.progression.past_document import Flown, Past, past_json, read_past
+from missionc.planning.progression.stretches import Stretch
+from missionc.tools.closed_loop.scenario import read_scenario
+from missionc.tools.sweep import flights_journal
+from missionc.tools.sweep.flights_journal import FlightsJournal
+from missionc.tools.sweep.results_table import Table, groups
+from missionc.tools.sweep.run_answer import RunResult
+from missionc.tools.sweep.run_grid import Run
+from missionc.tools.sweep.sweep_folder import JOURNAL, SWEEP, Row, SweepFolder, begin, read_sweep
+from missionc.verification.certificate import Check
+from missionc.verification.monitoring.live.mcap_poses import FOXGLOVE, McapPoses
+from missionc.verification.monitoring.live.samples import SampleReader, UnusableError
+from missionc.verification.monitoring.read_trace import read_flown
 from tests.support.legal_plans import mission_of
 from tests.support.mutated_folders import mutated_file
 
@@ -108,7 +108,7 @@ def documents() -> Mapping[str, tuple[bytes, Callable[[bytes, Path], object]]]:
     events = '[[event]]\nat = 8.0\nslow = "drone[1]"\nto = 0.5\n[[event]]\nat = 9\nlose = "drone[0]"\n'
     storm = f"[wind]\nmean = 0.5\n{events}"
     return {
-        "sweep.json": (json.dumps({"schema": "missionc.sweep/1", **ABOUT}).encode(), sweep(SWEEP)),
+        "sweep.json": (json.dumps({"schema": "missionc.tools.sweep/1", **ABOUT}).encode(), sweep(SWEEP)),
         "runs.jsonl": (row.as_line() + b"\n", sweep(JOURNAL)),
         "flights.jsonl": (lines, journal),
         "past.json": (past.encode(), lambda content, _: read_past(content.decode("utf-8", "replace"), 1e9)),

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 
 from missionc import ir
-from missionc.kernel.nodes import Goal
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import truth
+from missionc.ir.kernel.nodes import Goal
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import truth
 from tests import reference
 from tests.support.random_runs import SPAN, Case, as_planned, cases, mission_of
 
@@ -36,7 +36,7 @@ def truths(case: Case, formula: ir.Formula) -> tuple[bool, list[bool], bool]:
 def test_what_is_asked_of_a_roadmap_follows_from_the_formula_and_from_its_negation(case: Case) -> None:
     if reference.ahead(case.formula) > case.run.last:
         return
-    from missionc.language.operators import by_name
+    from missionc.ir.language.operators import by_name
 
     for formula in (case.formula, ir.Apply(by_name["not"], (case.formula,), None, SPAN)):
         wanted, asked, whole = truths(case, formula)

@@ -9,8 +9,8 @@ pytest.importorskip("ezdxf")
 
 import shapely
 
-from missionc.maps.drawing import drawing
-from missionc.maps.dxf.areas import SAGITTA
+from missionc.frontend.maps.drawing import drawing
+from missionc.frontend.maps.dxf.areas import SAGITTA
 from tests.support.random_drawings import (
     ENTITIES,
     FINE,

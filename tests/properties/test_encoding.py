@@ -28,12 +28,12 @@ from missionc.backends.smt.roadmap import roadmap_links
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.worker import SAT, CaDiCaL
-from missionc.kernel.nodes import Goal, Kernel
-from missionc.kernel.normal_form import negated
-from missionc.language.operator import Operator
-from missionc.language.operators import OPERATORS
-from missionc.lower.expand import expand
-from missionc.syntax.ast import Metric
+from missionc.frontend.syntax.ast import Metric
+from missionc.ir.kernel.nodes import Goal, Kernel
+from missionc.ir.kernel.normal_form import negated
+from missionc.ir.language.operator import Operator
+from missionc.ir.language.operators import OPERATORS
+from missionc.ir.lower.expand import expand
 from tests import reference
 from tests.support.random_runs import SPAN, applied, as_planned, formulas, mission_of, run_of, trace_of
 from tests.support.small_roadmaps import roadmap_of

@@ -11,15 +11,15 @@ from hypothesis import given, settings
 
 from missionc import ir
 from missionc.base.units import Steps
-from missionc.checks.check_horizons import steps_ahead
-from missionc.explain.explanation import document, explained, lines, traps_of
-from missionc.explain.sentences import MOST_PARTS, Sentences, sentences
-from missionc.explain.window_diagram import WIDTH, draw, windows
-from missionc.language.operator import Bounds
-from missionc.language.operators import OPERATORS, by_name
-from missionc.language.walk_formulas import bottom_up, goals, reaches_back
-from missionc.resolve.show_ir import show_formula
-from missionc.syntax.ast import Metric
+from missionc.frontend.checks.check_horizons import steps_ahead
+from missionc.frontend.explain.explanation import document, explained, lines, traps_of
+from missionc.frontend.explain.sentences import MOST_PARTS, Sentences, sentences
+from missionc.frontend.explain.window_diagram import WIDTH, draw, windows
+from missionc.frontend.resolve.show_ir import show_formula
+from missionc.frontend.syntax.ast import Metric
+from missionc.ir.language.operator import Bounds
+from missionc.ir.language.operators import OPERATORS, by_name
+from missionc.ir.language.walk_formulas import bottom_up, goals, reaches_back
 from tests.support.random_flight_missions import random_mission
 from tests.support.random_runs import BASE, FIELD, SPAN, Case, cases, mission_of
 from tests.support.resolved_missions import mission as resolved

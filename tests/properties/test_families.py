@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.pipeline.front_end import check
-from missionc.resolve.context import Context, collect
-from missionc.resolve.resolve_quantities import resolve_parameters
-from missionc.resolve.show_ir import show_ir
-from missionc.syntax.parse import parse
+from missionc.compiler.front_end import check
+from missionc.frontend.resolve.context import Context, collect
+from missionc.frontend.resolve.resolve_quantities import resolve_parameters
+from missionc.frontend.resolve.show_ir import show_ir
+from missionc.frontend.syntax.parse import parse
 from tests.support.flat_families import HEAD, MOVES, flat
 
 # ---------------------------------------------------------------- arithmetic

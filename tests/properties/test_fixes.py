@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
-from missionc.diagnostics.model import Diagnostic
-from missionc.pipeline.front_end import check
+from missionc.compiler.front_end import check
 from tests.properties.test_mutated_missions import mutated
 from tests.support.check_findings import text
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from missionc.backends.api import Impossible, NotFound
+from missionc.base.diagnostics.code import CONTRADICTION, TOO_FAR
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.diagnostics.code import CONTRADICTION, TOO_FAR
+from missionc.compiler import driver
+from missionc.compiler.results import Compiled, Refused, Unverified, Verified
 from missionc.output.folder.file_names import file_names
-from missionc.pipeline import driver
-from missionc.pipeline.results import Compiled, Refused, Unverified, Verified
-from missionc.verify.verify_plan import verify, verify_polynomials
+from missionc.verification.verify_plan import verify, verify_polynomials
 from tests.support.random_flight_missions import random_mission
 
 FEW = (0, 2, 3, 4, 5, 39, 1023, 1024)

@@ -12,12 +12,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from missionc.verify.impossibility.check_motion import inflated
-from missionc.verify.impossibility.check_refutation import check_cover
-from missionc.verify.impossibility.cnf import FALSE, Cnf
-from missionc.verify.impossibility.cover_document import ClaimedCover, document, read_cover
-from missionc.verify.impossibility.encode_formulas import encode_motion
-from missionc.verify.verify_plan import verify
+from missionc.verification.impossibility.check_motion import inflated
+from missionc.verification.impossibility.check_refutation import check_cover
+from missionc.verification.impossibility.cnf import FALSE, Cnf
+from missionc.verification.impossibility.cover_document import ClaimedCover, document, read_cover
+from missionc.verification.impossibility.encode_formulas import encode_motion
+from missionc.verification.verify_plan import verify
 from tests.support.forged_covers import boldest
 from tests.support.motions_with_missions import Planned, on_a_grid, under_way
 

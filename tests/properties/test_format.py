@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.syntax.format import format_mission
-from missionc.syntax.parse import parse
-from missionc.syntax.read_file import unread
-from missionc.syntax.show_tree import show
-from missionc.syntax.tokens import tokenise
+from missionc.frontend.syntax.format import format_mission
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.read_file import unread
+from missionc.frontend.syntax.show_tree import show
+from missionc.frontend.syntax.tokens import tokenise
 from tests.support.random_flight_missions import random_mission
 
 MISSIONS = sorted((Path(__file__).resolve().parents[2] / "missions").glob("*.mission"))

@@ -20,14 +20,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler.driver import check
 from missionc.ir import Mission
-from missionc.monitoring.live.mcap_poses import CHUNK, MAGIC, BrokenRecordingError, McapPoses
-from missionc.monitoring.read_trace import read_trace
-from missionc.pipeline.driver import check
-from missionc.verify.impossibility.check_refutation import CNF, DRAT, check_drat
+from missionc.verification.impossibility.check_refutation import CNF, DRAT, check_drat
+from missionc.verification.monitoring.live.mcap_poses import CHUNK, MAGIC, BrokenRecordingError, McapPoses
+from missionc.verification.monitoring.read_trace import read_trace
 from tests.support.mapped_missions import HEAD, findings
 
 LIMIT = 60

@@ -14,14 +14,14 @@ from missionc.backends.smt.lift import lift
 from missionc.backends.smt.sat.worker import SAT, CaDiCaL
 from missionc.base.trace import Trace
 from missionc.base.units import Steps
-from missionc.curves.piecewise_polynomials import motion
-from missionc.kernel.normal_form import negated
-from missionc.language.margins.predicate_margins import margin
-from missionc.language.operators import by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import robustness, truth
-from missionc.verify.between.interval_sets import STEP, Motion
-from missionc.verify.between.truth_over_time import Evaluation
+from missionc.geometry.curves.piecewise_polynomials import motion
+from missionc.ir.kernel.normal_form import negated
+from missionc.ir.language.margins.predicate_margins import margin
+from missionc.ir.language.operators import by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.between.interval_sets import STEP, Motion
+from missionc.verification.between.truth_over_time import Evaluation
+from missionc.verification.monitoring.monitor import robustness, truth
 from tests import reference
 from tests.support.random_runs import MAST, SPAN, leaves, mission_of, positions, run_of, trace_of
 from tests.support.small_roadmaps import asked, roadmap_of

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.base.trace import Trace
-from missionc.curves.piecewise_polynomials import motion
+from missionc.geometry.curves.piecewise_polynomials import motion
 from missionc.ir import Mission
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -29,11 +29,11 @@ from missionc.kernel.nodes import (
     Release,
     Until,
 )
-from missionc.lower.expand import expand
-from missionc.lower.hold_throughout import hold_throughout
-from missionc.monitoring.monitor import truths
-from missionc.verify.between.between_steps import between_steps
-from missionc.verify.certificate import Verdict
+from missionc.ir.lower.expand import expand
+from missionc.ir.lower.hold_throughout import hold_throughout
+from missionc.verification.between.between_steps import between_steps
+from missionc.verification.certificate import Verdict
+from missionc.verification.monitoring.monitor import truths
 from tests.support.random_runs import BASE, FIELD, SPAN, Case, cases, graphs_of, mission_of, positions, trace_of
 
 Drawn: TypeAlias = st.SearchStrategy[Node]

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.sanitize import plain
 from missionc.base.limits import Limits
 from missionc.cli.app import main
 from missionc.cli.exit_status import Status
-from missionc.diagnostics.sanitize import plain
 from tests.support.small_missions import SMALL, WRONG, parked
 
 USUAL = 150

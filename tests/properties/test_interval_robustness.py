@@ -12,18 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.checks.broken_ends import broken_ends
-from missionc.checks.check_ends import check_ends
-from missionc.checks.free_space import FreeSpace
-from missionc.checks.possible_ends import possible
-from missionc.kernel.nodes import Always, Eventually, Is, Node, Release, Until
-from missionc.kernel.walk import children, postorder
-from missionc.language.operator import Operator
-from missionc.language.operators import OPERATORS
-from missionc.lower.expand import expand
-from missionc.monitoring.end_columns import FIRST, LAST
-from missionc.monitoring.interval_robustness import Interval, Intervals
-from missionc.monitoring.monitor import robustness
+from missionc.frontend.checks.broken_ends import broken_ends
+from missionc.frontend.checks.check_ends import check_ends
+from missionc.frontend.checks.free_space import FreeSpace
+from missionc.frontend.checks.possible_ends import possible
+from missionc.ir.kernel.nodes import Always, Eventually, Is, Node, Release, Until
+from missionc.ir.kernel.walk import children, postorder
+from missionc.ir.language.operator import Operator
+from missionc.ir.language.operators import OPERATORS
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.end_columns import FIRST, LAST
+from missionc.verification.monitoring.interval_robustness import Interval, Intervals
+from missionc.verification.monitoring.monitor import robustness
 from tests import reference
 from tests.support.random_runs import BASE, SPAN, Case, cases, mission_of
 

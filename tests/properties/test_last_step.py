@@ -13,22 +13,22 @@ from missionc import ir
 from missionc.backends.hybrid.backend import discrete
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Steps
+from missionc.compiler.alternatives.restriction import Restriction, restrictions
 from missionc.ir import Mission
+from missionc.ir.kernel.nodes import All, Any, At, Atom, Eventually, Goal, Kernel, Until
+from missionc.ir.kernel.walk import asked_between, postorder
+from missionc.ir.language.operator import Operator
+from missionc.ir.language.operators import OPERATORS
+from missionc.ir.lower.ahead_of_time import ahead_of_time
+from missionc.ir.lower.expand import expand
+from missionc.ir.lower.hold_throughout import hold_throughout
+from missionc.ir.lower.tighten import tightened_alone
 from missionc.ir.predicates import Inside
-from missionc.kernel.nodes import All, Any, At, Atom, Eventually, Goal, Kernel, Until
-from missionc.kernel.walk import asked_between, postorder
-from missionc.language.operator import Operator
-from missionc.language.operators import OPERATORS
-from missionc.lower.ahead_of_time import ahead_of_time
-from missionc.lower.expand import expand
-from missionc.lower.hold_throughout import hold_throughout
-from missionc.lower.tighten import tightened_alone
-from missionc.monitoring.monitor import monitor
-from missionc.monitoring.signature import Signatures
-from missionc.monitoring.violation import first_violation
-from missionc.pipeline.alternatives.restriction import Restriction, restrictions
-from missionc.progression.formula_progression import TooEntangledError
-from missionc.progression.stretches import Remaining, Stretch, after
+from missionc.planning.progression.formula_progression import TooEntangledError
+from missionc.planning.progression.stretches import Remaining, Stretch, after
+from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.monitoring.signature import Signatures
+from missionc.verification.monitoring.violation import first_violation
 from tests.support.random_runs import BASE, FIELD, SPAN, Case, as_planned, cases, mission_of, positions, trace_of
 
 

@@ -16,13 +16,13 @@ from missionc import ir
 from missionc.base.judgement import Judgement
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Steps
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Goal, Kernel, Node, Release, Until
-from missionc.language.operator import Operator
-from missionc.language.operators import OPERATORS, by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.live.judge import LiveJudge
-from missionc.monitoring.live.verdicts import Standing, Verdict
-from missionc.monitoring.monitor import monitor
+from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Goal, Kernel, Node, Release, Until
+from missionc.ir.language.operator import Operator
+from missionc.ir.language.operators import OPERATORS, by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.live.judge import LiveJudge
+from missionc.verification.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.monitor import monitor
 from tests import reference
 from tests.support.random_runs import (
     REGIONS,

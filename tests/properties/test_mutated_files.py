@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("PIL")
 pytest.importorskip("yaml")
 
-from missionc.pipeline.driver import check
+from missionc.compiler.driver import check
 from tests.support.mapped_missions import written
 from tests.support.mutated_files import FILES, SAID, faults, mutated_files
 

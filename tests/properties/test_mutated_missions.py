@@ -11,11 +11,11 @@ import time
 
 import pytest
 
+from missionc.base.diagnostics.render import render_json, render_text
 from missionc.base.source import Source
 from missionc.cli import emit_stages, stage_names
-from missionc.diagnostics.render import render_json, render_text
-from missionc.pipeline import driver
-from missionc.pipeline.front_end import Checked
+from missionc.compiler import driver
+from missionc.compiler.front_end import Checked
 from tests.support.mutated_texts import mutated
 
 USUAL = 2_000

@@ -14,7 +14,7 @@ import pytest
 import missionc
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.pipeline.front_end import ANY_BACKEND, check
+from missionc.compiler.front_end import ANY_BACKEND, check
 
 nx = pytest.importorskip("networkx")
 
@@ -126,7 +126,7 @@ def test_the_monitor_finds_the_routes_that_networkx_finds(
     seed: int, one_way: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     checked = checked_mission(one_way, judging=True)
-    monkeypatch.setattr("missionc.pipeline.judge_motion.check", lambda *_, **__: checked)
+    monkeypatch.setattr("missionc.compiler.judge_motion.check", lambda *_, **__: checked)
     places = random_places(seed)
     trace = tmp_path / "trace.csv"
     rows = [f"drone[{i}],{t},{x!r},{y!r}" for i, (x, y) in enumerate(places.tolist()) for t in (0, 1)]

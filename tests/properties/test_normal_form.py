@@ -6,11 +6,11 @@ import numpy as np
 from hypothesis import assume, given, settings
 
 from missionc import ir
-from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Eventually, Is, Node, Not, PathLength, says_opposite
-from missionc.kernel.normal_form import negated, negation_normal_form
-from missionc.kernel.walk import postorder
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import robustness, truth
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Eventually, Is, Node, Not, PathLength, says_opposite
+from missionc.ir.kernel.normal_form import negated, negation_normal_form
+from missionc.ir.kernel.walk import postorder
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import robustness, truth
 from tests import reference
 from tests.support.random_runs import BASE, SPAN, Case, cases, mission_of
 

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.kernel.nodes import Node
-from missionc.language.operator import Operator
-from missionc.language.operators import OPERATORS, by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import robustness, truth
+from missionc.ir.kernel.nodes import Node
+from missionc.ir.language.operator import Operator
+from missionc.ir.language.operators import OPERATORS, by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import robustness, truth
 from tests import reference
 from tests.support.random_runs import SPAN, Case, cases, mission_of, snapshots
 

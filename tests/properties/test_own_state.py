@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.backends.smt.sat.worker import SAT, CaDiCaL
 from missionc.base.units import Steps
-from missionc.checks.check_resources import check_resources
-from missionc.checks.free_space import FreeSpace
-from missionc.curves.piecewise_polynomials import motion
-from missionc.kernel.normal_form import negated
-from missionc.language.operators import by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import robustness, truth
-from missionc.verify.between.interval_sets import STEP, Motion
-from missionc.verify.between.truth_over_time import Evaluation
+from missionc.frontend.checks.check_resources import check_resources
+from missionc.frontend.checks.free_space import FreeSpace
+from missionc.geometry.curves.piecewise_polynomials import motion
+from missionc.ir.kernel.normal_form import negated
+from missionc.ir.language.operators import by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.between.interval_sets import STEP, Motion
+from missionc.verification.between.truth_over_time import Evaluation
+from missionc.verification.monitoring.monitor import robustness, truth
 from tests import reference
 from tests.support.random_runs import (
     FIELD,

@@ -17,8 +17,8 @@ from missionc.backends.smt.paper.ask_solver import links_between, problem
 from missionc.backends.smt.paper.encode import Encoding
 from missionc.backends.smt.paper.specify import specify
 from missionc.backends.smt.roadmap.roadmap import Roadmap
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import truth
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import truth
 from tests.support.resolved_missions import mission
 from tests.support.small_roadmaps import roadmap_of
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from missionc.base.source import Source
-from missionc.pipeline.front_end import check
-from missionc.syntax.passages import passages
+from missionc.compiler.front_end import check
+from missionc.frontend.syntax.passages import passages
 
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "missions").glob("*.mission"))]

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.base.trace import Trace
-from missionc.kernel.nodes import Kernel
-from missionc.language.operator import Operator
-from missionc.language.operators import OPERATORS
-from missionc.lower.expand import expand
-from missionc.monitoring.live.samples import StepState
-from missionc.monitoring.live.session import PlanForecast
-from missionc.monitoring.monitor import monitor
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.operator import Operator
+from missionc.ir.language.operators import OPERATORS
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.live.samples import StepState
+from missionc.verification.monitoring.live.session import PlanForecast
+from missionc.verification.monitoring.monitor import monitor
 from tests.support.random_runs import SPAN, Case, cases
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 
 from missionc import ir
+from missionc.base.diagnostics.code import BARRED, BEYOND_HORIZON, CROWDED, JUMP, RESTLESS, TOO_FAR, Code
 from missionc.base.source import Source
-from missionc.diagnostics.code import BARRED, BEYOND_HORIZON, CROWDED, JUMP, RESTLESS, TOO_FAR, Code
-from missionc.pipeline.front_end import check
+from missionc.compiler.front_end import check
 from tests.support.exhaustive_lattice import SAY_IMPOSSIBLE, Small, satisfied
 
 COUNT = int(os.environ.get("MISSIONC_FUZZ", "800"))

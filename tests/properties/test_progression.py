@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.base.trace import Trace
-from missionc.kernel.nodes import Kernel
-from missionc.language.operator import Operator
-from missionc.language.operators import OPERATORS
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import truth
-from missionc.progression.formula_progression import TooEntangledError
-from missionc.progression.stretches import Remaining, Stretch, after
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.operator import Operator
+from missionc.ir.language.operators import OPERATORS
+from missionc.ir.lower.expand import expand
+from missionc.planning.progression.formula_progression import TooEntangledError
+from missionc.planning.progression.stretches import Remaining, Stretch, after
+from missionc.verification.monitoring.monitor import truth
 from tests import reference
 from tests.support.random_runs import (
     SPAN,

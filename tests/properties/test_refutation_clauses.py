@@ -15,13 +15,13 @@ from missionc import ir
 from missionc.base.limits import DEEPEST
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Steps
-from missionc.kernel.nodes import All, At, Goal, Is, Reach
-from missionc.kernel.normal_form import negated
-from missionc.language.operators import by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import monitor
-from missionc.verify.impossibility import cnf
-from missionc.verify.impossibility.cnf import TooManyClauses
+from missionc.ir.kernel.nodes import All, At, Goal, Is, Reach
+from missionc.ir.kernel.normal_form import negated
+from missionc.ir.language.operators import by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.impossibility import cnf
+from missionc.verification.impossibility.cnf import TooManyClauses
+from missionc.verification.monitoring.monitor import monitor
 from tests.support.forged_covers import followed
 from tests.support.random_runs import (
     SPAN,

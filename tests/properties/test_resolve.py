@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.diagnostics import code
-from missionc.diagnostics.model import Diagnostic, has_errors
-from missionc.language.operator import Operator
-from missionc.resolve.resolve_mission import resolve
-from missionc.resolve.show_ir import show_ir
-from missionc.syntax.parse import parse
+from missionc.frontend.resolve.resolve_mission import resolve
+from missionc.frontend.resolve.show_ir import show_ir
+from missionc.frontend.syntax.parse import parse
+from missionc.ir.language.operator import Operator
 
 MISSION = """mission everything
 param T = 20 s

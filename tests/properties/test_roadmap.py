@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_roadmaps
 from missionc.base.limits import Limits
 from missionc.base.source import Source
+from missionc.frontend.resolve.resolve_mission import resolve
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.read_file import unread
 from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle
 from missionc.ir import Path as Motion
-from missionc.resolve.resolve_mission import resolve
-from missionc.syntax.parse import parse
-from missionc.syntax.read_file import unread
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 Array = NDArray[np.float64]
 

@@ -13,12 +13,12 @@ from missionc import ir
 from missionc.base.judgement import Judgement
 from missionc.base.source import Source
 from missionc.base.units import Steps
-from missionc.kernel.nodes import Kernel
-from missionc.language.operators import by_name
-from missionc.monitoring.live.session import Session
-from missionc.monitoring.live.verdicts import Verdict
-from missionc.monitoring.monitor import monitor
-from missionc.monitoring.read_trace import read_trace
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.operators import by_name
+from missionc.verification.monitoring.live.session import Session
+from missionc.verification.monitoring.live.verdicts import Verdict
+from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.monitoring.read_trace import read_trace
 from tests.properties.test_live_judge import asked, assert_final, assert_fits, slowed
 from tests.support.random_runs import SPAN, formulas, leaves, mission_of
 

@@ -18,9 +18,9 @@ from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSea
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.source import Source
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.evaluate import Evaluation
-from missionc.monitoring.logic import TRUTH
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring.evaluate import Evaluation
+from missionc.verification.monitoring.logic import TRUTH
 from tests.support.small_roadmaps import roadmap_of
 
 FIELD = """

@@ -16,12 +16,12 @@ from missionc.backends.smt.lift import lift
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.backends.smt.shorten.slack import EvaluatedMotion, slack
-from missionc.kernel.nodes import Node
-from missionc.kernel.normal_form import negated
-from missionc.language.operator import Operator
-from missionc.language.operators import OPERATORS
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import truth
+from missionc.ir.kernel.nodes import Node
+from missionc.ir.kernel.normal_form import negated
+from missionc.ir.language.operator import Operator
+from missionc.ir.language.operators import OPERATORS
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import truth
 from tests.properties.test_encoding import Case, cases
 from tests.support.random_runs import SPAN, as_planned
 

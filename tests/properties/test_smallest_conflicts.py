@@ -21,10 +21,10 @@ from missionc.backends.smt.backend import BACKEND
 from missionc.backends.smt.subset_questions import SubsetQuestions, Unknown
 from missionc.base.source import Source
 from missionc.cli.summary import compiled_document
-from missionc.pipeline import driver
-from missionc.pipeline.front_end import Checked
-from missionc.pipeline.no_plan import impossible
-from missionc.pipeline.results import Blame, Compiled, Explained, Trial
+from missionc.compiler import driver
+from missionc.compiler.front_end import Checked
+from missionc.compiler.no_plan import impossible
+from missionc.compiler.results import Blame, Compiled, Explained, Trial
 from tests.support.exhaustive_lanes import missions_on_lanes, satisfiable
 from tests.support.random_conflicts import can_hold, is_smallest, sound_missions
 

@@ -15,14 +15,14 @@ from missionc.backends.acceptance import attempt
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds
-from missionc.curves.piecewise_polynomials import motion
-from missionc.kernel.nodes import Kernel
-from missionc.pipeline import driver
-from missionc.verify.plan.clearances import check_separation
-from missionc.world.placement_conflicts import too_close
-from missionc.world.relative_motion import closest_approach
-from missionc.world.required_separation import SpacingTable
-from missionc.world.surely_clear import all_apart
+from missionc.compiler import driver
+from missionc.geometry.curves.piecewise_polynomials import motion
+from missionc.geometry.placement_conflicts import too_close
+from missionc.geometry.relative_motion import closest_approach
+from missionc.geometry.required_separation import SpacingTable
+from missionc.geometry.surely_clear import all_apart
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.plan.clearances import check_separation
 
 HALL = """
 mission hall

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from hypothesis import given
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.diagnostics.model import Diagnostic
-from missionc.syntax import ast
-from missionc.syntax.parse import parse
-from missionc.syntax.show_tree import show
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.show_tree import show
 from tests.support.random_trees import formulas, mutated, programs, without_spans
 
 MUTATIONS = int(os.environ.get("MISSIONC_FUZZ", "200"))

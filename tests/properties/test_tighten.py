@@ -11,12 +11,12 @@ from missionc import ir
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds
-from missionc.flight.crazyflie import Flyable, crazyflie
-from missionc.kernel.nodes import Kernel
-from missionc.lower.tighten import moved, tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
-from missionc.monitoring.monitor import monitor
-from missionc.pipeline import driver
-from missionc.world.signed_distance import signed_distance
+from missionc.compiler import driver
+from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.lower.tighten import moved, tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
+from missionc.verification.monitoring.monitor import monitor
 from tests.support.legal_plans import NOTHING, mission_of, straight
 
 HEAD = """\

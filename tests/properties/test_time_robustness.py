@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Steps
-from missionc.kernel.nodes import Kernel
-from missionc.language.operators import by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import truth
-from missionc.verify.certificate import Delay
-from missionc.verify.plan.time_robustness import time_robustness
-from missionc.verify.verify_plan import verify
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.operators import by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.certificate import Delay
+from missionc.verification.monitoring.monitor import truth
+from missionc.verification.plan.time_robustness import time_robustness
+from missionc.verification.verify_plan import verify
 from tests.support.legal_plans import NOTHING, SPAN, mission_of, moving, pushed, still, straight, wandering
 from tests.support.random_runs import cases
 from tests.support.random_runs import mission_of as small_mission
@@ -125,7 +125,7 @@ def test_two_who_cross_may_be_late_until_they_meet_and_the_message_says_who() ->
 def test_a_delay_beyond_what_was_looked_at_stays_open_but_one_that_is_asked_for_is_looked_at(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from missionc.verify.plan import time_robustness as module
+    from missionc.verification.plan import time_robustness as module
 
     monkeypatch.setattr(module, "WORK", 0)
     mission = mission_of([[1.0, 1.0]], 9)

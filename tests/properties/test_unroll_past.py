@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.base.units import Steps
-from missionc.kernel.walk import looks_back, postorder
-from missionc.language.operator import Bounds, Operator, TooLarge
-from missionc.language.operators import OPERATORS, by_name
-from missionc.lower.expand import expand
-from missionc.lower.unroll_past import looking_ahead
-from missionc.monitoring.monitor import robustness, truth
+from missionc.ir.kernel.walk import looks_back, postorder
+from missionc.ir.language.operator import Bounds, Operator, TooLarge
+from missionc.ir.language.operators import OPERATORS, by_name
+from missionc.ir.lower.expand import expand
+from missionc.ir.lower.unroll_past import looking_ahead
+from missionc.verification.monitoring.monitor import robustness, truth
 from tests import reference
 from tests.support.random_runs import SPAN, Case, applied, as_planned, cases, mission_of
 

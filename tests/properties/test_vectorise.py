@@ -9,8 +9,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from missionc.maps.occupancy_grid import Cells, vectorise, without_holes
-from missionc.resolve.polygon_faults import SIMPLE, fault
+from missionc.frontend.maps.occupancy_grid import Cells, vectorise, without_holes
+from missionc.frontend.resolve.polygon_faults import SIMPLE, fault
 
 ROUNDING = 1e-6
 """Sides of a cell."""

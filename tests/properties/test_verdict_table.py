@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.kernel.nodes import Kernel
-from missionc.language.margins.links import all_links
-from missionc.language.operator import Bounds
-from missionc.language.operators import OPERATORS, by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import robustness, truth
-from missionc.monitoring.verdict_table import table
-from missionc.monitoring.witness import Witnesses
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.margins.links import all_links
+from missionc.ir.language.operator import Bounds
+from missionc.ir.language.operators import OPERATORS, by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import robustness, truth
+from missionc.verification.monitoring.verdict_table import table
+from missionc.verification.monitoring.witness import Witnesses
 from tests import reference
 from tests.support.random_runs import SPAN, Case, applied, cases, formulas, mission_of
 

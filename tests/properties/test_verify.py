@@ -16,17 +16,17 @@ from missionc import ir
 from missionc.base.source import Source
 from missionc.base.trace import Plan, Trace
 from missionc.base.units import Metres
-from missionc.curves.piecewise_polynomials import motion
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.read_trace import read_trace
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
+from missionc.geometry.curves.piecewise_polynomials import motion
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.folder.file_names import file_names
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
-from missionc.verify.plan import clearances
-from missionc.verify.plan.clearances import check_obstacles
-from missionc.verify.plan.conservative_advancement import least
-from missionc.verify.plan.obstacle_bodies import solid
-from missionc.verify.verify_plan import verify, verify_polynomials
+from missionc.verification.monitoring.read_trace import read_trace
+from missionc.verification.plan import clearances
+from missionc.verification.plan.clearances import check_obstacles
+from missionc.verification.plan.conservative_advancement import least
+from missionc.verification.plan.obstacle_bodies import solid
+from missionc.verification.verify_plan import verify, verify_polynomials
 from tests.support.legal_plans import NOTHING, mission_of, moved, moving, still, straight, wandering
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from missionc import ir
 from missionc.base.units import Steps
-from missionc.language.operators import by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.live.first_violations import first_violations
-from missionc.monitoring.monitor import monitor
+from missionc.ir.language.operators import by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.live.first_violations import first_violations
+from missionc.verification.monitoring.monitor import monitor
 from tests import reference
 from tests.support.random_runs import SPAN, Case, cases, mission_of, positions, run_of, trace_of
 

@@ -11,15 +11,15 @@ from missionc.backends.api import Budget
 from missionc.backends.cover.refute import Refused, refute
 from missionc.backends.run_account import Account
 from missionc.backends.smt.sat.proof import Proof, prove_cnf
+from missionc.compiler import driver
+from missionc.compiler.claim_cover import claimed
 from missionc.ir import Graph, Mission, Predicate
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.lower.unroll_past import looking_ahead
 from missionc.ir.pair_ranges import range_of
-from missionc.kernel.nodes import Kernel
-from missionc.lower.unroll_past import looking_ahead
-from missionc.pipeline import driver
-from missionc.pipeline.claim_cover import claimed
-from missionc.verify.impossibility.check_refutation import CNF, DRAT
-from missionc.verify.impossibility.cover_document import COVER, ClaimedCover, document
-from missionc.verify.impossibility.encode_formulas import Never, refutation
+from missionc.verification.impossibility.check_refutation import CNF, DRAT
+from missionc.verification.impossibility.cover_document import COVER, ClaimedCover, document
+from missionc.verification.impossibility.encode_formulas import Never, refutation
 
 CORPUS = Path(__file__).parents[2] / "missions" / "both_sides"
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from missionc.base.diagnostics.code import Code
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
-from missionc.diagnostics.code import Code
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler.driver import check
 from missionc.ir import Mission
-from missionc.pipeline.driver import check
 
 AGENTS = "team drone[3] { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start in base }"
 

@@ -15,9 +15,9 @@ from itertools import combinations, pairwise, product
 from missionc import ir
 from missionc.base.source import Source
 from missionc.base.units import Metres, Seconds
+from missionc.compiler import driver
+from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.lanes import Lane, LaneNode
-from missionc.kernel.nodes import Kernel
-from missionc.pipeline import driver
 from tests import reference
 
 STEPS, RADIUS = 4, 0.3

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from itertools import pairwise, product
 
 from missionc import ir
-from missionc.diagnostics.code import BARRED, CROWDED, JUMP, NO_FIT, RESTLESS, STUCK, TOO_FAR
+from missionc.base.diagnostics.code import BARRED, CROWDED, JUMP, NO_FIT, RESTLESS, STUCK, TOO_FAR
 from tests import reference
 
 SAY_IMPOSSIBLE = frozenset({TOO_FAR, BARRED, JUMP, RESTLESS, CROWDED, NO_FIT, STUCK})

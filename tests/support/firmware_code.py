@@ -23,9 +23,9 @@ from typing import Any
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import Pieces
-from missionc.simulate import disturbance, quadrotor
-from missionc.simulate.quadrotor import Vehicle, at_rest, moved
+from missionc.flight.simulation import disturbance, quadrotor
+from missionc.flight.simulation.quadrotor import Vehicle, at_rest, moved
+from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 SOURCES = "MISSIONC_FIRMWARE"
 """The environment variable that names the folder."""

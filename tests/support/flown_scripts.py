@@ -22,7 +22,7 @@ import pytest
 
 from missionc.output.export.formats import FORMATS, Exported, Flight
 from missionc.output.export.verified_flight import Part
-from missionc.verify.flight.verify_whole_flight import LANDED
+from missionc.verification.flight.verify_whole_flight import LANDED
 from tests.support.hand_made_flights import place
 
 SCRIPTS = ("crazyswarm2", "cflib")

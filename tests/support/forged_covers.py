@@ -12,11 +12,11 @@ import numpy as np
 
 from missionc.base.trace import Array, Flags
 from missionc.ir import Agent, Exactly, Mission
-from missionc.kernel.nodes import Goal, Kernel
-from missionc.verify.certificate import MOTION
-from missionc.verify.impossibility.bodies import blocked
-from missionc.verify.impossibility.check_bodies import CheckedLabels, check_pairs
-from missionc.verify.impossibility.check_motion import (
+from missionc.ir.kernel.nodes import Goal, Kernel
+from missionc.verification.certificate import MOTION
+from missionc.verification.impossibility.bodies import blocked
+from missionc.verification.impossibility.check_bodies import CheckedLabels, check_pairs
+from missionc.verification.impossibility.check_motion import (
     MotionLimits,
     check_absent,
     check_moves,
@@ -24,10 +24,10 @@ from missionc.verify.impossibility.check_motion import (
     check_visits,
     limits_of,
 )
-from missionc.verify.impossibility.cnf import Cnf
-from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover, Label
-from missionc.verify.impossibility.encode_formulas import Never, refutation
-from missionc.verify.impossibility.intervals import Boxes, Interval
+from missionc.verification.impossibility.cnf import Cnf
+from missionc.verification.impossibility.cover_document import CellsOfKind, ClaimedCover, Label
+from missionc.verification.impossibility.encode_formulas import Never, refutation
+from missionc.verification.impossibility.intervals import Boxes, Interval
 
 
 def boldest(mission: Mission, kernel: Kernel, cells: int, draw: random.Random) -> ClaimedCover:

@@ -12,8 +12,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.curves.piecewise_polynomials import COLUMNS
-from missionc.curves.smooth_splines import control_points_of
+from missionc.geometry.curves.piecewise_polynomials import COLUMNS
+from missionc.geometry.curves.smooth_splines import control_points_of
 
 Files: TypeAlias = dict[str, bytes]
 Table: TypeAlias = NDArray[np.float64]

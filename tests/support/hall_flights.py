@@ -8,8 +8,8 @@ from pathlib import Path
 
 from missionc.base.source import Source
 from missionc.cli.app import main
+from missionc.compiler.driver import check
 from missionc.ir import Mission
-from missionc.pipeline.driver import check
 from tests.support.forged_folders import Files
 
 HALL = """\

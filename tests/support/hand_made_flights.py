@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.curves.piecewise_polynomials import Pieces, written
-from missionc.flight.crazyflie import Flyable, crazyflie
+from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
+from missionc.geometry.curves.piecewise_polynomials import Pieces, written
 from missionc.output.export.verified_flight import Flight, Part, flight
 from tests.support.legal_plans import NOTHING, mission_of, straight, wandering
 

@@ -13,7 +13,7 @@ from missionc import ir
 from missionc.base.source import Source, Span
 from missionc.base.trace import Plan, Trace
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 Array = NDArray[np.float64]
 

@@ -18,11 +18,11 @@ from hypothesis import given, settings
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.language.operators import OPERATORS
-from missionc.syntax import ast, machine, parse
-from missionc.syntax.read_file import unread
-from missionc.syntax.show_tree import show
-from missionc.syntax.tokens import LABEL, NAME, NUMBER, TEXT, UNIT
+from missionc.frontend.syntax import ast, machine, parse
+from missionc.frontend.syntax.read_file import unread
+from missionc.frontend.syntax.show_tree import show
+from missionc.frontend.syntax.tokens import LABEL, NAME, NUMBER, TEXT, UNIT
+from missionc.ir.language.operators import OPERATORS
 from tests.support.golden_pages import blocks, file_name, is_fragment
 from tests.support.random_trees import programs
 

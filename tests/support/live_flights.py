@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 
 from missionc.base.source import Source
-from missionc.monitoring.live.session import Session
-from missionc.pipeline import driver
-from missionc.pipeline.front_end import Checked
+from missionc.compiler import driver
+from missionc.compiler.front_end import Checked
+from missionc.verification.monitoring.live.session import Session
 
 FLIGHT = """mission flight
 time  step 1 s, horizon 4 s

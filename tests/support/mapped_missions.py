@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler.driver import check
 from missionc.ir import Mission
-from missionc.pipeline.driver import check
 
 HEAD = """mission site
 time  step 1 s, horizon 30 s

@@ -17,12 +17,12 @@ from hypothesis import strategies as st
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Steps
-from missionc.curves.piecewise_polynomials import motion
-from missionc.kernel.nodes import Goal, Kernel, Node
-from missionc.kernel.normal_form import negated
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import monitor
-from missionc.verify.plan.clearances import check_obstacles, check_separation
+from missionc.geometry.curves.piecewise_polynomials import motion
+from missionc.ir.kernel.nodes import Goal, Kernel, Node
+from missionc.ir.kernel.normal_form import negated
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.plan.clearances import check_obstacles, check_separation
 from tests.support import random_runs
 from tests.support.legal_plans import mission_of, moving, pushed, still, straight, wandering
 from tests.support.random_runs import SPAN, as_planned

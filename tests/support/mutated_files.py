@@ -7,8 +7,8 @@ import random
 import re
 from collections.abc import Iterator
 
-from missionc.diagnostics.render import render_json, render_text
-from missionc.pipeline.front_end import Checked
+from missionc.base.diagnostics.render import render_json, render_text
+from missionc.compiler.front_end import Checked
 from tests.support.mapped_missions import YAML
 from tests.support.mutated_texts import TOKEN, Mutation, double, drop, swap
 

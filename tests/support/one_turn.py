@@ -5,7 +5,7 @@ from __future__ import annotations
 from missionc.backends.api import Budget, Outcome, Turns
 from missionc.backends.options import Options
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 
 class OneTurn:

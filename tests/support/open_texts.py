@@ -5,9 +5,9 @@ from __future__ import annotations
 from lsprotocol import types
 
 from missionc.base.source import Source
+from missionc.compiler.front_end import check
 from missionc.ir import Mission
-from missionc.lsp.open_text import OpenText
-from missionc.pipeline.front_end import check
+from missionc.tools.language_server.open_text import OpenText
 
 NAME = "/somewhere/typed.mission"
 URI = f"file://{NAME}"

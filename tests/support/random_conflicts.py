@@ -14,10 +14,10 @@ from missionc.backends.smt.roadmap.roadmap import NoRoadmap
 from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
 from missionc.backends.work import driven
 from missionc.base.source import Source
+from missionc.compiler import driver
+from missionc.compiler.front_end import Checked
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.pipeline import driver
-from missionc.pipeline.front_end import Checked
+from missionc.ir.kernel.nodes import Kernel
 
 HORIZON = 10
 """Seconds, and steps: of every one of these missions."""

@@ -19,7 +19,7 @@ from shapely.affinity import affine_transform
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.maps.feature import Area, Asked, Circle, Place
+from missionc.frontend.maps.feature import Area, Asked, Circle, Place
 
 ezdxf.options.write_fixed_meta_data_for_testing = True  # the same drawing is the same text at any time
 

@@ -18,17 +18,17 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.backends.choose_backend import needs_of
 from missionc.backends.features import Feature
 from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.kernel.nodes import Kernel
-from missionc.language.operator import Bounds, Operator, TooLarge
-from missionc.language.operators import OPERATORS, by_name
-from missionc.lower.choose_backend import needs_of
-from missionc.lower.unroll_past import looking_ahead
-from missionc.resolve.lost_agents import without_any
-from missionc.syntax.ast import Metric
+from missionc.frontend.resolve.lost_agents import without_any
+from missionc.frontend.syntax.ast import Metric
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.operator import Bounds, Operator, TooLarge
+from missionc.ir.language.operators import OPERATORS, by_name
+from missionc.ir.lower.unroll_past import looking_ahead
 from tests.reference import Run
 
 SPAN = Span(Source("test.mission", "words"), 0, 5)

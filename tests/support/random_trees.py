@@ -13,8 +13,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from missionc.base.source import Source, Span
-from missionc.syntax import ast
-from missionc.syntax.show_tree import show
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.show_tree import show
 
 NOWHERE = Span(Source("made", ""), 0, 0)
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from missionc import ir
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.code import Severity
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.diagnostics import code
-from missionc.diagnostics.code import Severity
-from missionc.diagnostics.model import Diagnostic
-from missionc.resolve.resolve_mission import resolve
-from missionc.syntax import ast
-from missionc.syntax.parse import parse
+from missionc.frontend.resolve.resolve_mission import resolve
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.parse import parse
 
 PARTS = {
     "mission": "mission demo",

@@ -9,13 +9,13 @@ from pathlib import Path
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.monitoring.read_trace import read_flown
+from missionc.compiler.driver import compile
+from missionc.compiler.replan.patch import patched
+from missionc.compiler.replan.replan import replan
+from missionc.compiler.replan.request import Flying, Request
+from missionc.compiler.results import Compiled, Verified
 from missionc.output.folder.file_names import flights_in
-from missionc.pipeline.driver import compile
-from missionc.pipeline.replan.patch import patched
-from missionc.pipeline.replan.replan import replan
-from missionc.pipeline.replan.request import Flying, Request
-from missionc.pipeline.results import Compiled, Verified
+from missionc.verification.monitoring.read_trace import read_flown
 
 SHELF = """mission shelf
 time  step 1 s, horizon 22 s

@@ -20,7 +20,7 @@ from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Solvers
-from missionc.kernel.nodes import Goal, Node
+from missionc.ir.kernel.nodes import Goal, Node
 from tests.support.legal_plans import SPAN
 
 

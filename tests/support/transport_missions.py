@@ -10,10 +10,10 @@ from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
+from missionc.ir.kernel.nodes import Kernel
 
 
 def checked(text: str, backend: str = "clot", **overrides: str) -> tuple[Mission, Kernel]:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from missionc.base.source import Source
 from missionc.base.trace import Plan, Trace
-from missionc.curves.piecewise_polynomials import COLUMNS
+from missionc.compiler.front_end import ANY_BACKEND, check
+from missionc.geometry.curves.piecewise_polynomials import COLUMNS
 from missionc.output.folder.file_names import SIMULATION_SCHEMA
 from missionc.output.report.pack import FAR, PER_METRE
 from missionc.output.report.report_html import Plotted
-from missionc.pipeline.front_end import ANY_BACKEND, check
-from missionc.verify.verify_plan import verify
+from missionc.verification.verify_plan import verify
 from tests.support.legal_plans import Array, straight
 
 RELAY = """\

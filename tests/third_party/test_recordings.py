@@ -11,8 +11,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from missionc.monitoring.live.mcap_poses import McapPoses
 from missionc.output.export.formats import FORMATS, Exported
+from missionc.verification.monitoring.live.mcap_poses import McapPoses
 from tests.support.hand_made_flights import place, turning, wandered
 
 pytestmark = pytest.mark.third_party

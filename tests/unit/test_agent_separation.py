@@ -10,9 +10,9 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres
-from missionc.curves.piecewise_polynomials import Curves, motion
-from missionc.verify.certificate import CERTAIN, Check
-from missionc.verify.plan.clearances import check_separation, near_pairs, pair_margins, relative_margins
+from missionc.geometry.curves.piecewise_polynomials import Curves, motion
+from missionc.verification.certificate import CERTAIN, Check
+from missionc.verification.plan.clearances import check_separation, near_pairs, pair_margins, relative_margins
 from tests.support.legal_plans import mission_of, straight
 
 

@@ -9,11 +9,11 @@ import pytest
 from missionc.backends.api import Budget, NotFound, Reason
 from missionc.backends.options import Options
 from missionc.base.source import Source
-from missionc.kernel.nodes import Always, Eventually, Node, Release, Until
-from missionc.kernel.walk import postorder
-from missionc.lower.ahead_of_time import ahead_of_time, with_room_for_delays
-from missionc.pipeline import driver
-from missionc.pipeline.results import Compiled, Verified
+from missionc.compiler import driver
+from missionc.compiler.results import Compiled, Verified
+from missionc.ir.kernel.nodes import Always, Eventually, Node, Release, Until
+from missionc.ir.kernel.walk import postorder
+from missionc.ir.lower.ahead_of_time import ahead_of_time, with_room_for_delays
 
 HEAD = """\
 mission crossing

@@ -14,18 +14,18 @@ from click.testing import CliRunner
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.cli.app import commands
+from missionc.compiler import driver
+from missionc.compiler.alternatives.restriction import Restriction, restrictions
+from missionc.compiler.front_end import check
+from missionc.compiler.results import Compiled, Verified
 from missionc.ir import Obstacle
-from missionc.kernel.nodes import Until
-from missionc.kernel.walk import postorder
-from missionc.monitoring.monitor import truth
-from missionc.monitoring.signature import Signatures, differences
+from missionc.ir.kernel.nodes import Until
+from missionc.ir.kernel.walk import postorder
 from missionc.output.folder.write_folder import write_folder
-from missionc.pipeline import driver
-from missionc.pipeline.alternatives.restriction import Restriction, restrictions
-from missionc.pipeline.front_end import check
-from missionc.pipeline.results import Compiled, Verified
-from missionc.replay.reverify import reverify
-from missionc.verify.verify_plan import verify
+from missionc.tools.replay.reverify import reverify
+from missionc.verification.monitoring.monitor import truth
+from missionc.verification.monitoring.signature import Signatures, differences
+from missionc.verification.verify_plan import verify
 
 PILLAR = """mission pillar
 time step 1 s, horizon 24 s

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import missionc
-from missionc.pipeline.front_end import Checked
-from missionc.pipeline.results import Compiled, Monitored
+from missionc.compiler.front_end import Checked
+from missionc.compiler.results import Compiled, Monitored
 from tests.support.small_missions import CONFLICT, SMALL, WRONG, parked
 
 

@@ -6,7 +6,7 @@ import re
 import tomllib
 from dataclasses import fields
 
-from missionc.kernel import nodes
+from missionc.ir.kernel import nodes
 from tests.support.names_in_pages import ROOT
 
 PACKAGE = ROOT / "missionc"

@@ -11,10 +11,10 @@ import pytest
 from missionc import ir
 from missionc.base.units import Metres, Seconds
 from missionc.ir.predicates import Compare, Coordinate, DistanceTo, Facing, Feature, Flagged, Level, Speed
-from missionc.monitoring.live import atom_bounds
-from missionc.monitoring.live.atom_bounds import AtomBounds, Cells
-from missionc.monitoring.live.bounds import denied, of_measure
-from missionc.monitoring.live.team_state import TeamState
+from missionc.verification.monitoring.live import atom_bounds
+from missionc.verification.monitoring.live.atom_bounds import AtomBounds, Cells
+from missionc.verification.monitoring.live.bounds import denied, of_measure
+from missionc.verification.monitoring.live.team_state import TeamState
 from tests.support.random_runs import SPAN, mission_of
 
 CELLS = Cells(3, np.array([4, 5, 9]))

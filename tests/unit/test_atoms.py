@@ -12,7 +12,7 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres, Seconds
-from missionc.curves.piecewise_polynomials import Curves, Indices
+from missionc.geometry.curves.piecewise_polynomials import Curves, Indices
 from missionc.ir.predicates import (
     Altitude,
     Compare,
@@ -29,9 +29,9 @@ from missionc.ir.predicates import (
     Speed,
     Touches,
 )
-from missionc.verify.between import atoms
-from missionc.verify.between.atoms import atom_signals, link_signals
-from missionc.verify.between.interval_sets import STEP, Motion, Signal
+from missionc.verification.between import atoms
+from missionc.verification.between.atoms import atom_signals, link_signals
+from missionc.verification.between.interval_sets import STEP, Motion, Signal
 from tests.support.random_runs import SPAN, mission_of
 
 END = 2 * STEP

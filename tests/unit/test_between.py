@@ -9,21 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from missionc.base.diagnostics.code import NOT_BETWEEN
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.app import main
-from missionc.curves.piecewise_polynomials import Curves, motion
-from missionc.diagnostics.code import NOT_BETWEEN
-from missionc.kernel.nodes import Atom
-from missionc.kernel.walk import postorder
-from missionc.pipeline.driver import check, compile
-from missionc.pipeline.results import Refused, Verified
-from missionc.verify.between.between_steps import between_steps
-from missionc.verify.between.counterexample import Culprit, sentence
-from missionc.verify.between.interval_sets import STEP, Motion
-from missionc.verify.certificate import Between, Verdict
+from missionc.compiler.driver import check, compile
+from missionc.compiler.results import Refused, Verified
+from missionc.geometry.curves.piecewise_polynomials import Curves, motion
+from missionc.ir.kernel.nodes import Atom
+from missionc.ir.kernel.walk import postorder
+from missionc.verification.between.between_steps import between_steps
+from missionc.verification.between.counterexample import Culprit, sentence
+from missionc.verification.between.interval_sets import STEP, Motion
+from missionc.verification.certificate import Between, Verdict
 
 HEAD = """\
 mission sample

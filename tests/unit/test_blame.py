@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from missionc.ir.kernel.nodes import All, Always, At, Atom, Is, Node, Not
+from missionc.ir.kernel.nodes import Any as Some
 from missionc.ir.predicates import Compare, Coordinate
-from missionc.kernel.nodes import All, Always, At, Atom, Is, Node, Not
-from missionc.kernel.nodes import Any as Some
-from missionc.monitoring.monitor import truth
-from missionc.monitoring.verdict_table import Blame
 from missionc.output.region_roles import region_roles
 from missionc.output.report.report_html import data
+from missionc.verification.monitoring.monitor import truth
+from missionc.verification.monitoring.verdict_table import Blame
 from tests.support.random_runs import mission_of, trace_of
 from tests.support.unpacked_reports import MOTION, RELAY, plotted, unpacked
 

@@ -17,9 +17,9 @@ from missionc.base.proven import Proven
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.summary import compiled_document, compiled_lines
-from missionc.pipeline.ask_bound import BoundSide
-from missionc.pipeline.results import Compiled, Verified
-from missionc.replay.reverify import reverify
+from missionc.compiler.ask_bound import BoundSide
+from missionc.compiler.results import Compiled, Verified
+from missionc.tools.replay.reverify import reverify
 from tests.support.forged_folders import Files, forged
 
 ONE = """\

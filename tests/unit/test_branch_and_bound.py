@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import Enclosed
-from missionc.curves.piecewise_polynomials import Indices
-from missionc.verify.proof import branch_and_bound as search
-from missionc.verify.proof.branch_and_bound import (
+from missionc.geometry.curves.bernstein_intervals import Enclosed
+from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.verification.proof import branch_and_bound as search
+from missionc.verification.proof.branch_and_bound import (
     Bounds,
     Claim,
     Parts,

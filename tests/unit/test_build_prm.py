@@ -8,7 +8,7 @@ import pytest
 from missionc.backends.smt.paper.build_prm import NEIGHBOURS, STARTS, STATES, build_prms
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.roadmap.sample_nodes import NoRoadmap
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 from tests.support.resolved_missions import demo, mission
 
 HALL = demo(

@@ -13,11 +13,11 @@ from missionc.base.trace import Flags
 from missionc.base.units import Metres, Seconds
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Shape, Union
 from missionc.ir.predicates import Compare, Coordinate, DistanceTo, Inside, Speed
-from missionc.verify.impossibility import bodies as module
-from missionc.verify.impossibility.bodies import blocked, boxes_in, lies_in, parts
-from missionc.verify.impossibility.check_bodies import CheckedLabels, check_boxes, check_pairs, check_rooms, fits
-from missionc.verify.impossibility.cover_document import CellsOfKind, Label, Unreadable
-from missionc.verify.impossibility.intervals import Boxes
+from missionc.verification.impossibility import bodies as module
+from missionc.verification.impossibility.bodies import blocked, boxes_in, lies_in, parts
+from missionc.verification.impossibility.check_bodies import CheckedLabels, check_boxes, check_pairs, check_rooms, fits
+from missionc.verification.impossibility.cover_document import CellsOfKind, Label, Unreadable
+from missionc.verification.impossibility.intervals import Boxes
 from tests.support.random_runs import SPAN
 from tests.unit.test_check_motion import absent, boxes, cells, corridor, cover, pairs
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import Enclosed
-from missionc.curves.piecewise_polynomials import Indices
+from missionc.geometry.curves.bernstein_intervals import Enclosed
+from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.output.documents.certificate_json import certificate_json
-from missionc.verify.certificate import CERTAIN, Between, Certificate, Check, Delay, Figure, Verdict
-from missionc.verify.check_certificate import check_certificate
-from missionc.verify.proof.branch_and_bound import SHARE, Claim
-from missionc.verify.proof.proof_boxes import Boxes
+from missionc.verification.certificate import CERTAIN, Between, Certificate, Check, Delay, Figure, Verdict
+from missionc.verification.check_certificate import check_certificate
+from missionc.verification.proof.branch_and_bound import SHARE, Claim
+from missionc.verification.proof.proof_boxes import Boxes
 
 FAR = 0.8
 """The least distance that is proved, in the first piece; in the second it is larger."""

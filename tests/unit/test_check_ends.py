@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from missionc.base.diagnostics.code import CONTRADICTION
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
-from missionc.diagnostics.code import CONTRADICTION
-from missionc.diagnostics.model import Diagnostic
-from missionc.pipeline.driver import check
+from missionc.compiler.driver import check
 
 HEAD = """\
 mission apart

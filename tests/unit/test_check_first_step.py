@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.diagnostics.code import ASKS_NOTHING
+from missionc.base.diagnostics.code import ASKS_NOTHING
 from tests.support.check_findings import found, only, text, words
 
 AT = "team drone[3] { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start at (1, 1), (1, 2), (1, 2.9) }"

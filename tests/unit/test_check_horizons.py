@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from missionc.checks.check_horizons import steps_ahead
-from missionc.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
-from missionc.diagnostics.render import render_text
-from missionc.language.walk_formulas import goals
+from missionc.base.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
+from missionc.base.diagnostics.render import render_text
+from missionc.frontend.checks.check_horizons import steps_ahead
+from missionc.ir.language.walk_formulas import goals
 from tests.support.check_findings import found, meant, only, text, words
 
 

@@ -11,10 +11,10 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Flags
 from missionc.base.units import Metres, Seconds, Steps
+from missionc.ir.kernel.nodes import Always, At, Atom, Goal, Node
 from missionc.ir.predicates import Compare, Level, Speed
-from missionc.kernel.nodes import Always, At, Atom, Goal, Node
-from missionc.verify.impossibility import check_motion
-from missionc.verify.impossibility.check_motion import (
+from missionc.verification.impossibility import check_motion
+from missionc.verification.impossibility.check_motion import (
     MotionLimits,
     check_absent,
     check_moves,
@@ -26,8 +26,8 @@ from missionc.verify.impossibility.check_motion import (
     limits_of,
     reached,
 )
-from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover, Unreadable
-from missionc.verify.impossibility.intervals import Boxes
+from missionc.verification.impossibility.cover_document import CellsOfKind, ClaimedCover, Unreadable
+from missionc.verification.impossibility.intervals import Boxes
 from tests.support.random_runs import SPAN, mission_of
 
 TINY = 1e-6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.diagnostics.code import BEFORE_START, BEYOND_HORIZON, CONTRADICTION, NO_BACKEND, TOO_FAR, WRONG_UNIT
+from missionc.base.diagnostics.code import BEFORE_START, BEYOND_HORIZON, CONTRADICTION, NO_BACKEND, TOO_FAR, WRONG_UNIT
 from tests.support.check_findings import findings, found, text
 
 

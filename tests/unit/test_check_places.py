@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.code import FILE_OUTSIDE_WORLD, PLACE_OUTSIDE_WORLD, REGION_OUTSIDE_WORLD
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.diagnostics.code import FILE_OUTSIDE_WORLD, PLACE_OUTSIDE_WORLD, REGION_OUTSIDE_WORLD
-from missionc.diagnostics.model import Diagnostic
-from missionc.maps.feature import Asked
-from missionc.maps.likely_cause import likely_cause
+from missionc.frontend.maps.feature import Asked
+from missionc.frontend.maps.likely_cause import likely_cause
 from tests.support.mapped_missions import findings, only, picture
 
 BESIDE = "require r: scout: always[0, 30 s] "

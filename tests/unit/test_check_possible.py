@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 import shapely
 
-from missionc.base.source import Source
-from missionc.diagnostics.code import (
+from missionc.base.diagnostics.code import (
     BARRED,
     CROWDED,
     DEAD_BRANCH,
@@ -20,10 +19,11 @@ from missionc.diagnostics.code import (
     TOO_FAR,
     Code,
 )
+from missionc.base.source import Source
+from missionc.compiler.front_end import check
+from missionc.geometry.clear_ways import ClearWays
+from missionc.geometry.geodesic_bounds import VisibilityGraph, around, widest_passage
 from missionc.ir import Box, World
-from missionc.pipeline.front_end import check
-from missionc.world.clear_ways import ClearWays
-from missionc.world.geodesic_bounds import VisibilityGraph, around, widest_passage
 from tests.support.check_findings import words
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from missionc.backends.options import Options
-from missionc.pipeline.check_preset import check_preset
+from missionc.compiler.check_preset import check_preset
 from tests.support.resolved_missions import PARTS, demo, mission
 
 PAPER = Options(preset="paper")

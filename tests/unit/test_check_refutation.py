@@ -15,8 +15,8 @@ import pytest
 from missionc.base.limits import Limits
 from missionc.base.trace import Flags
 from missionc.base.units import Metres
-from missionc.verify.impossibility.check_refutation import CNF, DRAT, check_drat, check_refutation
-from missionc.verify.impossibility.cover_document import COVER, ClaimedCover, Unreadable, read_cover
+from missionc.verification.impossibility.check_refutation import CNF, DRAT, check_drat, check_refutation
+from missionc.verification.impossibility.cover_document import COVER, ClaimedCover, Unreadable, read_cover
 from tests.support.certificates import Certified, certified, files_of
 from tests.support.drat_checker import fault
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from missionc.diagnostics.code import (
+from missionc.base.diagnostics.code import (
     CONTRADICTION,
     ESCAPES_AT_ONCE,
     HOPS_BEYOND_TEAM,
@@ -15,8 +15,8 @@ from missionc.diagnostics.code import (
     TOO_FAR,
     VACUOUS,
 )
-from missionc.diagnostics.model import has_errors
-from missionc.pipeline.driver import check
+from missionc.base.diagnostics.model import has_errors
+from missionc.compiler.driver import check
 from tests.support.check_findings import findings, found, only, text, words
 
 BRICK = "obstacle brick = box (7.2, 7.2) to (8.8, 8.8)"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.diagnostics.code import CONTRADICTION, DECLARED_AGAIN, NOT_ITS_OWN, RUNS_OUT
+from missionc.base.diagnostics.code import CONTRADICTION, DECLARED_AGAIN, NOT_ITS_OWN, RUNS_OUT
 from tests.support.check_findings import found, only, text
 
 CHARGED = "require charged: every drone: always[0, 20 s] battery >= 5"

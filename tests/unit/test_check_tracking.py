@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.diagnostics.code import TRACKING_NOT_MEASURED
+from missionc.base.diagnostics.code import TRACKING_NOT_MEASURED
 from tests.support.check_findings import WORLD, found, only, text
 
 VOLUME = WORLD.replace("(0, 0)", "(0, 0, 0)").replace("(10, 10)", "(10, 10, 3)")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.diagnostics.code import (
+from missionc.base.diagnostics.code import (
     AGENTS_OVERLAP,
     FORMATION_TOO_SMALL,
     FORMATION_TOO_TIGHT,

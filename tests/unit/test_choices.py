@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.kernel.choices import Asked, branches, kept, made_once, without, witnesses
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Is, Node
+from missionc.ir.kernel.choices import Asked, branches, kept, made_once, without, witnesses
+from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Is, Node
 
 F, G, H = (Is(frozenset((index,))) for index in range(3))
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from missionc.backends.choose_backend import Choice, choose_backend, needs
 from missionc.backends.features import Feature
 from missionc.backends.load import load
 from missionc.backends.offers import OFFERS
 from missionc.backends.options import Options
-from missionc.diagnostics.code import CANNOT_EXPRESS, EXTRA_MISSING, NO_BACKEND
-from missionc.diagnostics.model import Diagnostic
-from missionc.lower.choose_backend import Choice, choose_backend, needs
+from missionc.base.diagnostics.code import CANNOT_EXPRESS, EXTRA_MISSING, NO_BACKEND
+from missionc.base.diagnostics.model import Diagnostic
 from tests.support.check_findings import found, meant, only, text, words
 
 HOPS = "require linked: every drone: always[0, 20 s] (fire implies somewhere[hops 1..2] base)"

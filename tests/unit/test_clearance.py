@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from missionc import ir
 from missionc.base.source import Source, Span
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.world.clearance import (
+from missionc.geometry.clearance import (
     Motions,
     clear_motions,
     clear_of,
@@ -23,8 +23,8 @@ from missionc.world.clearance import (
     solids,
     standing_solids,
 )
-from missionc.world.displacement import displaced
-from missionc.world.signed_distance import signed_distance
+from missionc.geometry.displacement import displaced
+from missionc.ir.distances.signed_distance import signed_distance
 
 Array = NDArray[np.float64]
 

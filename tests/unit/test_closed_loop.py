@@ -9,21 +9,21 @@ from typing import Any
 import numpy as np
 import pytest
 
+from missionc.base.diagnostics.code import SCENARIO_UNUSABLE
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.app import main
-from missionc.closed_loop.fly_loop import Listen, LoopFlight, fly_loop, nobody
-from missionc.closed_loop.ground import Ground, Told, uploaded
-from missionc.closed_loop.loop_record import ToldPositions, loop_flights, without_path
-from missionc.closed_loop.reports import Reports
-from missionc.closed_loop.scenario import Event, Scenario, read_scenario
-from missionc.curves.piecewise_polynomials import Pieces, read
-from missionc.diagnostics.code import SCENARIO_UNUSABLE
-from missionc.flight.behind import progress
+from missionc.flight.simulation.disturbance import POSITION, VELOCITY
+from missionc.flight.trajectories.behind import progress
+from missionc.geometry.curves.piecewise_polynomials import Pieces, read
 from missionc.output.report.flight_tracks import flights
 from missionc.output.report.page_data import Plotted, data
-from missionc.simulate.disturbance import POSITION, VELOCITY
+from missionc.tools.closed_loop.fly_loop import Listen, LoopFlight, fly_loop, nobody
+from missionc.tools.closed_loop.ground import Ground, Told, uploaded
+from missionc.tools.closed_loop.loop_record import ToldPositions, loop_flights, without_path
+from missionc.tools.closed_loop.reports import Reports
+from missionc.tools.closed_loop.scenario import Event, Scenario, read_scenario
 from tests.support.shelf_flight import flying, inspector, outcome
 
 LIMITS = Limits()

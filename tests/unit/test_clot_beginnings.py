@@ -14,10 +14,10 @@ from missionc.backends.clot.run.begin import Beginnings
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.tasks import Event, outline
 from missionc.base.source import Source
-from missionc.kernel.nodes import Kernel
-from missionc.pipeline import driver
-from missionc.pipeline.front_end import check
-from missionc.pipeline.results import Verified
+from missionc.compiler import driver
+from missionc.compiler.front_end import check
+from missionc.compiler.results import Verified
+from missionc.ir.kernel.nodes import Kernel
 
 HUTS = """\
 mission huts

@@ -25,7 +25,7 @@ from missionc.backends.clot.optimise.residuals import Rows
 from missionc.backends.options import Options
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from tests.support.transport_missions import checked
 
 VISIT = (Path(__file__).resolve().parents[2] / "missions" / "clot_visit.mission").read_text(encoding="utf-8")

@@ -26,15 +26,15 @@ from missionc.backends.clot.paper.transport import transport
 from missionc.backends.clot.run.transport_settings import TransportSettings
 from missionc.backends.clot.torch_device import available, one_thread
 from missionc.backends.options import DEVICES, Options
+from missionc.base.diagnostics.code import NO_DEVICE, NOT_ITS_FLAG
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
 from missionc.cli import app
-from missionc.diagnostics.code import NO_DEVICE, NOT_ITS_FLAG
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel, Node
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
-from missionc.verify.verify_plan import verify
+from missionc.ir.kernel.nodes import Kernel, Node
+from missionc.verification.verify_plan import verify
 
 TRIO = """\
 mission trio

@@ -16,9 +16,9 @@ from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.base.source import Source
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
 from missionc.ir import Exactly
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
 from tests.support.transport_missions import costs_and_demand
 
 pytestmark = pytest.mark.usefixtures("coarse_covers")

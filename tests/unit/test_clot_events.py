@@ -17,7 +17,7 @@ from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.source import Source
 from missionc.base.trace import Array
 from missionc.ir import Connected, InFormation, Mission
-from missionc.language.margins.predicate_margins import link_margin, margin
+from missionc.ir.language.margins.predicate_margins import link_margin, margin
 from tests.support.random_runs import trace_of
 from tests.support.transport_missions import planned
 

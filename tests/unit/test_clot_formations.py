@@ -20,9 +20,9 @@ from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import FormationEdge, Mission, Predicate, Region
-from missionc.kernel.nodes import Atom, Not
-from missionc.kernel.walk import postorder
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Atom, Not
+from missionc.ir.kernel.walk import postorder
 from tests.support.transport_missions import checked, planned
 
 HEAD = """mission a

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missionc.kernel.nodes import RouteNode
+from missionc.ir.kernel.nodes import RouteNode
 
 pytest.importorskip("torch")
 
@@ -14,8 +14,8 @@ from missionc.backends.clot.optimise.residuals import rows
 from missionc.base.source import Source
 from missionc.base.trace import Array
 from missionc.base.units import Seconds
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
 from tests.support.transport_missions import costs_and_demand
 
 FIELD = """\

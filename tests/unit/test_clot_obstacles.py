@@ -14,6 +14,8 @@ from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.optimise.stacked_shapes import Stacked
 from missionc.base.trace import Array
 from missionc.base.units import Seconds
+from missionc.geometry.bounding_box import box_around
+from missionc.geometry.displacement import displaced
 from missionc.ir import (
     Ball,
     Box,
@@ -29,9 +31,7 @@ from missionc.ir import (
     Still,
     Union,
 )
-from missionc.world.bounding_box import box_around
-from missionc.world.displacement import displaced
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 from tests.support.transport_missions import checked
 
 

@@ -15,7 +15,7 @@ from missionc.backends.clot.schedule.tasks import MOST_OPTIONS, outline
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.source import Source
 from missionc.ir import Mission
-from missionc.kernel.nodes import Eventually
+from missionc.ir.kernel.nodes import Eventually
 from tests.support.transport_missions import planned
 
 HOUSE = """\

@@ -18,12 +18,12 @@ from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.summary import attempt_lines, compiled_document, compiled_lines
+from missionc.compiler import driver
+from missionc.compiler.relax import search_relaxations
+from missionc.compiler.relax.nearest_miss import near_miss
+from missionc.compiler.results import Blame, Compiled, Verified
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.pipeline import driver
-from missionc.pipeline.relax import search_relaxations
-from missionc.pipeline.relax.nearest_miss import near_miss
-from missionc.pipeline.results import Blame, Compiled, Verified
+from missionc.ir.kernel.nodes import Kernel
 from tests.support.small_missions import SMALL
 
 pytestmark = pytest.mark.usefixtures("coarse_covers")

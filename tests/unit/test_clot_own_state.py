@@ -20,10 +20,10 @@ from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.kernel.nodes import At, Atom
-from missionc.language.margins.resources import flag_truths, levels
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
+from missionc.ir.kernel.nodes import At, Atom
+from missionc.ir.language.margins.resources import flag_truths, levels
 from tests.support.transport_missions import checked
 
 DYNAMICS = {

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc.kernel.nodes import Atom
-from missionc.kernel.walk import postorder
+from missionc.ir.kernel.nodes import Atom
+from missionc.ir.kernel.walk import postorder
 
 torch = pytest.importorskip("torch")
 
@@ -26,13 +26,13 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.visits import Schedule
+from missionc.compiler import driver
+from missionc.geometry.displacement import displaced
 from missionc.ir import Connected, Mission
-from missionc.kernel.nodes import Kernel
-from missionc.language.margins.connected import spanning_tree
-from missionc.pipeline import driver
-from missionc.verify.plan.step_dynamics import check_dynamics
-from missionc.world.displacement import displaced
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.margins.connected import spanning_tree
+from missionc.verification.plan.step_dynamics import check_dynamics
 from tests.support.transport_missions import checked
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc.kernel.nodes import Atom
+from missionc.ir.kernel.nodes import Atom
 
 pytest.importorskip("torch")
 
@@ -40,15 +40,15 @@ from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.offers import is_published
 from missionc.backends.options import OWN_PRESETS, Options
 from missionc.backends.options import TRANSPORT_PRESETS as NAMES
+from missionc.base.diagnostics.code import NOT_ITS_FLAG
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
-from missionc.diagnostics.code import NOT_ITS_FLAG
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
 from missionc.ir import Connected, InFormation, Mission
-from missionc.kernel.nodes import At, Neighbour, Node, UntilNode
-from missionc.kernel.walk import postorder
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
-from missionc.verify.verify_plan import verify
+from missionc.ir.kernel.nodes import At, Neighbour, Node, UntilNode
+from missionc.ir.kernel.walk import postorder
+from missionc.verification.verify_plan import verify
 from tests.support.transport_missions import checked
 
 PAIR = """\

@@ -29,15 +29,15 @@ from missionc.backends.clot.run.child_processes import Say, children
 from missionc.backends.clot.run.run_state import Nearest, Reached
 from missionc.backends.options import Options
 from missionc.backends.smt.backend import SmtBackend
+from missionc.base.diagnostics.code import INTERNAL, NOT_ITS_FLAG, OUT_OF_MEMORY
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import stoppable
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import app
-from missionc.diagnostics.code import INTERNAL, NOT_ITS_FLAG, OUT_OF_MEMORY
-from missionc.diagnostics.model import Diagnostic
-from missionc.pipeline import driver
-from missionc.pipeline.results import Compiled, Verified
+from missionc.compiler import driver
+from missionc.compiler.results import Compiled, Verified
 from tests.unit.test_cut_short import MIXED, ROW
 from tests.unit.test_resume import NEVER, PAIR, files, words
 from tests.unit.test_signals import alive

@@ -22,8 +22,9 @@ from missionc.backends.clot.paper.planning_sequence import (
 from missionc.base.source import Source
 from missionc.base.trace import Array
 from missionc.base.units import Metres
-from missionc.kernel.analysis import relevance
-from missionc.kernel.nodes import (
+from missionc.compiler.driver import check
+from missionc.ir.kernel.analysis import relevance
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     At,
@@ -38,7 +39,6 @@ from missionc.kernel.nodes import (
     Reach,
     Until,
 )
-from missionc.pipeline.driver import check
 from tests.support.check_findings import text
 from tests.support.legal_plans import NOTHING, SPAN, mission_of
 

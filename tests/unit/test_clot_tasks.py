@@ -22,7 +22,7 @@ from missionc.backends.clot.schedule.tours import tours
 from missionc.backends.clot.schedule.visits import Appointment, Schedule
 from missionc.backends.hybrid.backend import first_order
 from missionc.ir import Box, DoubleIntegrator, Mission, SingleIntegrator, Unicycle
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 from tests.support.transport_missions import checked, planned
 
 YARD = """\

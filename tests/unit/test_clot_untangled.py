@@ -19,8 +19,8 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.options import Options
 from missionc.base.trace import Array
+from missionc.compiler import driver
 from missionc.ir import Inside
-from missionc.pipeline import driver
 from tests.support import transport_missions
 
 TORN = """\

@@ -7,8 +7,8 @@ from itertools import product
 
 import pytest
 
-from missionc.verify.impossibility import cnf as module
-from missionc.verify.impossibility.cnf import FALSE, TRUE, Cnf, TooManyClauses
+from missionc.verification.impossibility import cnf as module
+from missionc.verification.impossibility.cnf import FALSE, TRUE, Cnf, TooManyClauses
 
 pysat = pytest.importorskip("pysat.solvers")
 

@@ -6,9 +6,9 @@ import ast
 import re
 from pathlib import Path
 
-from missionc.diagnostics import code as codes
-from missionc.diagnostics.code import CODES, RETIRED, Code
-from missionc.diagnostics.code_page import explain
+from missionc.base.diagnostics import code as codes
+from missionc.base.diagnostics.code import CODES, RETIRED, Code
+from missionc.base.diagnostics.code_page import explain
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = {path.stem for path in (ROOT / "docs" / "errors").glob("*.md")}

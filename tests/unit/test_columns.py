@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from missionc.geometry.columns import FINE, MOST_HEIGHTS, STRIDE, column_clearance
+from missionc.geometry.displacement import displaced, moved
 from missionc.ir import Ball, Box, Disc, Polygon, Prism, Shape
-from missionc.world.columns import FINE, MOST_HEIGHTS, STRIDE, column_clearance
-from missionc.world.displacement import displaced, moved
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 from tests.support.legal_plans import moving, still
 
 SHAPES: list[Shape] = [

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from missionc.base.strict_json import is_number
-from missionc.verify.compare_documents import close, difference, is_version, same_text, shown
+from missionc.verification.compare_documents import close, difference, is_version, same_text, shown
 
 
 @pytest.mark.parametrize(

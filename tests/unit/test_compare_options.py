@@ -8,21 +8,21 @@ import time
 import pytest
 
 from missionc.backends.api import Budget, Planned, Report
+from missionc.backends.choose_backend import Choice
 from missionc.backends.load import load
 from missionc.backends.options import Options
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler.alternatives.compare_options import compare_options
+from missionc.compiler.alternatives.restriction import Restriction
+from missionc.compiler.alternatives.search_alternatives import quality
+from missionc.compiler.driver import weighs_options
+from missionc.compiler.front_end import check
 from missionc.ir import Mission
-from missionc.kernel.choices import branches, made_once
-from missionc.kernel.nodes import Kernel
-from missionc.lower.choose_backend import Choice
-from missionc.monitoring.signature import Signatures, differences
-from missionc.pipeline.alternatives.compare_options import compare_options
-from missionc.pipeline.alternatives.restriction import Restriction
-from missionc.pipeline.alternatives.search_alternatives import quality
-from missionc.pipeline.driver import weighs_options
-from missionc.pipeline.front_end import check
-from missionc.verify.verify_plan import verify
+from missionc.ir.kernel.choices import branches, made_once
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring.signature import Signatures, differences
+from missionc.verification.verify_plan import verify
 
 NEAR_OR_FAR = """mission pick
 time step 1 s, horizon 16 s

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.code import CODES
 from missionc.cli.stage_names import ALL
-from missionc.data.vehicles import profiles
-from missionc.diagnostics.code import CODES
+from missionc.ir.vehicle_profiles import profiles
 from missionc.output.export.formats import FORMATS
 
 ROOT = Path(__file__).resolve().parents[2]

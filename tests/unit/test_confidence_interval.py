@@ -7,7 +7,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from missionc.simulate.trials import fraction
+from missionc.flight.simulation.trials import fraction
 
 
 @pytest.mark.parametrize("flights", [1, 2, 3, 10, 40])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from missionc.base.units import Metres
+from missionc.geometry.configuration_space import Atlas
 from missionc.ir import Ball, World
-from missionc.world.configuration_space import Atlas
 from tests.support.random_runs import SPAN
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import Indices
-from missionc.verify.plan import conservative_advancement
-from missionc.verify.plan.conservative_advancement import Least, least
+from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.verification.plan import conservative_advancement
+from missionc.verification.plan.conservative_advancement import Least, least
 
 
 def sought(

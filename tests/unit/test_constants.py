@@ -7,8 +7,7 @@ from dataclasses import replace
 import pytest
 
 from missionc import ir
-from missionc.ir.predicates import Inside
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -30,8 +29,9 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.kernel.normal_form import NO, YES, at_least, constant, folded, without_constants
-from missionc.kernel.walk import children
+from missionc.ir.kernel.normal_form import NO, YES, at_least, constant, folded, without_constants
+from missionc.ir.kernel.walk import children
+from missionc.ir.predicates import Inside
 from tests.support.random_runs import BASE, SPAN, graphs_of
 
 A, B = Atom(Inside(BASE, False)), Is(frozenset((1,)))

@@ -19,10 +19,10 @@ from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.app import commands
 from missionc.cli.exit_status import Status
-from missionc.curves.piecewise_polynomials import motion
+from missionc.geometry.curves.piecewise_polynomials import motion
 from missionc.ir import Lane, LaneNode, Lanes
-from missionc.verify.certificate import Verdict
-from missionc.verify.recorded.constraint_judge import ConstraintJudge, States, judge_constraints
+from missionc.verification.certificate import Verdict
+from missionc.verification.recorded.constraint_judge import ConstraintJudge, States, judge_constraints
 from tests.support.legal_plans import SPAN, mission_of, pushed, still, straight
 
 BARE = ("velocity", "heading")

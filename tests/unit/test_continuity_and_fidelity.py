@@ -11,11 +11,11 @@ import pytest
 
 from missionc import ir
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import Enclosed
-from missionc.curves.piecewise_polynomials import Curves, Pieces
-from missionc.verify.certificate import Check
-from missionc.verify.flight.continuity_and_fidelity import check_flight, check_smooth, clock, exactness, tube
-from missionc.verify.proof.branch_and_bound import Claim
+from missionc.geometry.curves.bernstein_intervals import Enclosed
+from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces
+from missionc.verification.certificate import Check
+from missionc.verification.flight.continuity_and_fidelity import check_flight, check_smooth, clock, exactness, tube
+from missionc.verification.proof.branch_and_bound import Claim
 from tests.support.legal_plans import mission_of
 
 MISSION = mission_of([(9.0, 9.0, 9.0), (1.0, 2.0, 3.0)], 3)

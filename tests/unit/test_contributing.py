@@ -14,19 +14,19 @@ from types import ModuleType
 
 import click
 import pytest
+from missionc.data import templates as template_package
+from missionc.data import vehicles as vehicle_package
 
+from missionc.base.diagnostics.code import CODES
 from missionc.base.source import Source
 from missionc.cli import app, options
 from missionc.cli.app import main
-from missionc.data import templates as template_package
-from missionc.data import vehicles as vehicle_package
-from missionc.data.templates import templates
-from missionc.data.vehicles import profiles
-from missionc.diagnostics.code import CODES
+from missionc.compiler import driver
+from missionc.frontend.templates import templates
+from missionc.ir.vehicle_profiles import profiles
 from missionc.output.export.export_form import Exported, Format
 from missionc.output.export.form_names import NAMES
 from missionc.output.export.formats import FORMATS
-from missionc.pipeline import driver
 from tests.support.named_in_code import ROOT, modules_that_name
 from tests.support.small_missions import SMALL
 from website.pages import flat, navigation
@@ -72,12 +72,12 @@ class Beside(PredicateFacts):
 BESIDE_WORD = """\
 from missionc.ir import About
 from missionc.ir.predicates import Beside
-from missionc.language.predicate import Predicate
+from missionc.ir.language.predicate import Predicate
 
 PREDICATE = Predicate("beside", About.AGENT, ("region",), True, "it is within half a metre", "beside(field)", Beside)
 """
 BESIDE_KIND = "from missionc.ir.predicates.beside import Beside"
-BESIDE_NAME = "from missionc.language.predicates.beside import PREDICATE as BESIDE"
+BESIDE_NAME = "from missionc.ir.language.predicates.beside import PREDICATE as BESIDE"
 UNLESS = SMALL.replace("eventually[0, 6 s] goal", "not goal unless[0, 6 s] goal")
 
 
@@ -210,7 +210,7 @@ def test_the_operator_of_contributing_applies_and_missions_may_use_it(changed: P
     mission.write_text(UNLESS, encoding="utf-8")
     assert "unless" in python(changed, "-m", "missionc", "explain", str(mission))
     python(changed, "-m", "missionc", "compile", str(mission), "-o", str(tmp_path / "out"), "--quiet")
-    assert '"unless"' not in (ROOT / "missionc" / "syntax" / "tokens.py").read_text(encoding="utf-8")
+    assert '"unless"' not in (ROOT / "missionc" / "frontend" / "syntax" / "tokens.py").read_text(encoding="utf-8")
     assert (tmp_path / "out" / "plan.json").is_file()
 
 
@@ -242,15 +242,17 @@ def test_a_predicate_is_two_modules_and_two_names_and_missions_may_use_it(tmp_pa
 
 
 def test_the_predicates_that_are_there_are_named_where_a_new_one_is() -> None:
-    listed = {path for path in modules("a predicate", "touches") if path.startswith("missionc/language/")}
-    assert modules_that_name("touches", "missionc/language") | {"missionc/language/predicates/touches.py"} == listed
+    listed = {path for path in modules("a predicate", "touches") if path.startswith("missionc/ir/language/")}
+    assert (
+        modules_that_name("touches", "missionc/ir/language") | {"missionc/ir/language/predicates/touches.py"} == listed
+    )
 
 
 def test_a_diagnostic_is_one_line_and_one_page() -> None:
     for name in CODES:
-        assert modules_that_name(name, "missionc") == {"missionc/diagnostics/code.py"}, name
+        assert modules_that_name(name, "missionc") == {"missionc/base/diagnostics/code.py"}, name
         assert (ROOT / "docs" / "errors" / f"{name}.md").is_file()
-    assert paths("a diagnostic") == {"docs/errors/MCnnn.md", "missionc/diagnostics/code.py"}
+    assert paths("a diagnostic") == {"docs/errors/MCnnn.md", "missionc/base/diagnostics/code.py"}
 
 
 @pytest.fixture
@@ -273,7 +275,7 @@ def test_a_vehicle_is_one_file(vehicles: Path, capsys: pytest.CaptureFixture[str
     checked = driver.check(Source("small.mission", flown))
     assert checked.mission is not None
     assert {agent.vehicle.speed for agent in checked.mission.agents} == {2.5}
-    assert paths("a vehicle", "kite9") == {"missionc/data/vehicles/kite9.toml"}
+    assert paths("a vehicle", "kite9") == {"missionc/ir/vehicle_profiles/kite9.toml"}
     assert not any(modules_that_name(name, "missionc") for name in profiles() if name not in ("plain", "kite9"))
 
 

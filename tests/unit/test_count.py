@@ -7,10 +7,10 @@ import pytest
 import missionc
 from missionc.backends.api import Impossible
 from missionc.base.source import Source
-from missionc.kernel.nodes import All, AtLeast, Eventually, Goal, Node, Route
-from missionc.kernel.show import show
-from missionc.lower.expand import expand
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
+from missionc.ir.kernel.nodes import All, AtLeast, Eventually, Goal, Node, Route
+from missionc.ir.kernel.show import show
+from missionc.ir.lower.expand import expand
 from tests.support.check_findings import meant
 
 TEAM = """\

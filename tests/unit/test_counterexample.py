@@ -9,7 +9,7 @@ from typing import Any as Anything
 import numpy as np
 
 from missionc.base.source import Source, Span
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -22,9 +22,9 @@ from missionc.kernel.nodes import (
     Release,
     Until,
 )
-from missionc.kernel.walk import postorder
-from missionc.verify.between.counterexample import Culprit, Search
-from missionc.verify.between.interval_sets import STEP, Signal, Spans
+from missionc.ir.kernel.walk import postorder
+from missionc.verification.between.counterexample import Culprit, Search
+from missionc.verification.between.interval_sets import STEP, Signal, Spans
 
 END = 4 * STEP
 ALWAYS, NEVER = Signal(((0, END),), ()), Signal((), ((0, END),))

@@ -10,11 +10,11 @@ import pytest
 from missionc import ir
 from missionc.base.source import Source, Span
 from missionc.base.units import Metres, Seconds
-from missionc.curves.piecewise_polynomials import Curves
+from missionc.geometry.curves.piecewise_polynomials import Curves
+from missionc.ir.kernel.nodes import Atom, EveryNeighbour, Neighbour, Node
 from missionc.ir.predicates import Compare, Coordinate, DistanceBetween, InFormation, Predicate
-from missionc.kernel.nodes import Atom, EveryNeighbour, Neighbour, Node
-from missionc.verify.between.counterexample import Culprit, agents_of, sentence, stretch
-from missionc.verify.between.interval_sets import STEP, Motion
+from missionc.verification.between.counterexample import Culprit, agents_of, sentence, stretch
+from missionc.verification.between.interval_sets import STEP, Motion
 from tests.support.random_runs import SPAN, mission_of
 
 HALF, QUARTER = STEP // 2, STEP // 4

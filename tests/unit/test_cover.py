@@ -19,7 +19,7 @@ from missionc.backends.cover.may_see import hidden
 from missionc.backends.cover.refute import Admitted, Answer, Refused, refute
 from missionc.backends.run_account import Account
 from missionc.base.units import Metres
-from missionc.pipeline import driver
+from missionc.compiler import driver
 from tests.support.legal_plans import SPAN, mission_of, still
 
 MISSIONS = Path(__file__).resolve().parents[2] / "missions" / "both_sides"

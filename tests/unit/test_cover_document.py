@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Flags
-from missionc.verify.impossibility import cover_document
-from missionc.verify.impossibility.cover_document import (
+from missionc.verification.impossibility import cover_document
+from missionc.verification.impossibility.cover_document import (
     CellsOfKind,
     ClaimedCover,
     Label,
@@ -18,7 +18,7 @@ from missionc.verify.impossibility.cover_document import (
     document,
     read_cover,
 )
-from missionc.verify.impossibility.intervals import Boxes
+from missionc.verification.impossibility.intervals import Boxes
 from tests.support.random_runs import mission_of
 
 MISSION = mission_of(3, 2)

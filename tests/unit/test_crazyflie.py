@@ -14,15 +14,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.base.diagnostics.code import NOT_FLYABLE
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Trace
-from missionc.curves.piecewise_polynomials import COLUMNS, Pieces, read
-from missionc.curves.smooth_splines import rounded
-from missionc.diagnostics.code import NOT_FLYABLE
-from missionc.diagnostics.model import Diagnostic
-from missionc.flight.crazyflie import Flyable, crazyflie
-from missionc.flight.fit_polynomials import Course, Fitted, NoFit, Plane, fit, splines
-from missionc.verify.certificate import WAYPOINT
-from missionc.verify.verify_plan import Certificate, verify, verify_polynomials
+from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
+from missionc.flight.trajectories.fit_polynomials import Course, Fitted, NoFit, Plane, fit, splines
+from missionc.geometry.curves.piecewise_polynomials import COLUMNS, Pieces, read
+from missionc.geometry.curves.smooth_splines import rounded
+from missionc.verification.certificate import WAYPOINT
+from missionc.verification.verify_plan import Certificate, verify, verify_polynomials
 from tests.support.legal_plans import NOTHING, mission_of, moving, pushed, still, straight, wandering
 
 SQUARE = [[2.0, 2.0], [3.0, 2.0], [3.0, 3.0], [2.0, 3.0], [2.0, 2.0], [2.0, 2.0]]
@@ -319,7 +319,7 @@ def test_few_pieces_are_given_up_with_the_first_flight_that_is_too_far_from_the_
         fits.append(int(where.knot.sum()) - 1)
         return fit(where, *given)
 
-    monkeypatch.setattr("missionc.flight.crazyflie.fit", counted)
+    monkeypatch.setattr("missionc.flight.trajectories.crazyflie.fit", counted)
     zigzag = [[[1.0 + 0.02 * step, y + 0.5 * (step % 2)] for step in range(121)] for y in (1.0, 3.0, 5.0)]
     found = flown(mission_of([path[0] for path in zigzag], 120), straight(zigzag))
     assert len(rows(found.files["drone[0]"])) == 121
@@ -333,7 +333,7 @@ def test_agents_whose_bounds_stay_as_they_are_are_not_fitted_again(monkeypatch: 
         teams.append(len(where.start))
         return fit(where, *given)
 
-    monkeypatch.setattr("missionc.flight.crazyflie.fit", counted)
+    monkeypatch.setattr("missionc.flight.trajectories.crazyflie.fit", counted)
     _, trace = crossing()
     path = np.concatenate([trace.position, [[[1.0 + step, 1.0] for step in range(5)]]])
     flown(mission_of(path[:, 0].tolist(), 4), straight(path))

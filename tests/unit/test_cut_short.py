@@ -20,8 +20,8 @@ from missionc.base.signals import Stopped, asked, hold, stoppable
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli import app, compile_request
-from missionc.pipeline import driver
-from missionc.pipeline.results import Compiled, Verified
+from missionc.compiler import driver
+from missionc.compiler.results import Compiled, Verified
 from tests.support.small_missions import SMALL
 
 ROOT = Path(__file__).resolve().parents[2]

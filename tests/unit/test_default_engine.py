@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.simulate import disturbance
-from missionc.simulate.default_engine import Airborne
-from missionc.simulate.disturbance import GRAVITY, SETPOINTS_PER_SECOND
-from missionc.simulate.quadrotor import Vehicle
+from missionc.flight.simulation import disturbance
+from missionc.flight.simulation.default_engine import Airborne
+from missionc.flight.simulation.disturbance import GRAVITY, SETPOINTS_PER_SECOND
+from missionc.flight.simulation.quadrotor import Vehicle
 
 PLACES = np.array([[0.0, 2.0], [0.0, 0.0], [1.0, 1.5]])
 

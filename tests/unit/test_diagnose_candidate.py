@@ -9,8 +9,8 @@ from missionc.backends.acceptance import attempt
 from missionc.backends.clot.run.near_misses import failure_statement
 from missionc.base.source import Source
 from missionc.base.trace import Trace
-from missionc.pipeline.diagnose_candidate import Diagnosis, diagnose
-from missionc.pipeline.front_end import check
+from missionc.compiler.diagnose_candidate import Diagnosis, diagnose
+from missionc.compiler.front_end import check
 
 CANAL = """\
 mission canal

@@ -8,11 +8,18 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import Pieces
-from missionc.simulate import disturbance
-from missionc.simulate.default_engine import Airborne, Estimate, Flown, fly, push, sample_times
-from missionc.simulate.disturbance import GRAVITY, NOISE_SECONDS, SETPOINTS_PER_SECOND, Disturbance, Drawn, drawn
-from missionc.simulate.quadrotor import Vehicle
+from missionc.flight.simulation import disturbance
+from missionc.flight.simulation.default_engine import Airborne, Estimate, Flown, fly, push, sample_times
+from missionc.flight.simulation.disturbance import (
+    GRAVITY,
+    NOISE_SECONDS,
+    SETPOINTS_PER_SECOND,
+    Disturbance,
+    Drawn,
+    drawn,
+)
+from missionc.flight.simulation.quadrotor import Vehicle
+from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 # ---------------------------------------------------------------- what is drawn
 

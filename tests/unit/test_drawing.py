@@ -15,12 +15,12 @@ pytest.importorskip("ezdxf")
 import ezdxf
 from ezdxf.math import Vec3
 
+from missionc.base.diagnostics.code import FILE_TOO_LARGE, MAP_FEATURE, MAP_OPTION, MAP_UNREADABLE, Code
 from missionc.base.limits import Limits
-from missionc.diagnostics.code import FILE_TOO_LARGE, MAP_FEATURE, MAP_OPTION, MAP_UNREADABLE, Code
-from missionc.maps.drawing import drawing
-from missionc.maps.dxf.areas import SAGITTA
-from missionc.maps.feature import Circle, MapError, Place
-from missionc.maps.read_map import LeftOut, Reading
+from missionc.frontend.maps.drawing import drawing
+from missionc.frontend.maps.dxf.areas import SAGITTA
+from missionc.frontend.maps.feature import Circle, MapError, Place
+from missionc.frontend.maps.read_map import LeftOut, Reading
 from tests.support.random_drawings import DOWN, asked, polygons_of, text_of
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]

@@ -9,10 +9,10 @@ import pytest
 
 from missionc.backends.api import Budget, Impossible, NotFound, Reason, Report
 from missionc.backends.options import Options
+from missionc.base.diagnostics.code import CODES
 from missionc.base.source import Source
-from missionc.diagnostics.code import CODES
-from missionc.pipeline import driver
-from missionc.pipeline.results import Compiled, Verified
+from missionc.compiler import driver
+from missionc.compiler.results import Compiled, Verified
 from tests.support.one_turn import OneTurn
 from tests.support.small_missions import LATE, SMALL
 

@@ -15,9 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from missionc.ir import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
-from missionc.ir.dynamics import DYNAMICS
-from missionc.world.dynamics import (
+from missionc.geometry.dynamics import (
     ACCELERATION,
     DRIFT,
     SPEED,
@@ -29,6 +27,8 @@ from missionc.world.dynamics import (
     steer,
     turn_in_step,
 )
+from missionc.ir import DoubleIntegrator, Dynamics, SingleIntegrator, Unicycle
+from missionc.ir.dynamics import DYNAMICS
 
 ROOT = Path(__file__).resolve().parents[2]
 KINDS = ROOT / "missionc/ir/dynamics"

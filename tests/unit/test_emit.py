@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 from missionc import ir
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.judgement import Judgement
 from missionc.base.trace import Plan
-from missionc.diagnostics.model import Diagnostic
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.output.documents.plan_json import plan_json
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.folder.file_names import file_names
 from missionc.output.output_files import Output, Provenance, emit
-from missionc.verify.verify_plan import Certificate, Check, Figure, verify
+from missionc.verification.verify_plan import Certificate, Check, Figure, verify
 from tests.support.legal_plans import NOTHING, SPAN, mission_of, planned, straight
 
 PATH = [[[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]], [[1.0, 2.0], [2.0, 2.9], [3.0, 3.1]]]

@@ -14,18 +14,7 @@ from missionc import ir
 from missionc.base.trace import Flags
 from missionc.base.units import Metres
 from missionc.ir import Graph, Predicate
-from missionc.ir.predicates import (
-    Compare,
-    DistanceBetween,
-    DistanceTo,
-    Facing,
-    Flagged,
-    InFormation,
-    Inside,
-    Level,
-    Speed,
-)
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -47,8 +36,19 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.verify.impossibility.cnf import FALSE, Cnf
-from missionc.verify.impossibility.encode_formulas import Never, encode_motion, refutation
+from missionc.ir.predicates import (
+    Compare,
+    DistanceBetween,
+    DistanceTo,
+    Facing,
+    Flagged,
+    InFormation,
+    Inside,
+    Level,
+    Speed,
+)
+from missionc.verification.impossibility.cnf import FALSE, Cnf
+from missionc.verification.impossibility.encode_formulas import Never, encode_motion, refutation
 from tests.support.random_runs import BASE, FIELD, SPAN, mission_of
 from tests.unit.test_encode_motion import Motion, cover
 

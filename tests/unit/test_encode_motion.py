@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Flags
-from missionc.verify.impossibility.cnf import FALSE, TRUE, Cnf
-from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover
-from missionc.verify.impossibility.encode_formulas import add_support, encode_motion, within_box
+from missionc.verification.impossibility.cnf import FALSE, TRUE, Cnf
+from missionc.verification.impossibility.cover_document import CellsOfKind, ClaimedCover
+from missionc.verification.impossibility.encode_formulas import add_support, encode_motion, within_box
 
 pysat = pytest.importorskip("pysat.solvers")
 

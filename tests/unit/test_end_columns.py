@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.monitoring.end_columns import FIRST, LAST, columns
+from missionc.verification.monitoring.end_columns import FIRST, LAST, columns
 
 
 def counted(last: int, low: int, high: int | None, column: int) -> tuple[list[int], bool]:

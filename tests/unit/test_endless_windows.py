@@ -11,8 +11,7 @@ import pytest
 from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.ir.predicates import Compare, Coordinate
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -28,9 +27,10 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.walk import children, postorder
-from missionc.monitoring.live.judge import looking_back
-from missionc.monitoring.monitor import robustness
+from missionc.ir.kernel.walk import children, postorder
+from missionc.ir.predicates import Compare, Coordinate
+from missionc.verification.monitoring.live.judge import looking_back
+from missionc.verification.monitoring.monitor import robustness
 from tests.support.random_runs import mission_of
 
 LAST = 4

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.base.source import Source
-from missionc.diagnostics.code import (
+from missionc.base.diagnostics.code import (
     BEYOND_HORIZON,
     NOT_WHOLE_STEPS,
     QUANTIFIER_MISSING,
@@ -13,13 +12,14 @@ from missionc.diagnostics.code import (
     VALUE_OUT_OF_RANGE,
     WRONG_UNIT,
 )
-from missionc.explain.explanation import explained, lines
-from missionc.kernel.nodes import Always, At, Eventually
-from missionc.language.operator import TooLarge
-from missionc.lower.expand import expand
-from missionc.lower.unroll_past import looking_ahead
-from missionc.pipeline.driver import check
-from missionc.resolve.show_ir import show_ir
+from missionc.base.source import Source
+from missionc.compiler.driver import check
+from missionc.frontend.explain.explanation import explained, lines
+from missionc.frontend.resolve.show_ir import show_ir
+from missionc.ir.kernel.nodes import Always, At, Eventually
+from missionc.ir.language.operator import TooLarge
+from missionc.ir.lower.expand import expand
+from missionc.ir.lower.unroll_past import looking_ahead
 from tests.support.check_findings import meant, only, text, words
 
 

@@ -8,9 +8,9 @@ pytest.importorskip("torch")
 
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.language.operators import OPERATORS
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
+from missionc.ir.language.operators import OPERATORS
 
 DYNAMICS = {
     "single_integrator": "single_integrator(speed <= 2 m/s)",

@@ -11,9 +11,9 @@ from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPl
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
 from missionc.base.source import Source
-from missionc.kernel.conjuncts import conjuncts
-from missionc.kernel.nodes import AtLeast
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
+from missionc.ir.kernel.conjuncts import conjuncts
+from missionc.ir.kernel.nodes import AtLeast
 
 BRIDGE = """
 mission bridge

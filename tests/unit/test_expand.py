@@ -7,16 +7,16 @@ from dataclasses import replace
 import pytest
 
 from missionc import ir
+from missionc.base.diagnostics.code import TOO_LARGE_TO_EXPAND
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import Metres, Steps
-from missionc.diagnostics.code import TOO_LARGE_TO_EXPAND
-from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Is, Kernel, Node, Not, Reach
-from missionc.kernel.show import show
-from missionc.kernel.walk import children, postorder
-from missionc.language.operators import by_name
-from missionc.lower.expand import expand
-from missionc.syntax.ast import Metric
+from missionc.frontend.syntax.ast import Metric
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Is, Kernel, Node, Not, Reach
+from missionc.ir.kernel.show import show
+from missionc.ir.kernel.walk import children, postorder
+from missionc.ir.language.operators import by_name
+from missionc.ir.lower.expand import expand
 from tests.support.random_runs import BASE, FIELD, SPAN, graphs_of, mission_of
 
 ELSEWHERE = Span(Source("other.mission", "some other words"), 0, 4)

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.code import CODES
 from missionc.cli.app import main
-from missionc.diagnostics.code import CODES
-from missionc.explain.explanation import explained, lines
-from missionc.explain.sentences import sentences
-from missionc.explain.window_diagram import WIDTH
-from missionc.language.operator import Fixity
-from missionc.language.operators import OPERATORS
-from missionc.pipeline.front_end import check
+from missionc.compiler.front_end import check
+from missionc.frontend.explain.explanation import explained, lines
+from missionc.frontend.explain.sentences import sentences
+from missionc.frontend.explain.window_diagram import WIDTH
+from missionc.ir.language.operator import Fixity
+from missionc.ir.language.operators import OPERATORS
 from tests.support.resolved_missions import demo, mission
 from tests.support.small_missions import LATE, SMALL
 

@@ -18,14 +18,14 @@ from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli.app import main
+from missionc.compiler import driver
+from missionc.compiler.front_end import Checked
+from missionc.compiler.relax import search_relaxations
+from missionc.compiler.results import Blame, Compiled, Explained, Relaxation, Verified
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.monitor import monitor
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.folder.write_folder import refuse
-from missionc.pipeline import driver
-from missionc.pipeline.front_end import Checked
-from missionc.pipeline.relax import search_relaxations
-from missionc.pipeline.results import Blame, Compiled, Explained, Relaxation, Verified
+from missionc.verification.monitoring.monitor import monitor
 from tests.support.small_missions import CONFLICT, SMALL
 
 pytestmark = pytest.mark.usefixtures("coarse_covers_throughout")

@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from missionc.base.diagnostics.code import NOT_EXPORTED
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.palette import DARK
-from missionc.curves.piecewise_polynomials import Pieces, control_points
-from missionc.diagnostics.code import NOT_EXPORTED
-from missionc.diagnostics.model import Diagnostic
+from missionc.geometry.curves.piecewise_polynomials import Pieces, control_points
 from missionc.ir import Box, Vehicle
 from missionc.output.export import skybrush, takeoff_and_landing, verified_flight
 from missionc.output.export.cflib import compress

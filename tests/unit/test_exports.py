@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_EXPORTED
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.diagnostics.code import EXTRA_MISSING, NOT_EXPORTED
-from missionc.diagnostics.model import Diagnostic
-from missionc.flight.crazyflie import Flyable, crazyflie
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
+from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
 from missionc.output.export import export_form as form_module
 from missionc.output.export.formats import FORMATS, Exported, flight
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
 from tests.support.hand_made_flights import wandered
 from tests.support.legal_plans import NOTHING, mission_of, straight
 from tests.support.output_folders import content, unlisted

@@ -13,16 +13,16 @@ from lsprotocol import types
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
-from missionc.explain.explanation import explained, lines
-from missionc.lsp import goto, hover, rename, workspace_symbols
-from missionc.lsp.completion import completion
+from missionc.compiler import driver
+from missionc.compiler.front_end import Checked, check
+from missionc.compiler.relax.edits import changes
+from missionc.compiler.relax.relax_world import without
+from missionc.frontend.explain.explanation import explained, lines
+from missionc.frontend.resolve.show_ir import show_ir as show_ir
 from missionc.output.documents.trajectories_csv import trajectories
 from missionc.output.folder.file_names import file_names
-from missionc.pipeline import driver
-from missionc.pipeline.front_end import Checked, check
-from missionc.pipeline.relax.edits import changes
-from missionc.pipeline.relax.relax_world import without
-from missionc.resolve.show_ir import show_ir as show_ir
+from missionc.tools.language_server import goto, hover, rename, workspace_symbols
+from missionc.tools.language_server.completion import completion
 from tests.support.flat_families import HEAD, MOVES, flat
 from tests.support.open_texts import edited, marked, opened
 

@@ -29,9 +29,9 @@ from farm.table import table
 from farm.trial import MISSION, Broken, Case, Fault, Kind
 from farm.trials import KINDS, TURNS, trial
 from missionc.backends.api import Impossible
-from missionc.monitoring.evaluate import Evaluation
+from missionc.compiler import driver
 from missionc.output.folder import write_folder
-from missionc.pipeline import driver
+from missionc.verification.monitoring.evaluate import Evaluation
 from tests.support.busy_processes import alive
 from tests.support.small_missions import SMALL
 
@@ -267,7 +267,7 @@ def test_a_reader_that_takes_the_axes_of_a_mirrored_entity_for_those_of_the_draw
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("ezdxf")
-    from missionc.maps.dxf import shapes
+    from missionc.frontend.maps.dxf import shapes
 
     case = next(
         case for seed in range(99) if (case := DRAWINGS.draw(np.random.default_rng((0, seed)))) and mirrored(case)

@@ -15,8 +15,8 @@ from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
 from missionc.base.source import Source
 from missionc.base.units import Metres
+from missionc.compiler.driver import check
 from missionc.ir import Proximity
-from missionc.pipeline.driver import check
 from tests.support.random_runs import SPAN
 
 TEAM = """

@@ -15,17 +15,17 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.replan_summary import replanned_document, replanned_lines
-from missionc.curves.piecewise_polynomials import Pieces, polynomials, read
-from missionc.flight.stop_and_hover import state_at
-from missionc.monitoring.read_trace import read_flown
+from missionc.compiler.driver import compile
+from missionc.compiler.replan.patch import patched
+from missionc.compiler.replan.replan import replan
+from missionc.compiler.replan.request import Flying, Replanned, Request, Way
+from missionc.compiler.results import Verified
+from missionc.flight.trajectories.stop_and_hover import state_at
+from missionc.geometry.curves.piecewise_polynomials import Pieces, polynomials, read
 from missionc.output.folder.file_names import flights_in
-from missionc.pipeline.driver import compile
-from missionc.pipeline.replan.patch import patched
-from missionc.pipeline.replan.replan import replan
-from missionc.pipeline.replan.request import Flying, Replanned, Request, Way
-from missionc.pipeline.results import Verified
-from missionc.progression.past_document import Past, past_json, read_past
-from missionc.replay.reverify import reverify
+from missionc.planning.progression.past_document import Past, past_json, read_past
+from missionc.tools.replay.reverify import reverify
+from missionc.verification.monitoring.read_trace import read_flown
 from tests.support.shelf_flight import written_to
 
 LANES = """mission lanes

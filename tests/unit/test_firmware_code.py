@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.simulate.controller import Controller, Gains
-from missionc.simulate.default_engine import Airborne
-from missionc.simulate.disturbance import setpoints
-from missionc.simulate.quadrotor import THRUST, Vehicle
+from missionc.flight.simulation.controller import Controller, Gains
+from missionc.flight.simulation.default_engine import Airborne
+from missionc.flight.simulation.disturbance import setpoints
+from missionc.flight.simulation.quadrotor import THRUST, Vehicle
 from tests.support.firmware_code import (
     ANSWERS,
     SOURCES,

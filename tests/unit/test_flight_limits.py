@@ -13,18 +13,18 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from missionc import ir
+from missionc.base.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Trace
 from missionc.base.units import Steps
-from missionc.curves.piecewise_polynomials import Curves, Pieces, read, values
-from missionc.data.vehicles import profiles
-from missionc.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
-from missionc.diagnostics.model import Diagnostic
-from missionc.flight.crazyflie import Flyable, crazyflie
-from missionc.flight.refusals import proposed
-from missionc.flight.required_performance import required_performance
-from missionc.flight.vehicle_limits import Limit, cuts, limits_of, peaks
-from missionc.verify.flight.verify_polynomials import GRAVITY
-from missionc.world.slow_down import slowed
+from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
+from missionc.flight.trajectories.refusals import proposed
+from missionc.flight.trajectories.required_performance import required_performance
+from missionc.flight.trajectories.vehicle_limits import Limit, cuts, limits_of, peaks
+from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, read, values
+from missionc.geometry.slow_down import slowed
+from missionc.ir.vehicle_profiles import profiles
+from missionc.verification.flight.verify_polynomials import GRAVITY
 from tests.support.legal_plans import NOTHING, mission_of, pushed, straight
 
 STRICT = ir.Vehicle(

@@ -14,8 +14,8 @@ import pytest
 
 from missionc.base.trace import Trace
 from missionc.cli.flight_page import FlightPage
-from missionc.monitoring.live.session import Session, Unusable
 from missionc.output.flight_page.flight_record import AT_RISK, BROKEN, MOST_COLUMNS, MOST_NEWS, FlightRecord, Seen
+from missionc.verification.monitoring.live.session import Session, Unusable
 from tests.support.live_flights import FLIGHT, IN_TOUCH, line, session_of
 from tests.support.unpacked_reports import unpacked
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from missionc import ir
-from missionc.verify.flight.verify_whole_flight import Phases, landing_seconds, phases_of, rest_to_rest
+from missionc.verification.flight.verify_whole_flight import Phases, landing_seconds, phases_of, rest_to_rest
 from tests.support.legal_plans import SPAN, mission_of
 
 SOFT = ir.Vehicle("soft", acceleration=0.1)

@@ -7,13 +7,20 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.code import (
+    MAP_FEATURE,
+    MAP_UNREADABLE,
+    PAD_ELSEWHERE,
+    PADS_TOO_NEAR,
+    UNUSABLE_POSES,
+    Code,
+)
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.diagnostics.code import MAP_FEATURE, MAP_UNREADABLE, PAD_ELSEWHERE, PADS_TOO_NEAR, UNUSABLE_POSES, Code
+from missionc.compiler.driver import check
+from missionc.frontend.resolve.measured_pads import with_measured_pads
 from missionc.ir import Mission
-from missionc.pipeline.driver import check
-from missionc.resolve.measured_pads import with_measured_pads
 from tests.support.hall_flights import HALL, mission
 from tests.support.output_folders import unlisted
 

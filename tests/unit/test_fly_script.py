@@ -16,7 +16,7 @@ import pytest
 from missionc.ir import Vehicle as Profile
 from missionc.output.export import fly_script, takeoff_and_landing
 from missionc.output.export.formats import Flight, flight
-from missionc.verify.flight.verify_whole_flight import LANDED, SPEED
+from missionc.verification.flight.verify_whole_flight import LANDED, SPEED
 from tests.support.flown_scripts import (
     SCRIPTS,
     Event,

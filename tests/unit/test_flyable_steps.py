@@ -15,11 +15,11 @@ from missionc.backends.clot.straighten import straightened
 from missionc.base.source import Source
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
-from missionc.flight.crazyflie import Flyable, crazyflie
+from missionc.compiler import driver
+from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
 from missionc.ir import PLAIN, DoubleIntegrator, Mission
-from missionc.lower.tighten import with_flyable_speeds
-from missionc.pipeline import driver
-from missionc.world.flyable_steps import StepLimits, step_limits
+from missionc.ir.lower.flyable_steps import StepLimits, step_limits
+from missionc.ir.lower.tighten import with_flyable_speeds
 from tests.support.legal_plans import NOTHING, straight
 
 HALL = """

@@ -13,17 +13,17 @@ from docs.gallery import PAGE, PICTURES, files, opening, page
 from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.explain import convention_examples
-from missionc.explain.explanation import traps_of
+from missionc.compiler import driver
+from missionc.frontend.explain import convention_examples
+from missionc.frontend.explain.explanation import traps_of
+from missionc.frontend.syntax.build import FORMATIONS
+from missionc.frontend.syntax.format import format_mission
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.read_file import unread
 from missionc.ir.dynamics import DYNAMICS
-from missionc.language.operators import OPERATORS
-from missionc.language.predicates import PREDICATES
-from missionc.language.walk_formulas import bottom_up, goals
-from missionc.pipeline import driver
-from missionc.syntax.build import FORMATIONS
-from missionc.syntax.format import format_mission
-from missionc.syntax.parse import parse
-from missionc.syntax.read_file import unread
+from missionc.ir.language.operators import OPERATORS
+from missionc.ir.language.predicates import PREDICATES
+from missionc.ir.language.walk_formulas import bottom_up, goals
 
 FILES = files()
 EMPTY_WORDS = (convention_examples.ESCAPE_AT_ONCE, convention_examples.ITSELF, convention_examples.COUNTS_ITSELF)

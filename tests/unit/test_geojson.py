@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from missionc import ir
-from missionc.diagnostics.code import MAP_FEATURE, MAP_LEFT_OUT, MAP_OPTION
-from missionc.pipeline.driver import check
+from missionc.base.diagnostics.code import MAP_FEATURE, MAP_LEFT_OUT, MAP_OPTION
+from missionc.compiler.driver import check
 from tests.support.mapped_missions import findings, meant, only, written
 
 SAID = 'obstacles from "s.geojson" unit 1 m'

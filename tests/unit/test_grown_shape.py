@@ -7,9 +7,9 @@ from itertools import product
 import numpy as np
 import pytest
 
+from missionc.geometry.grown_shape import grown_shape
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
-from missionc.world.grown_shape import grown_shape
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 STAR = ((0.0, 0.0), (2.0, 0.2), (1.0, 0.8), (1.4, 2.0), (0.3, 1.2))
 PLANE: list[Shape] = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missionc.pipeline.relax.search_relaxations import gives_up_safety, guards
+from missionc.compiler.relax.search_relaxations import gives_up_safety, guards
 from tests.support.legal_plans import straight
 from tests.support.unpacked_reports import plotted
 

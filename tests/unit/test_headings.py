@@ -10,16 +10,23 @@ import pytest
 from missionc import ir
 from missionc.backends.smt.roadmap.edges import NONE
 from missionc.backends.smt.roadmap.unroll import unroll
+from missionc.base.diagnostics.code import (
+    NO_HEADING,
+    SYNTAX,
+    TRACE_MISMATCH,
+    VALUE_OUT_OF_RANGE,
+    WRONG_KIND,
+    WRONG_UNIT,
+)
 from missionc.base.source import Source
-from missionc.diagnostics.code import NO_HEADING, SYNTAX, TRACE_MISMATCH, VALUE_OUT_OF_RANGE, WRONG_KIND, WRONG_UNIT
-from missionc.explain.explanation import explained, lines
+from missionc.compiler.driver import check, compile
+from missionc.compiler.results import Verified
+from missionc.frontend.explain.explanation import explained, lines
+from missionc.frontend.resolve.show_ir import show_ir
+from missionc.geometry.dynamics import States
 from missionc.ir import Unicycle
-from missionc.language.margins.headings import of_direction, of_motion
-from missionc.monitoring.read_trace import read_trace
-from missionc.pipeline.driver import check, compile
-from missionc.pipeline.results import Verified
-from missionc.resolve.show_ir import show_ir
-from missionc.world.dynamics import States
+from missionc.ir.language.margins.headings import of_direction, of_motion
+from missionc.verification.monitoring.read_trace import read_trace
 from tests.support.check_findings import found, meant, only, text, words
 from tests.support.random_runs import MAST
 

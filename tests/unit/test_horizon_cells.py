@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missionc.kernel.nodes import All, Always, At, Eventually, Is, Node, Until
-from missionc.monitoring.live import atom_bounds
-from missionc.monitoring.live.asked_steps import Asked, asked_steps, reaches_start
-from missionc.monitoring.live.atom_bounds import Cells, cells_after
-from missionc.monitoring.live.columns import Columns
+from missionc.ir.kernel.nodes import All, Always, At, Eventually, Is, Node, Until
+from missionc.verification.monitoring.live import atom_bounds
+from missionc.verification.monitoring.live.asked_steps import Asked, asked_steps, reaches_start
+from missionc.verification.monitoring.live.atom_bounds import Cells, cells_after
+from missionc.verification.monitoring.live.columns import Columns
 
 # -------------------------------------------------------------------- cells
 

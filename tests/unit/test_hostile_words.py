@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.sanitize import plain
 from missionc.base.limits import DEEPEST, Limits
 from missionc.cli.app import main
-from missionc.diagnostics.sanitize import plain
 from tests.support.small_missions import SMALL, WRONG
 
 ODD = "\x1b[31m\x07\x7f\x9b\u202e\u2066\n"

@@ -10,17 +10,17 @@ pytest.importorskip("torch")
 from missionc.backends.api import Impossible, NotFound, Outcome, Reason, Report
 from missionc.backends.hybrid.backend import Clock, discrete, on_clock, positions
 from missionc.backends.smt.backend import SmtBackend
+from missionc.base.diagnostics.code import IMPOSSIBLE
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.diagnostics.code import IMPOSSIBLE
+from missionc.compiler import driver
+from missionc.compiler.results import Compiled, Verified
 from missionc.ir import Mission, Objective
-from missionc.kernel.analysis import steps_ahead
-from missionc.kernel.nodes import Always, At, Goal, Is, Kernel, Until
-from missionc.kernel.walk import children
-from missionc.pipeline import driver
-from missionc.pipeline.results import Compiled, Verified
+from missionc.ir.kernel.analysis import steps_ahead
+from missionc.ir.kernel.nodes import Always, At, Goal, Is, Kernel, Until
+from missionc.ir.kernel.walk import children
 from tests.support.random_runs import SPAN
 
 RELAY = """\

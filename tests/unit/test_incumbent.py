@@ -17,23 +17,23 @@ from missionc.backends.api import Budget, CutShort, NotFound, Outcome, Planned, 
 from missionc.backends.options import Options
 from missionc.backends.smt.backend import BACKEND
 from missionc.base.deadline import OutOfTime
+from missionc.base.diagnostics.code import IMPROVEMENT_FAILED
+from missionc.base.diagnostics.defect import improvement_failed
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import compile_request
 from missionc.cli.app import main
-from missionc.diagnostics.code import IMPROVEMENT_FAILED
-from missionc.diagnostics.defect import improvement_failed
+from missionc.compiler import driver, incumbent
+from missionc.compiler.alternatives import compare_options, search_alternatives
+from missionc.compiler.front_end import Checked, check
+from missionc.compiler.results import Compiled, Impossible, Unverified, Verified
+from missionc.compiler.run_limited import Ended
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.folder import write_folder
 from missionc.output.folder.ownership import cannot_write
-from missionc.pipeline import driver, incumbent
-from missionc.pipeline.alternatives import compare_options, search_alternatives
-from missionc.pipeline.front_end import Checked, check
-from missionc.pipeline.results import Compiled, Impossible, Unverified, Verified
-from missionc.pipeline.run_limited import Ended
-from missionc.verify.certificate import Between, Verdict
+from missionc.verification.certificate import Between, Verdict
 from tests.support.one_turn import OneTurn
 from tests.support.small_missions import CONFLICT, SMALL
 
@@ -257,7 +257,7 @@ def test_a_plan_that_fails_between_samples_is_not_secured_if_that_is_required() 
 
 
 def test_the_verdict_stands_if_its_explanation_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.pipeline.relax.search_relaxations.explain", broken)
+    monkeypatch.setattr("missionc.compiler.relax.search_relaxations.explain", broken)
     result = driver.compile(Source("a.mission", CONFLICT), backend="smt", explain_limit=Seconds(5.0))
     assert isinstance(result.outcome, Impossible)
     assert failures(result)[0].startswith("explaining the result failed: a defect of the compiler: IndexError at ")

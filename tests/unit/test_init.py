@@ -10,11 +10,11 @@ import pytest
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.data.templates import DEFAULT, Template, templates
-from missionc.pipeline import driver
-from missionc.syntax.format import format_mission
-from missionc.syntax.parse import parse
-from missionc.syntax.read_file import unread
+from missionc.compiler import driver
+from missionc.frontend.syntax.format import format_mission
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.read_file import unread
+from missionc.frontend.templates import DEFAULT, Template, templates
 from tests.support.golden_pages import within
 
 TEMPLATES = list(templates().values())

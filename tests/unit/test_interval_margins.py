@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from missionc.curves.bernstein_intervals import Enclosed
-from missionc.verify.proof.branch_and_bound import Bounds, Judge
-from missionc.verify.proof.proof_boxes import at_least, at_most, between, far_from_origin, in_band, upright
+from missionc.geometry.curves.bernstein_intervals import Enclosed
+from missionc.verification.proof.branch_and_bound import Bounds, Judge
+from missionc.verification.proof.proof_boxes import at_least, at_most, between, far_from_origin, in_band, upright
 
 
 def curves(*points: Sequence[Sequence[float]], radius: float = 0.0) -> Enclosed:

@@ -10,8 +10,8 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres, Seconds
-from missionc.checks.free_space import FreeSpace
-from missionc.kernel.nodes import (
+from missionc.frontend.checks.free_space import FreeSpace
+from missionc.ir.kernel.nodes import (
     All,
     Any,
     At,
@@ -26,8 +26,8 @@ from missionc.kernel.nodes import (
     Reach,
     Route,
 )
-from missionc.monitoring import interval_robustness
-from missionc.monitoring.interval_robustness import Interval, Intervals
+from missionc.verification.monitoring import interval_robustness
+from missionc.verification.monitoring.interval_robustness import Interval, Intervals
 from tests.support.random_runs import SPAN, mission_of
 
 INF = math.inf

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.verify.between.interval_sets import (
+from missionc.verification.between.interval_sets import (
     Signal,
     Spans,
     asked_until,

@@ -13,7 +13,7 @@ from missionc import ir
 from missionc.base.trace import Array
 from missionc.base.units import Metres
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
-from missionc.verify.impossibility.intervals import (
+from missionc.verification.impossibility.intervals import (
     Boxes,
     Interval,
     IntervalView,

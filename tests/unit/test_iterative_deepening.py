@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missionc.backends.smt.prioritized.iterative_deepening import FIRST, deepened, within
-from missionc.kernel.nodes import All, Always, At, Eventually, Is, Node, Until, WindowNode
+from missionc.ir.kernel.nodes import All, Always, At, Eventually, Is, Node, Until, WindowNode
 
 HERE = Is(frozenset((0,)))
 

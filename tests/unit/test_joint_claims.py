@@ -11,9 +11,9 @@ import pytest
 
 from missionc import ir
 from missionc.base.trace import Array
-from missionc.verify.flight.flight_curves import Flight, cut, growing, seen_from
-from missionc.verify.flight.joint_claims import downwash, obstacles, separation, world
-from missionc.verify.proof.branch_and_bound import Claim
+from missionc.verification.flight.flight_curves import Flight, cut, growing, seen_from
+from missionc.verification.flight.joint_claims import downwash, obstacles, separation, world
+from missionc.verification.proof.branch_and_bound import Claim
 from tests.support.legal_plans import mission_of, moving, still
 
 BALL = ir.Ball((5.0, 5.0, 1.0), 0.5)

@@ -9,7 +9,7 @@ import missionc
 from missionc.backends.api import Impossible
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.base.source import Source
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
 
 CORRIDOR = """
 mission corridor

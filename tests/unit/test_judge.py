@@ -12,8 +12,7 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.ir.predicates import Compare, Coordinate
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -29,11 +28,12 @@ from missionc.kernel.nodes import (
     Release,
     Until,
 )
-from missionc.monitoring.live.asked_steps import Asked
-from missionc.monitoring.live.columns import Columns
-from missionc.monitoring.live.judge import LiveJudge, Parts
-from missionc.monitoring.live.verdicts import Standing, Verdict
-from missionc.monitoring.monitor import robustness
+from missionc.ir.predicates import Compare, Coordinate
+from missionc.verification.monitoring.live.asked_steps import Asked
+from missionc.verification.monitoring.live.columns import Columns
+from missionc.verification.monitoring.live.judge import LiveJudge, Parts
+from missionc.verification.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.monitor import robustness
 from tests.support.random_runs import SPAN, mission_of
 
 

@@ -11,8 +11,8 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres
-from missionc.curves.piecewise_polynomials import Pieces
-from missionc.verify.flight.verify_whole_flight import (
+from missionc.geometry.curves.piecewise_polynomials import Pieces
+from missionc.verification.flight.verify_whole_flight import (
     Stop,
     above_pads,
     in_turns,

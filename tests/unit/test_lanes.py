@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 
 import missionc
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.diagnostics.model import Diagnostic
-from missionc.syntax.graphml import Graphml, read_graphml
-from missionc.verify.verify_plan import verify
-from missionc.world.flyable_steps import step_limits
-from missionc.world.straight_runs import straight_runs
+from missionc.frontend.syntax.graphml import Graphml, read_graphml
+from missionc.geometry.straight_runs import straight_runs
+from missionc.ir.lower.flyable_steps import step_limits
+from missionc.verification.verify_plan import verify
 
 nx = pytest.importorskip("networkx")
 

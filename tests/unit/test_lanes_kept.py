@@ -10,8 +10,8 @@ import pytest
 from missionc import ir
 from missionc.base.units import Seconds
 from missionc.ir import Lane, LaneNode, Lanes
-from missionc.verify.certificate import Check
-from missionc.verify.plan.lanes_kept import check_lanes_kept
+from missionc.verification.certificate import Check
+from missionc.verification.plan.lanes_kept import check_lanes_kept
 from tests.support.legal_plans import SPAN, mission_of, straight
 
 # A corner: a metre east, a metre on, a metre north, where half as fast is allowed. Half a second is a step.

@@ -9,9 +9,9 @@ from types import FrameType
 import pytest
 
 from missionc.base.source import Source
-from missionc.explain.explanation import document, explained, lines
-from missionc.explain.sentences import LONGEST, MOST_PARTS
-from missionc.pipeline.front_end import check
+from missionc.compiler.front_end import check
+from missionc.frontend.explain.explanation import document, explained, lines
+from missionc.frontend.explain.sentences import LONGEST, MOST_PARTS
 from tests.support.resolved_missions import mission
 from tests.support.small_missions import SMALL
 

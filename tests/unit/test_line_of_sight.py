@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc.base.trace import Array
+from missionc.geometry import plain_floats
+from missionc.geometry.plain_floats import Place
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
-from missionc.world import plain_floats
-from missionc.world.convex_pieces import count_pieces, pieces
-from missionc.world.line_of_sight import clear_line
-from missionc.world.plain_floats import Place
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.convex_pieces import count_pieces, pieces
+from missionc.ir.distances.line_of_sight import clear_line
+from missionc.ir.distances.signed_distance import signed_distance
 
 BOX = Box((0.0, 0.0), (4.0, 2.0))
 DISC = Disc((1.0, 1.0), 1.5)

@@ -9,12 +9,12 @@ import pytest
 
 import missionc
 from missionc import ir
+from missionc.backends.choose_backend import needs_of
 from missionc.backends.features import Feature
 from missionc.base.trace import Trace
+from missionc.ir.language.margins.links import all_links
 from missionc.ir.pair_ranges import heaviest, kinds_of_weight, lightest, weigh
-from missionc.language.margins.links import all_links
-from missionc.lower.choose_backend import needs_of
-from missionc.monitoring.monitor import truths
+from missionc.verification.monitoring.monitor import truths
 from tests.support.random_runs import trace_of
 
 AGENTS, FIELD = 7, 5.0

@@ -9,10 +9,10 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres, Seconds
-from missionc.curves.piecewise_polynomials import Curves
-from missionc.verify.between import truth_over_time
-from missionc.verify.between.interval_sets import STEP, Motion, Signal
-from missionc.verify.between.truth_over_time import Links, links_of, nearby, reach, route
+from missionc.geometry.curves.piecewise_polynomials import Curves
+from missionc.verification.between import truth_over_time
+from missionc.verification.between.interval_sets import STEP, Motion, Signal
+from missionc.verification.between.truth_over_time import Links, links_of, nearby, reach, route
 from tests.support.random_runs import SPAN, mission_of
 
 END = 2 * STEP

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from missionc.base.diagnostics.code import IMPLAUSIBLE_TIME, UNUSABLE_SAMPLE
 from missionc.cli.app import main
-from missionc.diagnostics.code import IMPLAUSIBLE_TIME, UNUSABLE_SAMPLE
-from missionc.monitoring.live.samples import Fate, Sample, SampleSteps, StepState
+from missionc.verification.monitoring.live.samples import Fate, Sample, SampleSteps, StepState
 from tests.support.random_runs import mission_of
 
 SMALL = """mission small

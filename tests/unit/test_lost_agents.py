@@ -11,11 +11,11 @@ from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.explain.sentences import sentences
-from missionc.kernel.nodes import All
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import monitor
-from missionc.resolve.show_ir import show_ir
+from missionc.frontend.explain.sentences import sentences
+from missionc.frontend.resolve.show_ir import show_ir
+from missionc.ir.kernel.nodes import All
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import monitor
 from tests.support.resolved_missions import codes, demo, mission, texts
 
 TEAM = "team drone[4] { dynamics single_integrator(speed <= 2 m/s)  start line (1, 1) to (4, 1) }"

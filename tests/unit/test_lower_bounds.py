@@ -6,8 +6,8 @@ import pytest
 
 import missionc
 from missionc.base.source import Source
-from missionc.checks.lower_bounds import LowerBounds, lower_bounds
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
+from missionc.frontend.checks.lower_bounds import LowerBounds, lower_bounds
 
 LANES = """\
 mission lanes

@@ -14,21 +14,21 @@ pytest.importorskip("pygls")
 
 from lsprotocol import types
 
+from missionc.base.diagnostics.code import CODES
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.cli.app import main
-from missionc.diagnostics.code import CODES
-from missionc.language.operators import OPERATORS
-from missionc.lsp import goto, inlay_hints, quick_fixes, workspace_symbols
-from missionc.lsp.background_checks import Checks, diagnostics
-from missionc.lsp.completion import completion
-from missionc.lsp.formatting import formatting
-from missionc.lsp.hover import hover
-from missionc.lsp.open_text import Places
-from missionc.lsp.rename import RefusedError, renamable, rename
-from missionc.pipeline.front_end import check
-from missionc.syntax.format import format_mission
-from missionc.syntax.tokens import PLURALS, WORDS
+from missionc.compiler.front_end import check
+from missionc.frontend.syntax.format import format_mission
+from missionc.frontend.syntax.tokens import PLURALS, WORDS
+from missionc.ir.language.operators import OPERATORS
+from missionc.tools.language_server import goto, inlay_hints, quick_fixes, workspace_symbols
+from missionc.tools.language_server.background_checks import Checks, diagnostics
+from missionc.tools.language_server.completion import completion
+from missionc.tools.language_server.formatting import formatting
+from missionc.tools.language_server.hover import hover
+from missionc.tools.language_server.open_text import Places
+from missionc.tools.language_server.rename import RefusedError, renamable, rename
 from tests.support.check_findings import text
 from tests.support.open_texts import edited, marked, opened
 
@@ -384,6 +384,8 @@ def test_without_its_package_the_command_says_how_to_install_it() -> None:
 
 
 def test_the_server_loads_no_solver_and_no_large_library() -> None:
-    script = "import missionc.lsp.server, sys; print(*(name.partition('.')[0] for name in sys.modules))"
+    script = (
+        "import missionc.tools.language_server.server, sys; print(*(name.partition('.')[0] for name in sys.modules))"
+    )
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert not {"z3", "torch", "scipy", "matplotlib", "jinja2", "pysat", "piqp"} & set(run.stdout.split())

@@ -12,13 +12,13 @@ pytest.importorskip("pygls")
 
 from lsprotocol import types
 
-from missionc.lsp import code_lenses, workspace_symbols
-from missionc.lsp.code_lenses import lenses
-from missionc.lsp.folding import folds
-from missionc.lsp.goto import links
-from missionc.lsp.open_text import OpenText
-from missionc.lsp.semantic_tokens import LEGEND, semantic_tokens
-from missionc.lsp.workspace_symbols import WorkspaceSymbols
+from missionc.tools.language_server import code_lenses, workspace_symbols
+from missionc.tools.language_server.code_lenses import lenses
+from missionc.tools.language_server.folding import folds
+from missionc.tools.language_server.goto import links
+from missionc.tools.language_server.open_text import OpenText
+from missionc.tools.language_server.semantic_tokens import LEGEND, semantic_tokens
+from missionc.tools.language_server.workspace_symbols import WorkspaceSymbols
 from tests.support.check_findings import text
 from tests.support.open_texts import opened
 

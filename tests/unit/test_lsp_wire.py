@@ -14,9 +14,9 @@ pytest.importorskip("pygls")
 from pygls.io_ import run
 
 from missionc.base.source import Source
-from missionc.lsp.open_text import name_of
-from missionc.lsp.server import LONGEST, Incoming, Server, made
-from missionc.pipeline.front_end import check
+from missionc.compiler.front_end import check
+from missionc.tools.language_server.open_text import name_of
+from missionc.tools.language_server.server import LONGEST, Incoming, Server, made
 from tests.support.small_missions import SMALL
 
 URI = "file:///tmp/a.mission"

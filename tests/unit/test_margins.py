@@ -17,10 +17,8 @@ from missionc import ir
 from missionc.base.resources import folder
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
-from missionc.ir.pair_ranges import directed
-from missionc.ir.predicates.facts import PredicateFacts
-from missionc.language.margins import links
-from missionc.language.margins.predicate_margins import (
+from missionc.ir.language.margins import links
+from missionc.ir.language.margins.predicate_margins import (
     algebraic_connectivity,
     all_links,
     formation_margin,
@@ -30,7 +28,9 @@ from missionc.language.margins.predicate_margins import (
     of_pair,
     of_states,
 )
-from missionc.language.predicates import PREDICATES
+from missionc.ir.language.predicates import PREDICATES
+from missionc.ir.pair_ranges import directed
+from missionc.ir.predicates.facts import PredicateFacts
 from tests.support.random_runs import BASE, FIELD, MAST, SPAN, graphs_of, mission_of, trace_of
 
 
@@ -209,7 +209,7 @@ def test_formations_keep_distances_and_offsets_within_their_tolerance() -> None:
 
 
 def test_every_predicate_of_the_language_has_a_module_of_its_name() -> None:
-    modules = {path.stem for path in folder("docs/errors").parents[1].glob("missionc/language/predicates/*.py")}
+    modules = {path.stem for path in folder("docs/errors").parents[1].glob("missionc/ir/language/predicates/*.py")}
     assert {predicate.name for predicate in PREDICATES} == modules - {"__init__"}
 
 

@@ -16,10 +16,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
+from missionc.base.diagnostics.code import RECORDING_BROKEN
 from missionc.cli.app import main
-from missionc.diagnostics.code import RECORDING_BROKEN
-from missionc.monitoring.live.mcap_poses import BrokenRecordingError, McapPoses
 from missionc.output.export import mcap as export
+from missionc.verification.monitoring.live.mcap_poses import BrokenRecordingError, McapPoses
 from tests.support.live_flights import FLIGHT
 
 PLACES = [(1.0, 1.0), (2.3, 2.3), (3.6, 3.6), (4.5, 4.5), (4.5, 4.5)]
@@ -92,7 +92,7 @@ def test_times_count_from_the_first_pose_to_the_nanosecond() -> None:
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize("frame", ["", "w", "map/of/the/hall"])
 def test_a_pose_of_ros_is_read_in_either_order_of_bytes(order: str, frame: str) -> None:
-    from missionc.monitoring.live.mcap_poses import _ros
+    from missionc.verification.monitoring.live.mcap_poses import _ros
 
     assert _ros(ros(2.5, 3.0, 4.0, frame, order)) == (2_500_000_000, [3.0, 4.0, 1.0], [0.0, 0.0, 0.6, 0.8])
 

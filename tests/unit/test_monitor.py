@@ -12,11 +12,11 @@ from missionc import ir
 from missionc.base.judgement import Judgement
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Steps
-from missionc.language.margins import links
-from missionc.language.operators import by_name
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import monitor, robustness, truth
-from missionc.syntax.ast import Metric
+from missionc.frontend.syntax.ast import Metric
+from missionc.ir.language.margins import links
+from missionc.ir.language.operators import by_name
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import monitor, robustness, truth
 from tests.support.random_runs import BASE, FIELD, SPAN, mission_of, trace_of
 
 IN_BASE = ir.Holds(ir.Inside(BASE, body=False), SPAN)

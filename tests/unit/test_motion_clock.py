@@ -10,8 +10,8 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.curves.piecewise_polynomials import Curves
-from missionc.verify.between.interval_sets import STEP, Motion
+from missionc.geometry.curves.piecewise_polynomials import Curves
+from missionc.verification.between.interval_sets import STEP, Motion
 from tests.support.random_runs import SPAN, mission_of
 
 MISSION = replace(mission_of(2, 2), step=Seconds(0.5))

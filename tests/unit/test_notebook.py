@@ -24,7 +24,7 @@ from missionc.base.palette import LIGHT
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.pipeline.results import Compiled
+from missionc.compiler.results import Compiled
 from tests.support.small_missions import CONFLICT, SMALL, WRONG, parked
 
 ROOT = Path(__file__).resolve().parents[2]

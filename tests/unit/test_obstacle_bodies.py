@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from missionc.ir import Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector
-from missionc.verify.plan.obstacle_bodies import solid
+from missionc.verification.plan.obstacle_bodies import solid
 
 TOWER = Disc((2.0, 2.0), 1.0, Prism(0.0, 2.0))
 ROOF = Box((0.0, 0.0, 1.0), (4.0, 4.0, 3.0))

@@ -9,10 +9,10 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres
-from missionc.curves.piecewise_polynomials import Curves
+from missionc.geometry.curves.piecewise_polynomials import Curves
 from missionc.ir import Box
-from missionc.verify.certificate import CERTAIN, CONTACT
-from missionc.verify.plan.clearances import check_obstacles, seen_from
+from missionc.verification.certificate import CERTAIN, CONTACT
+from missionc.verification.plan.clearances import check_obstacles, seen_from
 from tests.support.legal_plans import mission_of, moving, still
 
 TIMES, OFFSETS = (1.0, 2.5, 3.0, 6.0), ((0.0, 0.0), (3.0, 0.0), (3.0, 4.0), (-1.0, 4.0))

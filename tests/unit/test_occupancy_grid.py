@@ -10,9 +10,9 @@ import pytest
 pytest.importorskip("PIL")
 pytest.importorskip("yaml")
 
-from missionc.diagnostics.code import MAP_LEFT_OUT, MAP_UNREADABLE
-from missionc.maps.map_metadata import MapMetadata
-from missionc.maps.occupancy_grid import occupied_cells
+from missionc.base.diagnostics.code import MAP_LEFT_OUT, MAP_UNREADABLE
+from missionc.frontend.maps.map_metadata import MapMetadata
+from missionc.frontend.maps.occupancy_grid import occupied_cells
 from tests.support.mapped_missions import YAML, findings, meant, only, picture
 
 HALL = picture("....", ".##.", "....", "?...")

@@ -8,12 +8,12 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres, Steps
-from missionc.kernel.nodes import All, Any, Is, Node, Not, PathLength, Reach, Release, Route, Until
-from missionc.kernel.normal_form import negated
-from missionc.kernel.walk import postorder
-from missionc.language.operator import Bounds, TooLarge, Use
-from missionc.language.operators import OPERATORS, by_name
-from missionc.syntax.ast import Metric
+from missionc.frontend.syntax.ast import Metric
+from missionc.ir.kernel.nodes import All, Any, Is, Node, Not, PathLength, Reach, Release, Route, Until
+from missionc.ir.kernel.normal_form import negated
+from missionc.ir.kernel.walk import postorder
+from missionc.ir.language.operator import Bounds, TooLarge, Use
+from missionc.ir.language.operators import OPERATORS, by_name
 from tests.support.random_runs import SPAN
 
 F, G = Is(frozenset((0,)), SPAN), Is(frozenset((1,)), SPAN)

@@ -9,9 +9,9 @@ import pytest
 from missionc.backends.load import load
 from missionc.backends.offers import OFFERS
 from missionc.backends.options import DESCRIBED, OneOf, Options, Real, Recorded, Switch, Whole
+from missionc.base.diagnostics.code import NOT_ITS_FLAG
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.cli.commands.compile import command
-from missionc.diagnostics.code import NOT_ITS_FLAG
-from missionc.diagnostics.model import Diagnostic
 
 WITHOUT_A_FLAG = {"captures", "brief"}
 OTHER = {

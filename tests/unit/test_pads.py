@@ -7,14 +7,14 @@ import math
 import pytest
 
 from missionc import ir
-from missionc.diagnostics.code import (
+from missionc.base.diagnostics.code import (
     DECLARED_AGAIN,
     PADS_TOO_NEAR,
     UNKNOWN_SETTING,
     UNUSABLE_PAD,
     VALUE_OUT_OF_RANGE,
 )
-from missionc.explain.explanation import flights_said
+from missionc.frontend.explain.explanation import flights_said
 from tests.support.check_findings import WORLD, findings, found, meant, only, text, words
 
 VOLUME = WORLD.replace("(0, 0)", "(0, 0, 0)").replace("(10, 10)", "(10, 10, 3)")

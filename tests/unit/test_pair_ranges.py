@@ -15,17 +15,17 @@ from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.load import load_engines
 from missionc.backends.options import Options
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
-from missionc.diagnostics import code
-from missionc.diagnostics.model import Diagnostic
+from missionc.ir.kernel.nodes import Atom
+from missionc.ir.language.margins.links import all_links
+from missionc.ir.language.margins.predicate_margins import algebraic_connectivity
+from missionc.ir.lower.tighten import tightened
 from missionc.ir.pair_ranges import all_ranges, between, directed, kinds, range_of
-from missionc.kernel.nodes import Atom
-from missionc.language.margins.links import all_links
-from missionc.language.margins.predicate_margins import algebraic_connectivity
-from missionc.lower.tighten import tightened
-from missionc.monitoring.monitor import monitor
-from missionc.verify.plan.algebraic_connectivity import connectivity
+from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.plan.algebraic_connectivity import connectivity
 from tests.support.random_runs import SPAN, trace_of
 
 HEAD = """mission pairs

@@ -18,8 +18,8 @@ from missionc.backends.smt.paper.specify import specify
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
-from missionc.pipeline import driver
-from missionc.pipeline.results import Compiled, Refused, Verified
+from missionc.compiler import driver
+from missionc.compiler.results import Compiled, Refused, Verified
 from tests.support.resolved_missions import demo, mission
 from tests.support.small_missions import SMALL
 from tests.support.small_roadmaps import roadmap_of

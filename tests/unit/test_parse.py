@@ -10,17 +10,17 @@ from pathlib import Path
 import lark
 import pytest
 
+from missionc.base.diagnostics.code import INCLUDE_NOT_ALLOWED
+from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.limits import Limits
 from missionc.base.resources import folder
 from missionc.base.source import Source, Span
-from missionc.diagnostics.code import INCLUDE_NOT_ALLOWED
-from missionc.diagnostics.model import Diagnostic, Label
-from missionc.language.operator import Bounds, Fixity
-from missionc.language.operators import OPERATORS
-from missionc.syntax import ast, parse_table
-from missionc.syntax.build import FUNCTIONS
-from missionc.syntax.parse import parse
-from missionc.syntax.tokens import WORDS
+from missionc.frontend.syntax import ast, parse_table
+from missionc.frontend.syntax.build import FUNCTIONS
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.tokens import WORDS
+from missionc.ir.language.operator import Bounds, Fixity
+from missionc.ir.language.operators import OPERATORS
 from tests.support.random_trees import without_spans
 
 WHOLE_LANGUAGE = """
@@ -483,7 +483,9 @@ def grammar() -> str:
 
 def test_the_kept_table_is_the_grammars() -> None:
     kept = (folder("grammars") / "mission.json").read_text(encoding="utf-8")
-    assert parse_table.write(parse_table.build(grammar())) == kept, "run: python -m missionc.syntax.parse_table"
+    assert parse_table.write(parse_table.build(grammar())) == kept, (
+        "run: python -m missionc.frontend.syntax.parse_table"
+    )
 
 
 def test_the_grammar_leaves_one_choice_open_and_only_after_a_quantifier(caplog: pytest.LogCaptureFixture) -> None:

@@ -16,9 +16,9 @@ from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.pass_movers import pass_movers
 from missionc.backends.options import Options
 from missionc.base.trace import Array
+from missionc.geometry.displacement import displaced
 from missionc.ir import Mission
-from missionc.world.displacement import displaced
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 from tests.support.transport_missions import checked
 
 CROSSING = """mission crossing

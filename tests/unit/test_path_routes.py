@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from missionc.kernel.nodes import All, Any, EveryRoute, Is, Node, Not, Route
-from missionc.kernel.path_routes import as_routes
+from missionc.ir.kernel.nodes import All, Any, EveryRoute, Is, Node, Not, Route
+from missionc.ir.kernel.path_routes import as_routes
 from tests.support.random_runs import graphs_of
 
 RADIO = graphs_of(3)[0]

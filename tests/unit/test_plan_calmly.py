@@ -11,18 +11,18 @@ import pytest
 
 from missionc.backends.api import Budget, NotFound, Reason, Report
 from missionc.backends.options import Options
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds
-from missionc.diagnostics import code
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler import driver, plan_with_margin
+from missionc.compiler.front_end import Checked
+from missionc.compiler.plan_calmly import CALM, plan_calmly
+from missionc.compiler.results import Compiled, Refused, Verified
 from missionc.ir import Mission
-from missionc.lower.tighten import with_flyable_speeds
-from missionc.pipeline import driver, plan_with_margin
-from missionc.pipeline.front_end import Checked
-from missionc.pipeline.plan_calmly import CALM, plan_calmly
-from missionc.pipeline.results import Compiled, Refused, Verified
-from missionc.world.flyable_steps import CRUISE
+from missionc.ir.lower.flyable_steps import CRUISE
+from missionc.ir.lower.tighten import with_flyable_speeds
 from tests.support.small_missions import SMALL
 
 CROSSING = """

@@ -10,11 +10,11 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres, Seconds
-from missionc.kernel.nodes import All, Always, At, Atom, Goal, Is, Kernel, Neighbour, PathLength, Reach, Route
-from missionc.monitoring.live import session
-from missionc.monitoring.live.first_violations import first_violations
-from missionc.monitoring.live.samples import StepState
-from missionc.monitoring.live.session import PlanForecast
+from missionc.ir.kernel.nodes import All, Always, At, Atom, Goal, Is, Kernel, Neighbour, PathLength, Reach, Route
+from missionc.verification.monitoring.live import session
+from missionc.verification.monitoring.live.first_violations import first_violations
+from missionc.verification.monitoring.live.samples import StepState
+from missionc.verification.monitoring.live.session import PlanForecast
 from tests.support.random_runs import SPAN, mission_of
 
 STEPS = 4

@@ -11,17 +11,17 @@ import pytest
 from missionc.backends.api import Budget, CutShort, Impossible, NotFound, Outcome, Planned, Reason, Report, Scope
 from missionc.backends.load import load_engines
 from missionc.backends.options import Options
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler.front_end import check
+from missionc.compiler.plan_with_margin import plan_with_margin
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.lower.expand import expand
-from missionc.lower.tighten import with_flyable_speeds
-from missionc.monitoring.monitor import monitor
-from missionc.pipeline.front_end import check
-from missionc.pipeline.plan_with_margin import plan_with_margin
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.lower.expand import expand
+from missionc.ir.lower.tighten import with_flyable_speeds
+from missionc.verification.monitoring.monitor import monitor
 from tests.support.small_missions import SMALL
 
 STILL = np.zeros((2, 7, 2))

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.diagnostics.code import EXTRA_MISSING
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.plot.plot import COLOURS, lanes, name_place, plot
 from missionc.output.plot.silhouette import View, inner_point
-from missionc.verify.plan.obstacle_bodies import solid
+from missionc.verification.plan.obstacle_bodies import solid
 from tests.support.legal_plans import SPAN, mission_of, moving, still, straight, wandering
 
 CUT = ir.Difference(ir.Polygon(((6.0, 6.0), (9.0, 6.0), (9.0, 9.0), (6.0, 9.0))), ir.Disc((7.5, 7.5), 1.0))

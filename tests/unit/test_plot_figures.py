@@ -12,15 +12,15 @@ import pytest
 
 import missionc
 from missionc import ir
+from missionc.base.diagnostics.code import NO_SUCH_MOMENT
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Trace
 from missionc.cli.app import main
-from missionc.diagnostics.code import NO_SUCH_MOMENT
-from missionc.diagnostics.model import Diagnostic
-from missionc.kernel.nodes import Kernel
+from missionc.compiler.results import Verified
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.plot.figure_request import KINDS, WIDTHS, FigureRequest
 from missionc.output.plot.figures import figure
 from missionc.output.plot.plot_strip import positions
-from missionc.pipeline.results import Verified
 
 pytest.importorskip("matplotlib")
 

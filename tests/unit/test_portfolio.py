@@ -28,16 +28,16 @@ from missionc.backends.options import Options
 from missionc.backends.portfolio.backend import ATTEMPTS, FIRST, TIMES, Engine, PortfolioBackend
 from missionc.backends.smt import backend as smt
 from missionc.backends.work import driven, polish_work
+from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG, NOT_VERIFIED
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG, NOT_VERIFIED
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler.driver import compile
+from missionc.compiler.front_end import check
+from missionc.compiler.results import Verified
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.pipeline.driver import compile
-from missionc.pipeline.front_end import check
-from missionc.pipeline.results import Verified
+from missionc.ir.kernel.nodes import Kernel
 from tests.support.small_missions import SMALL
 
 STILL = np.zeros((2, 7, 2))

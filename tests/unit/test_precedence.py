@@ -9,7 +9,7 @@ from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPl
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
 
 LOCK = """\
 mission lock

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.diagnostics.code import ENDS_EARLY
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.code import ENDS_EARLY
+from missionc.base.diagnostics.model import Diagnostic
 from tests.support.check_findings import found, text
 
 

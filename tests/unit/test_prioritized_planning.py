@@ -14,9 +14,9 @@ from missionc.backends.smt.prioritized.requirement_parts import named_agents, re
 from missionc.backends.smt.prioritized.shorter_makespan import ShorterMakespan
 from missionc.backends.smt.shorten.minimize_duration import duration, rests_from
 from missionc.base.source import Source
-from missionc.kernel.nodes import All, Any, At, AtLeast, Eventually, Is, Node
-from missionc.kernel.normal_form import negated
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Eventually, Is, Node
+from missionc.ir.kernel.normal_form import negated
 
 FIELD = """
 mission turns

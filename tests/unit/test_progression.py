@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from missionc import ir
+from missionc.base.diagnostics.code import NOT_SAID
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds
-from missionc.diagnostics.code import NOT_SAID
-from missionc.kernel.nodes import All, Any, Kernel
-from missionc.monitoring.monitor import truth
-from missionc.pipeline.front_end import check
-from missionc.pipeline.remaining import not_said
-from missionc.progression.formula_progression import TooEntangledError
-from missionc.progression.rest_of_mission import rest_of
-from missionc.progression.stretches import Remaining, Stretch, after
+from missionc.compiler.front_end import check
+from missionc.compiler.remaining import not_said
+from missionc.ir.kernel.nodes import All, Any, Kernel
+from missionc.planning.progression.formula_progression import TooEntangledError
+from missionc.planning.progression.rest_of_mission import rest_of
+from missionc.planning.progression.stretches import Remaining, Stretch, after
+from missionc.verification.monitoring.monitor import truth
 from tests.support.random_runs import SPAN, trace_of
 
 HEAD = """mission small

@@ -12,10 +12,10 @@ import pytest
 
 from missionc import ir
 from missionc.base.source import Source
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
-from missionc.replay.reverify import Reverified, reverify
-from missionc.verify.verify_plan import verify_polynomials
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
+from missionc.tools.replay.reverify import Reverified, reverify
+from missionc.verification.verify_plan import verify_polynomials
 from tests.support.forged_folders import (
     Files,
     Table,

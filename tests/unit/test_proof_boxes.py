@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.curves.bernstein_intervals import Enclosed
-from missionc.curves.piecewise_polynomials import Indices
-from missionc.verify.certificate import Check
-from missionc.verify.flight import verify_polynomials
-from missionc.verify.flight.verify_polynomials import prove
-from missionc.verify.proof.branch_and_bound import Bounds, Claim, Parts, everyone
-from missionc.verify.proof.proof_boxes import Boxes, bound_on, boxes_of, fault, stated
+from missionc.geometry.curves.bernstein_intervals import Enclosed
+from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.verification.certificate import Check
+from missionc.verification.flight import verify_polynomials
+from missionc.verification.flight.verify_polynomials import prove
+from missionc.verification.proof.branch_and_bound import Bounds, Claim, Parts, everyone
+from missionc.verification.proof.proof_boxes import Boxes, bound_on, boxes_of, fault, stated
 from tests.support.legal_plans import mission_of
 
 
@@ -208,7 +208,7 @@ def test_a_claim_passes_where_nothing_seen_and_nothing_proved_is_too_low(
     # The bound stays within the gap of what is seen: the search takes it as it is.
     claim = table([1.0, lower, 1.0, 1.0], [1.0, seen, 1.0, 1.0], gap=0.125)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("missionc.verify.proof.branch_and_bound.MOST_PARTS", 0)
+        patched.setattr("missionc.verification.proof.branch_and_bound.MOST_PARTS", 0)
         check, _ = prove(MISSION, claim)
     assert check.passed is passed
     assert check.tolerance == 0.1875

@@ -14,7 +14,7 @@ from missionc.backends.options import Options
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.sat.proof import Unproved, prove
 from missionc.base.source import Source
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
 from tests.support.drat_checker import clauses_of, fault
 from tests.support.small_missions import CONFLICT, SMALL
 

@@ -12,8 +12,8 @@ from pygments import lex
 from pygments.lexers import get_lexer_by_name, get_lexer_for_filename
 from pygments.token import Comment, Error, Keyword, Name, Number, Operator
 
-from missionc.syntax.pygments_lexer import COLOURS, MissionLexer
-from missionc.syntax.tokens import WORDS
+from missionc.frontend.syntax.pygments_lexer import COLOURS, MissionLexer
+from missionc.frontend.syntax.tokens import WORDS
 
 ROOT = Path(__file__).resolve().parents[2]
 MISSIONS = sorted((ROOT / "missions").rglob("*.mission"))

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import Pieces, values
-from missionc.simulate import quadrotor
-from missionc.simulate.controller import Gains
-from missionc.simulate.default_engine import Flown, fly, sample_times
-from missionc.simulate.disturbance import GRAVITY, UNDISTURBED, Disturbance, drawn, setpoints
-from missionc.simulate.quadrotor import Vehicle, at_rest, heading, moved
+from missionc.flight.simulation import quadrotor
+from missionc.flight.simulation.controller import Gains
+from missionc.flight.simulation.default_engine import Flown, fly, sample_times
+from missionc.flight.simulation.disturbance import GRAVITY, UNDISTURBED, Disturbance, drawn, setpoints
+from missionc.flight.simulation.quadrotor import Vehicle, at_rest, heading, moved
+from missionc.geometry.curves.piecewise_polynomials import Pieces, values
 
 STILL_AIR = replace(Vehicle(), drag=(0.0, 0.0))
 PROPORTIONAL = replace(Gains(), integral=(0.0, 0.0, 0.0))

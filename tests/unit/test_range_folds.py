@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missionc.monitoring.live.windows import FEW, over_ranges
+from missionc.verification.monitoring.live.windows import FEW, over_ranges
 
 
 @pytest.mark.parametrize("choose", [np.minimum, np.maximum], ids=["least", "greatest"])

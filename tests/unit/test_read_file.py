@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.diagnostics.model import Diagnostic
-from missionc.syntax import read_file
-from missionc.syntax.read_file import loader, read_source
+from missionc.frontend.syntax import read_file
+from missionc.frontend.syntax.read_file import loader, read_source
 
 
 def refusal(found: Source | Diagnostic) -> str:

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
-from missionc.diagnostics.model import Diagnostic
-from missionc.monitoring.read_trace import FlownSoFar, State, _until, read_flown
+from missionc.verification.monitoring.read_trace import FlownSoFar, State, _until, read_flown
 from tests.support.legal_plans import mission_of
 
 MISSION = mission_of([(0, 0), (9, 9)], 8, step=0.5)

@@ -11,14 +11,14 @@ import pytest
 pytest.importorskip("PIL")
 pytest.importorskip("yaml")
 
+from missionc.base.diagnostics.code import FILE_TOO_LARGE, MAP_FEATURE
 from missionc.base.limits import Limits
-from missionc.diagnostics.code import FILE_TOO_LARGE, MAP_FEATURE
 from tests.support.mapped_missions import YAML, only, picture, written
 
 NOISY = """
 import logging, sys, warnings
-from missionc.maps import occupancy_grid
-from missionc.pipeline.front_end import check
+from missionc.frontend.maps import occupancy_grid
+from missionc.compiler.front_end import check
 
 read = occupancy_grid._decoded
 

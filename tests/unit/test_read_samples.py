@@ -8,9 +8,9 @@ import math
 import pytest
 
 from missionc.base.source import Source
-from missionc.monitoring.live.first_violations import first_violations
-from missionc.monitoring.live.samples import SampleReader, UnusableError
-from missionc.pipeline.front_end import check
+from missionc.compiler.front_end import check
+from missionc.verification.monitoring.live.first_violations import first_violations
+from missionc.verification.monitoring.live.samples import SampleReader, UnusableError
 from tests.support.random_runs import trace_of
 
 TEXT = """mission watched

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from missionc.base.source import Source, Span
-from missionc.maps.feature import Area, Circle, Feature, Place
-from missionc.maps.read_map import LeftOut, Reading, ReadSummary, count_left_out
+from missionc.frontend.maps.feature import Area, Circle, Feature, Place
+from missionc.frontend.maps.read_map import LeftOut, Reading, ReadSummary, count_left_out
 
 SPAN = Span(Source("a.dxf", ""), 0, 0)
 

@@ -13,14 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.base.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
-from missionc.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
-from missionc.diagnostics.model import Diagnostic
-from missionc.monitoring.read_trace import read_trace
 from missionc.output.documents.plan_json import plan_json
 from missionc.output.documents.trajectories_csv import trajectories
+from missionc.verification.monitoring.read_trace import read_trace
 from tests.support.legal_plans import mission_of, planned, pushed, straight, wandering
 
 MISSION = mission_of([[1.0, 1.0], [5.0, 5.0]], 2, step=0.1)

@@ -11,7 +11,7 @@ from missionc.backends.smt.prioritized import prioritized_planning
 from missionc.backends.smt.refine.problem import Problem, Setting
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.source import Source
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
 
 LINK = """
 mission link

@@ -11,14 +11,14 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres, Seconds
-from missionc.kernel.nodes import Goal, Kernel
-from missionc.lower.expand import expand
-from missionc.verify.impossibility.bodies import blocked, lies_in
-from missionc.verify.impossibility.check_bodies import CheckedLabels
-from missionc.verify.impossibility.check_motion import check_turns, gone, limits_of, reached
-from missionc.verify.impossibility.cover_document import CellsOfKind, ClaimedCover
-from missionc.verify.impossibility.intervals import must_be_apart
-from missionc.verify.verify_plan import verify
+from missionc.ir.kernel.nodes import Goal, Kernel
+from missionc.ir.lower.expand import expand
+from missionc.verification.impossibility.bodies import blocked, lies_in
+from missionc.verification.impossibility.check_bodies import CheckedLabels
+from missionc.verification.impossibility.check_motion import check_turns, gone, limits_of, reached
+from missionc.verification.impossibility.cover_document import CellsOfKind, ClaimedCover
+from missionc.verification.impossibility.intervals import must_be_apart
+from missionc.verification.verify_plan import verify
 from tests.support import random_runs
 from tests.support.forged_covers import followed
 from tests.support.legal_plans import mission_of, still, straight

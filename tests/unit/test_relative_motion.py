@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from missionc.world.relative_motion import closest_approach
+from missionc.geometry.relative_motion import closest_approach
 
 Array = NDArray[np.float64]
 

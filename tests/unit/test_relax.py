@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc.base.source import Source
-from missionc.pipeline.front_end import Checked, check
-from missionc.pipeline.relax import relax_world
-from missionc.pipeline.relax.conflict_targets import ConflictTargets, Way, conflict_targets
-from missionc.pipeline.relax.edits import Edit, changes, edited
-from missionc.pipeline.relax.knobs import Knob
-from missionc.pipeline.relax.search_relaxations import Trying
+from missionc.compiler.front_end import Checked, check
+from missionc.compiler.relax import relax_world
+from missionc.compiler.relax.conflict_targets import ConflictTargets, Way, conflict_targets
+from missionc.compiler.relax.edits import Edit, changes, edited
+from missionc.compiler.relax.knobs import Knob
+from missionc.compiler.relax.search_relaxations import Trying
 
 RICH = """\
 mission rich

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from textwrap import dedent
 
+from missionc.base.diagnostics.code import BEYOND_HORIZON, UNREADABLE, UNUSED_NAME
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.diagnostics.render import render_json, render_text
 from missionc.base.source import Source, Span
-from missionc.diagnostics.code import BEYOND_HORIZON, UNREADABLE, UNUSED_NAME
-from missionc.diagnostics.model import Diagnostic, Label
-from missionc.diagnostics.render import render_json, render_text
 
 WATCH = "require watch: every drone: always[0, 16 s] (survivor implies eventually[0, 6 s] base)\n"
 

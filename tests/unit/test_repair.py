@@ -16,7 +16,7 @@ from missionc.backends.clot.repair import Repair
 from missionc.backends.options import Options
 from missionc.base.trace import Trace
 from missionc.ir import Mission
-from missionc.lower.hold_throughout import hold_throughout
+from missionc.ir.lower.hold_throughout import hold_throughout
 from tests.support.transport_missions import checked
 
 HANDOVER = """

@@ -10,32 +10,32 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from missionc.base.limits import Limits
-from missionc.base.source import Source
-from missionc.base.trace import Trace
-from missionc.base.units import Seconds, Steps
-from missionc.cli.app import main
-from missionc.curves.piecewise_polynomials import Pieces, read
-from missionc.diagnostics.code import (
+from missionc.base.diagnostics.code import (
     NO_LONGER_KEPT,
     NO_SAFE_STOP,
     NOT_BY_THEN,
     NOT_TO_BE_CHANGED,
     PAST_DOES_NOT_FIT,
 )
-from missionc.diagnostics.model import Diagnostic
-from missionc.flight.stop_and_hover import state_at
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.trace import Trace
+from missionc.base.units import Seconds, Steps
+from missionc.cli.app import main
+from missionc.compiler.remaining import remaining
+from missionc.compiler.replan.patch import patched
+from missionc.compiler.replan.replan import replan
+from missionc.compiler.replan.request import Replanned, Request, Way
+from missionc.compiler.results import Verified
+from missionc.flight.trajectories.stop_and_hover import state_at
+from missionc.geometry.curves.piecewise_polynomials import Pieces, read
 from missionc.ir import Exactly
-from missionc.monitoring.monitor import monitor
-from missionc.monitoring.read_trace import FlownSoFar, read_flown
-from missionc.pipeline.remaining import remaining
-from missionc.pipeline.replan.patch import patched
-from missionc.pipeline.replan.replan import replan
-from missionc.pipeline.replan.request import Replanned, Request, Way
-from missionc.pipeline.results import Verified
-from missionc.progression.past_document import Past, past_json, read_past
-from missionc.replay.render_report import render_report
-from missionc.replay.reverify import reverify
+from missionc.planning.progression.past_document import Past, past_json, read_past
+from missionc.tools.replay.render_report import render_report
+from missionc.tools.replay.reverify import reverify
+from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.monitoring.read_trace import FlownSoFar, read_flown
 from tests.support import forged_folders
 from tests.support.forged_folders import Table
 from tests.support.shelf_flight import compiled, flown, flying, folder, inspector, replanned, written_to

@@ -21,13 +21,13 @@ from click.testing import CliRunner
 
 from missionc.base.source import Source
 from missionc.cli.app import commands
-from missionc.monitoring.monitor import robustness, truth
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
 from missionc.output.folder.write_folder import write_folder
 from missionc.output.report.render_page import ASSETS, SCRIPTS
 from missionc.output.report.report_html import data, report
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
-from missionc.verify.certificate import Certificate, Check
+from missionc.verification.certificate import Certificate, Check
+from missionc.verification.monitoring.monitor import robustness, truth
 from tests.support.small_missions import SMALL
 from tests.support.unpacked_reports import MOTION, RELAY, flight, lane, links, metres, plotted, simulation, unpacked
 

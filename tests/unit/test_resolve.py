@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from missionc import ir
+from missionc.base.diagnostics.code import Severity
 from missionc.base.limits import Limits
-from missionc.diagnostics.code import Severity
-from missionc.resolve.resolve_mission import resolve
-from missionc.resolve.show_ir import show_ir
+from missionc.frontend.resolve.resolve_mission import resolve
+from missionc.frontend.resolve.show_ir import show_ir
 from tests.support.resolved_missions import codes, demo, findings, mission, only, program, texts
 
 SHIPPED = {

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missionc import ir
+from missionc.base.diagnostics.suggest import Nothing, edits, nearest
 from missionc.base.limits import Limits
-from missionc.diagnostics.suggest import Nothing, edits, nearest
-from missionc.resolve.definitions import in_order
-from missionc.resolve.polygon_faults import Simple, fault
-from missionc.resolve.resolve_agents import on_grid, on_line
+from missionc.frontend.resolve.definitions import in_order
+from missionc.frontend.resolve.polygon_faults import Simple, fault
+from missionc.frontend.resolve.resolve_agents import on_grid, on_line
 from tests.support.resolved_missions import codes, demo, mission, only
 
 VOLUME = {

@@ -25,17 +25,17 @@ from missionc.backends.clot import backend as clot
 from missionc.backends.clot.backend import Run
 from missionc.backends.clot.run.run_state import Nearest
 from missionc.backends.options import Options
+from missionc.base.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE, FILE_TOO_LARGE, NOT_ITS_FLAG
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import app
-from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE, FILE_TOO_LARGE, NOT_ITS_FLAG
-from missionc.diagnostics.model import Diagnostic
-from missionc.pipeline import driver
-from missionc.pipeline.checkpoint_file import SCHEMA, from_bytes, to_bytes
-from missionc.pipeline.results import Compiled, Refused, Verified
-from missionc.syntax.read_file import read_bytes
+from missionc.compiler import driver
+from missionc.compiler.checkpoint_file import SCHEMA, from_bytes, to_bytes
+from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.frontend.syntax.read_file import read_bytes
 from tests.support.small_missions import SMALL
 from tests.unit.test_cut_short import LIMIT, MIXED, ROW, time_is_up
 

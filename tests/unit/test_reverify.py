@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from missionc.base.source import Source
+from missionc.compiler import driver
+from missionc.compiler.front_end import check
+from missionc.compiler.results import Verified
 from missionc.output.folder.write_folder import write_folder
-from missionc.pipeline import driver
-from missionc.pipeline.front_end import check
-from missionc.pipeline.results import Verified
-from missionc.replay.reverify import Reverified, reverify
+from missionc.tools.replay.reverify import Reverified, reverify
 from tests.support.small_missions import SMALL
 
 
@@ -105,7 +105,7 @@ def test_nothing_that_plans_or_fits_is_loaded(folder: Path) -> None:
         "except SystemExit as left: assert not left.code, left.code\n"
         "print(sorted({name.split('.')[0] for name in sys.modules} & {'z3', 'torch', 'piqp', 'pysat'}),"
         "[name for name in sys.modules if name.startswith("
-        "('missionc.flight.', 'missionc.curves.smooth_splines', 'missionc.backends.smt.backend'))])"
+        "('missionc.flight.trajectories.', 'missionc.geometry.curves.smooth_splines', 'missionc.backends.smt.backend'))])"
     )
     ran = subprocess.run([sys.executable, "-c", program, str(folder)], capture_output=True, text=True, check=True)
     assert ran.stdout.splitlines()[-1] == "[] []"

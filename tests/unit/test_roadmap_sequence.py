@@ -13,8 +13,8 @@ from scipy.sparse.csgraph import dijkstra
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_roadmaps
 from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
 from missionc.base.source import Source
-from missionc.pipeline import driver
-from missionc.pipeline.results import Checked
+from missionc.compiler import driver
+from missionc.compiler.results import Checked
 
 WORLD = """
 mission test

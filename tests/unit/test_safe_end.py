@@ -15,16 +15,16 @@ import pytest
 
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.curves.piecewise_polynomials import Pieces, read
-from missionc.data.vehicles import profiles
-from missionc.flight.safe_end import safe_ends
-from missionc.flight.stop_and_hover import state_at
+from missionc.compiler import driver
+from missionc.flight.trajectories.safe_end import safe_ends
+from missionc.flight.trajectories.stop_and_hover import state_at
+from missionc.geometry.curves.piecewise_polynomials import Pieces, read
 from missionc.ir import PLAIN, Disc, Mission, Prism
+from missionc.ir.vehicle_profiles import profiles
 from missionc.output.documents.safe_end_json import read_safe_end, safe_end_json, safe_end_noted
-from missionc.pipeline import driver
-from missionc.verify.flight.verify_safe_end import failing_stops, has_safe_end, judge_stops, verify_safe_end
-from missionc.verify.flight.verify_whole_flight import Stop, as_one, in_turns, landing_margins
-from missionc.verify.flight.way_missions import Stage
+from missionc.verification.flight.verify_safe_end import failing_stops, has_safe_end, judge_stops, verify_safe_end
+from missionc.verification.flight.verify_whole_flight import Stop, as_one, in_turns, landing_margins
+from missionc.verification.flight.way_missions import Stage
 from tests.support.forged_folders import forged
 from tests.support.hall_flights import compiled, mission
 from tests.support.legal_plans import mission_of, moving, still

@@ -10,7 +10,7 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Seconds
-from missionc.monitoring.live.samples import UNSEEN, Fate, Sample, SampleSteps, StepState
+from missionc.verification.monitoring.live.samples import UNSEEN, Fate, Sample, SampleSteps, StepState
 from tests.support.random_runs import mission_of
 
 

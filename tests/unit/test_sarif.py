@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 from jsonschema import Draft4Validator
 
+from missionc.base.diagnostics.code import CODES, UNREADABLE
+from missionc.base.diagnostics.code_page import explain
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.sarif import render_sarif
 from missionc.cli.app import main
-from missionc.diagnostics.code import CODES, UNREADABLE
-from missionc.diagnostics.code_page import explain
-from missionc.diagnostics.model import Diagnostic
-from missionc.diagnostics.sarif import render_sarif
 from tests.support.npm import ROOT, fetch
 from tests.support.small_missions import LATE, SMALL, WRONG
 

@@ -12,8 +12,9 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.monitoring.live.samples import Fate
-from missionc.monitoring.live.session import (
+from missionc.compiler import driver
+from missionc.verification.monitoring.live.samples import Fate
+from missionc.verification.monitoring.live.session import (
     Change,
     Event,
     Forecast,
@@ -24,8 +25,7 @@ from missionc.monitoring.live.session import (
     Session,
     Unusable,
 )
-from missionc.monitoring.live.verdicts import Verdict
-from missionc.pipeline import driver
+from missionc.verification.monitoring.live.verdicts import Verdict
 from tests.support.live_flights import FLIGHT, line
 
 TEXT = """mission flight

@@ -20,10 +20,10 @@ from missionc.backends.smt.shorten.minimize_distance import move_lengths
 from missionc.backends.smt.shorten.shorten_paths import shorten_paths
 from missionc.backends.smt.shorten.time_expanded_path import JointPaths
 from missionc.base.source import Source
+from missionc.compiler.results import Verified
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.monitor import truth
-from missionc.pipeline.results import Verified
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring.monitor import truth
 
 pytestmark = pytest.mark.usefixtures("coarse_covers")
 
@@ -62,7 +62,7 @@ require back: b[0]: eventually[2 s, 3 s] west
 @pytest.fixture(autouse=True)
 def on_the_roadmap(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plans as the solver leaves them."""
-    monkeypatch.setattr("missionc.pipeline.plan_with_margin.load_straighten", lambda engine: None)
+    monkeypatch.setattr("missionc.compiler.plan_with_margin.load_straighten", lambda engine: None)
 
 
 def meant(text: str) -> tuple[Mission, Kernel]:

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from missionc import ir
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -30,7 +30,7 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.kernel.show import Words, asked, metres, show
+from missionc.ir.kernel.show import Words, asked, metres, show
 from tests.support.random_runs import BASE, SPAN, graphs_of, mission_of
 
 RADIO = graphs_of(3)[0]

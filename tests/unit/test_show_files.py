@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from missionc.cli.app import main
-from missionc.lsp.hover import hover
-from missionc.resolve.resolve_files import file_lines
+from missionc.frontend.resolve.resolve_files import file_lines
+from missionc.tools.language_server.hover import hover
 from tests.support.mapped_missions import YAML, meant, picture, written
 from tests.support.open_texts import opened
 

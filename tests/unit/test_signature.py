@@ -10,12 +10,12 @@ import pytest
 from missionc.base.source import Source
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
+from missionc.compiler.front_end import check
 from missionc.ir import Mission
-from missionc.kernel.choices import Asked, branches, made_once, without
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.monitor import truth
-from missionc.monitoring.signature import Event, Signatures, _several, differences
-from missionc.pipeline.front_end import check
+from missionc.ir.kernel.choices import Asked, branches, made_once, without
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring.monitor import truth
+from missionc.verification.monitoring.signature import Event, Signatures, _several, differences
 
 TEXT = """mission sides
 time step 1 s, horizon 8 s

@@ -17,23 +17,23 @@ import pytest
 
 from missionc.base.limits import Limits
 from missionc.cli.app import main
-from missionc.curves.piecewise_polynomials import Pieces
-from missionc.monitoring.monitor import monitor
+from missionc.flight.simulation.default_engine import Flown, sample_times
+from missionc.flight.simulation.disturbance import Disturbance, setpoints
+from missionc.flight.simulation.flight_conditions import conditions, trial_of
+from missionc.flight.simulation.trial_bounds import LARGEST_SEED, MOST, MOST_FLIGHTS
+from missionc.flight.simulation.trials import Trial, Trials
+from missionc.geometry.curves.piecewise_polynomials import Pieces
 from missionc.output.documents.simulation_json import simulation_json, simulation_record
-from missionc.replay.read_folder import OutputFolder, read_folder
-from missionc.replay.rebuild.simulation_document import _flown as fly_again
-from missionc.replay.rebuild.simulation_document import check_simulation, settled
-from missionc.replay.rebuild.verdict import DOCUMENT, UNJUDGED
-from missionc.replay.render_report import render_report
-from missionc.replay.reverify import reverify
-from missionc.replay.reverify import reverify_opened as replay_of
-from missionc.simulate.default_engine import Flown, sample_times
-from missionc.simulate.disturbance import Disturbance, setpoints
-from missionc.simulate.flight_conditions import conditions, trial_of
-from missionc.simulate.trial_bounds import LARGEST_SEED, MOST, MOST_FLIGHTS
-from missionc.simulate.trials import Trial, Trials
-from missionc.verify.certificate import Check
-from missionc.verify.compare_documents import SAME
+from missionc.tools.replay.read_folder import OutputFolder, read_folder
+from missionc.tools.replay.rebuild.simulation_document import _flown as fly_again
+from missionc.tools.replay.rebuild.simulation_document import check_simulation, settled
+from missionc.tools.replay.rebuild.verdict import DOCUMENT, UNJUDGED
+from missionc.tools.replay.render_report import render_report
+from missionc.tools.replay.reverify import reverify
+from missionc.tools.replay.reverify import reverify_opened as replay_of
+from missionc.verification.certificate import Check
+from missionc.verification.compare_documents import SAME
+from missionc.verification.monitoring.monitor import monitor
 from missionc.version import __version__
 from tests.support.forged_folders import Files, forged, laid
 from tests.support.legal_plans import mission_of
@@ -67,7 +67,9 @@ def opened() -> OutputFolder:
 def once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same flights are flown once for all tests."""
     opened()
-    monkeypatch.setattr("missionc.replay.rebuild.simulation_document._flown", lambda reopened, trial: flown(trial))
+    monkeypatch.setattr(
+        "missionc.tools.replay.rebuild.simulation_document._flown", lambda reopened, trial: flown(trial)
+    )
 
 
 @cache
@@ -180,7 +182,7 @@ def test_other_disturbances_are_refused_since_they_fly_otherwise(change: Change)
 @pytest.mark.parametrize("name", ["flight", "setpoint", "command", "gust", "noise"])
 @pytest.mark.parametrize("value", [1e-300, 1e308, float("nan"), 0, -1.0, 2**62, "1", None, [], True])
 def test_no_other_length_of_time_is_flown(name: str, value: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.replay.rebuild.simulation_document._flown", None)
+    monkeypatch.setattr("missionc.tools.replay.rebuild.simulation_document._flown", None)
     check = judged(edited(lambda found: found["seconds"].update({name: value})))
     assert (check.name, check.passed) == (DOCUMENT, False)
     assert f"`seconds.{name}`" in check.detail
@@ -229,7 +231,7 @@ def test_no_other_length_of_time_is_flown(name: str, value: object, monkeypatch:
 def test_what_cannot_be_is_refused_before_anything_is_flown(
     change: Change, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("missionc.replay.rebuild.simulation_document._flown", None)
+    monkeypatch.setattr("missionc.tools.replay.rebuild.simulation_document._flown", None)
     check = judged(edited(change))
     assert (check.name, check.passed) == (DOCUMENT, False)
     assert words in check.detail
@@ -329,7 +331,7 @@ def test_every_command_tells_what_cannot_be_judged_from_what_is_wrong(
 
 
 def test_an_engine_that_is_not_installed_can_be(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.simulate.engines.find_spec", lambda name: None)
+    monkeypatch.setattr("missionc.flight.simulation.engines.find_spec", lambda name: None)
     check = judged(edited(by("rotorpy")))
     assert check.name == UNJUDGED
     assert "`pip install 'missionc[rotorpy]'`" in check.detail
@@ -339,8 +341,8 @@ def test_another_version_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> Non
     check = judged(edited(lambda found: found["versions"].update(missionc="0.0.9")))
     assert check.name == UNJUDGED
     assert "`versions.missionc` is `0.0.9`" in check.detail
-    monkeypatch.setattr("missionc.simulate.engines.find_spec", lambda name: name)
-    monkeypatch.setattr("missionc.simulate.flight_conditions.version", lambda name: "3.1.0")
+    monkeypatch.setattr("missionc.flight.simulation.engines.find_spec", lambda name: name)
+    monkeypatch.setattr("missionc.flight.simulation.flight_conditions.version", lambda name: "3.1.0")
     check = judged(edited(by("rotorpy")))
     assert check.name == UNJUDGED
     assert "`versions.rotorpy` is `3.0.0`" in check.detail
@@ -350,9 +352,9 @@ def test_an_engine_that_does_not_start_is_told(monkeypatch: pytest.MonkeyPatch) 
     def broken(name: str) -> object:
         raise ImportError("no jax")
 
-    monkeypatch.setattr("missionc.simulate.engines.find_spec", lambda name: name)
-    monkeypatch.setattr("missionc.simulate.flight_conditions.version", lambda name: "3.0.0")
-    monkeypatch.setattr("missionc.simulate.engines.import_module", broken)
+    monkeypatch.setattr("missionc.flight.simulation.engines.find_spec", lambda name: name)
+    monkeypatch.setattr("missionc.flight.simulation.flight_conditions.version", lambda name: "3.0.0")
+    monkeypatch.setattr("missionc.flight.simulation.engines.import_module", broken)
     check = judged(edited(by("rotorpy")))
     assert check.name == UNJUDGED
     assert "rotorpy cannot fly here: no jax" in check.detail
@@ -367,9 +369,9 @@ def test_another_engine_flies_its_simulation_again(monkeypatch: pytest.MonkeyPat
         position, velocity = (np.moveaxis(told[:, :, rows], 2, -1) for rows in (slice(0, 3), slice(3, 6)))
         return Flown(times, position, velocity, told[:, :, 12])
 
-    monkeypatch.setattr("missionc.simulate.engines.find_spec", lambda name: name)
-    monkeypatch.setattr("missionc.simulate.flight_conditions.version", lambda name: "3.0.0")
-    monkeypatch.setattr("missionc.simulate.engines.import_module", lambda name: SimpleNamespace(fly=fly))
+    monkeypatch.setattr("missionc.flight.simulation.engines.find_spec", lambda name: name)
+    monkeypatch.setattr("missionc.flight.simulation.flight_conditions.version", lambda name: "3.0.0")
+    monkeypatch.setattr("missionc.flight.simulation.engines.import_module", lambda name: SimpleNamespace(fly=fly))
     trials = fly_again(opened(), Trial("rotorpy"))
     planned = monitor(opened().mission, opened().kernel, opened().trace).requirements
     made = simulation_record(opened().mission, planned, trials)
@@ -380,7 +382,7 @@ def test_another_engine_flies_its_simulation_again(monkeypatch: pytest.MonkeyPat
 
 
 def test_more_flights_than_the_limit_allows_are_not_flown(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.replay.rebuild.simulation_document._flown", None)
+    monkeypatch.setattr("missionc.tools.replay.rebuild.simulation_document._flown", None)
     check = judged(edited(lambda found: found.update(flights=100_000)))
     assert check.name == UNJUDGED
     assert "`--limit simulated_seconds=800000`" in check.detail
@@ -390,7 +392,7 @@ def test_more_flights_than_the_limit_allows_are_not_flown(monkeypatch: pytest.Mo
 
 
 def test_what_was_flown_just_now_is_not_flown_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.replay.rebuild.simulation_document._flown", None)
+    monkeypatch.setattr("missionc.tools.replay.rebuild.simulation_document._flown", None)
     assert main(["simulate", str(laid(tmp_path, files())), "--quiet"]) in (0, 3)
 
 

@@ -19,16 +19,16 @@ from missionc import ir
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli.app import main
-from missionc.curves.piecewise_polynomials import Pieces, read
+from missionc.compiler import driver
+from missionc.compiler.results import Verified
+from missionc.flight.simulation.disturbance import Disturbance
+from missionc.flight.simulation.judge_flight import at_steps, judge, room
+from missionc.flight.simulation.trials import TRACKING, Trial, run
+from missionc.geometry.curves.piecewise_polynomials import Pieces, read
 from missionc.output.folder import write_folder as write_folder_module
 from missionc.output.folder.write_folder import write_folder
-from missionc.pipeline import driver
-from missionc.pipeline.results import Verified
-from missionc.replay.read_folder import OutputFolder, read_folder
-from missionc.replay.simulate_folder import simulate
-from missionc.simulate.disturbance import Disturbance
-from missionc.simulate.judge_flight import at_steps, judge, room
-from missionc.simulate.trials import TRACKING, Trial, run
+from missionc.tools.replay.read_folder import OutputFolder, read_folder
+from missionc.tools.replay.simulate_folder import simulate
 from tests.support.legal_plans import NOTHING, mission_of, moving, still
 from tests.support.output_folders import content
 
@@ -222,7 +222,7 @@ def test_what_makes_no_sense_is_a_usage_error(folder: Path, asked: list[str]) ->
 def test_an_engine_that_is_not_installed_is_refused_with_the_command_that_installs_it(
     folder: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("missionc.simulate.engines.find_spec", lambda name: None)
+    monkeypatch.setattr("missionc.flight.simulation.engines.find_spec", lambda name: None)
     assert main(["simulate", str(folder), "--engine", "rotorpy"]) == 1
     assert "MC404" in (err := capsys.readouterr().err)
     assert "pip install 'missionc[rotorpy]'" in err
@@ -399,7 +399,7 @@ def test_flights_are_judged_alike_however_many_are_in_the_air_together(
 ) -> None:
     trial = Trial(flights=3, disturbance=Disturbance(wind=0.5, gust=0.2, mass=0.05), kept=2)
     together = simulate(folder, trial).trials
-    monkeypatch.setattr("missionc.simulate.trials.MOST_BYTES", 1)
+    monkeypatch.setattr("missionc.flight.simulation.trials.MOST_BYTES", 1)
     alone = simulate(folder, trial).trials
     assert together is not None
     assert alone is not None

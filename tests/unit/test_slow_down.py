@@ -12,16 +12,16 @@ import pytest
 
 from missionc import ir
 from missionc.backends.options import Options
+from missionc.base.diagnostics.code import FOLDER_UNREADABLE, NEEDS_MORE_TIME
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Steps
-from missionc.diagnostics.code import FOLDER_UNREADABLE, NEEDS_MORE_TIME
+from missionc.compiler import driver
+from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.geometry.slow_down import slowed
 from missionc.output.folder.write_folder import write_folder
-from missionc.pipeline import driver
-from missionc.pipeline.results import Compiled, Refused, Verified
-from missionc.replay.reverify import reverify
-from missionc.verify.verify_plan import verify
-from missionc.world.slow_down import slowed
+from missionc.tools.replay.reverify import reverify
+from missionc.verification.verify_plan import verify
 from tests.support.legal_plans import NOTHING, mission_of, pushed, straight, wandering
 from tests.support.small_missions import SMALL
 

@@ -8,8 +8,8 @@ import pytest
 import missionc
 from missionc.backends.smt.roadmap.roadmap import Roadmap, build_roadmaps
 from missionc.base.source import Source
-from missionc.pipeline.front_end import check
-from missionc.pipeline.results import Verified
+from missionc.compiler.front_end import check
+from missionc.compiler.results import Verified
 
 YARD = """\
 mission night

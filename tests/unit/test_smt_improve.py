@@ -16,9 +16,9 @@ from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConst
 from missionc.backends.smt.shorten.improve import improve
 from missionc.base.source import Source
 from missionc.base.trace import Trace
+from missionc.compiler.results import Verified
 from missionc.ir import Compare, Coordinate, Objective, SingleIntegrator
-from missionc.kernel.nodes import All, Always, At, Atom, Goal, Kernel, Node
-from missionc.pipeline.results import Verified
+from missionc.ir.kernel.nodes import All, Always, At, Atom, Goal, Kernel, Node
 from tests.support.legal_plans import SPAN, mission_of
 from tests.support.small_missions import SMALL
 from tests.support.small_roadmaps import asked, roadmap_of
@@ -34,7 +34,7 @@ EITHER = ONE.replace("every drone: eventually[0, 6 s] goal", "drone[0]: eventual
 @pytest.fixture(autouse=True)
 def on_the_roadmap(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plans as the solver leaves them."""
-    monkeypatch.setattr("missionc.pipeline.plan_with_margin.load_straighten", lambda engine: None)
+    monkeypatch.setattr("missionc.compiler.plan_with_margin.load_straighten", lambda engine: None)
 
 
 def planned(text: str, **options: object) -> tuple[Trace, Report]:

@@ -11,7 +11,7 @@ from missionc import ir
 from missionc.backends.smt.roadmap import roadmap_links as module
 from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
 from missionc.base.units import Metres
-from missionc.language.margins.links import link_margin
+from missionc.ir.language.margins.links import link_margin
 from tests.support.legal_plans import SPAN
 
 RADIO = ir.Proximity("radio", Metres(1.0), (0, 1, 2), SPAN)

@@ -13,13 +13,13 @@ from missionc.backends.smt.sat.solve import Satisfiable, Unsatisfiable
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.units import Metres
-from missionc.kernel.nodes import All, Always, AtLeast, Atom, Eventually, Is, Node, Not, Reach, Until
-from missionc.kernel.nodes import Any as Either
-from missionc.kernel.normal_form import negated
-from missionc.lower.expand import expand
-from missionc.resolve.resolve_mission import resolve
-from missionc.syntax.parse import parse
-from missionc.syntax.read_file import unread
+from missionc.frontend.resolve.resolve_mission import resolve
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.read_file import unread
+from missionc.ir.kernel.nodes import All, Always, AtLeast, Atom, Eventually, Is, Node, Not, Reach, Until
+from missionc.ir.kernel.nodes import Any as Either
+from missionc.ir.kernel.normal_form import negated
+from missionc.ir.lower.expand import expand
 from tests.support.legal_plans import SPAN, mission_of
 from tests.support.small_roadmaps import asked, roadmap_of
 

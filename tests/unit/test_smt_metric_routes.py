@@ -21,9 +21,9 @@ from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.sat.solve import Satisfiable
 from missionc.base.source import Source
 from missionc.base.units import Metres
-from missionc.kernel.nodes import All, At, EveryRoute, Goal, Is, Kernel, Node, Not, PathLength, Route
-from missionc.kernel.nodes import Any as Either
-from missionc.pipeline.results import Verified
+from missionc.compiler.results import Verified
+from missionc.ir.kernel.nodes import All, At, EveryRoute, Goal, Is, Kernel, Node, Not, PathLength, Route
+from missionc.ir.kernel.nodes import Any as Either
 from tests.support.legal_plans import SPAN, mission_of
 from tests.support.small_roadmaps import asked, roadmap_of
 

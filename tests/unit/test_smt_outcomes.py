@@ -15,9 +15,9 @@ from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.backends.smt.roadmap_answers import refusal
 from missionc.base.limits import Limits
 from missionc.base.source import Source
+from missionc.compiler.results import Verified
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.pipeline.results import Verified
+from missionc.ir.kernel.nodes import Kernel
 
 GREENHOUSE = Path(__file__).parents[2] / "missions" / "field" / "greenhouse.mission"
 

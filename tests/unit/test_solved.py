@@ -11,8 +11,8 @@ import missionc
 from missionc.backends.options import Options
 from missionc.base.solved import Solved, read_solved, solved_by, solved_text, then_polished
 from missionc.base.source import Source
-from missionc.pipeline.results import Verified
-from missionc.replay.reverify import reverify
+from missionc.compiler.results import Verified
+from missionc.tools.replay.reverify import reverify
 from tests.support.forged_folders import forged, laid
 from tests.support.small_missions import CONFLICT, SMALL
 

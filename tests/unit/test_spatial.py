@@ -11,7 +11,7 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres, Seconds
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     At,
     Atom,
@@ -29,9 +29,9 @@ from missionc.kernel.nodes import (
     Reach,
     Route,
 )
-from missionc.monitoring.live.judge import LiveJudge
-from missionc.monitoring.live.verdicts import Standing
-from missionc.monitoring.monitor import robustness
+from missionc.verification.monitoring.live.judge import LiveJudge
+from missionc.verification.monitoring.live.verdicts import Standing
+from missionc.verification.monitoring.monitor import robustness
 from tests.support.random_runs import SPAN, mission_of
 
 STEPS = 6

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
-from missionc.curves.smooth_splines import DEGREE, coefficients, control_points_of, effort, part_of
+from missionc.geometry.curves.smooth_splines import DEGREE, coefficients, control_points_of, effort, part_of
 
 durations = st.lists(st.floats(0.05, 2.0), min_size=2, max_size=6).map(np.array)
 seeds = st.integers(0, 2**32 - 1)

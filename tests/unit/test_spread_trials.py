@@ -8,21 +8,21 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.signals import Stopped
 from missionc.cli.app import main
-from missionc.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
-from missionc.diagnostics.model import Diagnostic
+from missionc.flight.simulation.disturbance import Disturbance
+from missionc.flight.simulation.judge_flight import Flight
+from missionc.flight.simulation.trials import Trial
 from missionc.output.documents.simulation_json import simulation_record
-from missionc.replay.simulate_folder import Simulated, simulate
-from missionc.simulate.disturbance import Disturbance
-from missionc.simulate.judge_flight import Flight
-from missionc.simulate.trials import Trial
-from missionc.sweep import flights_journal, run_answer, spread_trials, trial_request
-from missionc.sweep.carry_out_trials import carry_out
-from missionc.sweep.flights_journal import FlightsJournal
-from missionc.sweep.run_sweep import Pool
-from missionc.sweep.spread_trials import NotFlown, SpreadTrials
+from missionc.tools.replay.simulate_folder import Simulated, simulate
+from missionc.tools.sweep import flights_journal, run_answer, spread_trials, trial_request
+from missionc.tools.sweep.carry_out_trials import carry_out
+from missionc.tools.sweep.flights_journal import FlightsJournal
+from missionc.tools.sweep.run_sweep import Pool
+from missionc.tools.sweep.spread_trials import NotFlown, SpreadTrials
 from tests.support.small_missions import SMALL
 
 TRIAL = Trial(flights=8, disturbance=Disturbance(wind=0.4, gust=0.2, mass=0.05, noise=0.01), seed=3)
@@ -196,7 +196,7 @@ def test_whoever_interrupts_is_told_how_many_flights_are_kept(
         flying.journal.over |= dict.fromkeys(range(1, 8), None)  # type: ignore[arg-type]
         raise Stopped(2)
 
-    monkeypatch.setattr("missionc.replay.simulate_folder.simulate", interrupted)
+    monkeypatch.setattr("missionc.tools.replay.simulate_folder.simulate", interrupted)
     words = ["simulate", str(folder), "--trials", "9", "--wind", "0.4", "--quiet", "--journal", str(tmp_path / "kept")]
     with pytest.raises(Stopped):
         main(words)

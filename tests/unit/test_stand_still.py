@@ -19,8 +19,8 @@ from missionc.backends.clot.optimise.pursuit import pursued
 from missionc.backends.clot.optimise.stand_still import stand_still
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.monitor import monitor
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring.monitor import monitor
 from tests.support.transport_missions import checked
 
 YARD = """

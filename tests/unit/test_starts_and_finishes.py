@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.curves.piecewise_polynomials import Curves
-from missionc.verify.certificate import Check
-from missionc.verify.plan.starts_and_finishes import check_places, check_world
+from missionc.geometry.curves.piecewise_polynomials import Curves
+from missionc.verification.certificate import Check
+from missionc.verification.plan.starts_and_finishes import check_places, check_world
 from tests.support.legal_plans import SPAN, mission_of, straight
 
 PATHS = [[[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]], [[1.0, 3.0], [2.0, 3.0], [3.0, 3.0]]]

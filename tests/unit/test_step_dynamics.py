@@ -11,8 +11,8 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.verify.certificate import Check
-from missionc.verify.plan.step_dynamics import check_dynamics, check_shape
+from missionc.verification.certificate import Check
+from missionc.verification.plan.step_dynamics import check_dynamics, check_shape
 from tests.support.legal_plans import mission_of, moved, pushed, straight
 
 START = [1.0, 1.0]

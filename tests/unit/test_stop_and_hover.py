@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from missionc.curves.piecewise_polynomials import Pieces
-from missionc.data.vehicles import profiles
-from missionc.flight.stop_and_hover import LONGEST, state_at, stop_and_hover, stop_together
+from missionc.flight.trajectories.stop_and_hover import LONGEST, state_at, stop_and_hover, stop_together
+from missionc.geometry.curves.piecewise_polynomials import Pieces
+from missionc.ir.vehicle_profiles import profiles
 from tests.support.hand_made_flights import place, turning, wandered
 
 Array = NDArray[np.float64]

@@ -16,10 +16,10 @@ from missionc.backends.clot.optimise.improve import travelled
 from missionc.backends.clot.optimise.minimize_duration import duration
 from missionc.backends.clot.straighten import straighten, straightened
 from missionc.base.trace import Array, Trace
+from missionc.geometry.outline import outlined
 from missionc.ir import Box, Difference, Mission, Polygon
-from missionc.kernel.nodes import Kernel
-from missionc.world.outline import outlined
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Kernel
 from tests.support.transport_missions import checked
 
 ROOMS = """

@@ -20,8 +20,7 @@ from threading import Timer
 import pytest
 
 from missionc.backends.options import Options
-from missionc.cli.app import main
-from missionc.diagnostics.code import (
+from missionc.base.diagnostics.code import (
     CANNOT_WRITE,
     NOT_COMPARABLE,
     NOT_TO_BE_LOST,
@@ -33,17 +32,18 @@ from missionc.diagnostics.code import (
     SWEPT_VALUES,
     UNKNOWN_PARAMETER,
 )
-from missionc.diagnostics.model import Diagnostic
-from missionc.sweep import run_answer, run_request
-from missionc.sweep.append_journal import Journal
-from missionc.sweep.carry_out_sweep import RemainingTime
-from missionc.sweep.compare_sweeps import Comparison, compare_sweeps
-from missionc.sweep.results_table import OF_THE_MACHINE, Table, groups
-from missionc.sweep.run_answer import OUTCOMES, RunResult
-from missionc.sweep.run_grid import Grid, Run, Varied, read_varied
-from missionc.sweep.run_request import Flights, Request, Settings
-from missionc.sweep.run_sweep import RunProcesses
-from missionc.sweep.sweep_folder import JOURNAL, SCHEMA, SWEEP, Row, SweepFolder, at_work, begin, read_sweep
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.cli.app import main
+from missionc.tools.sweep import run_answer, run_request
+from missionc.tools.sweep.append_journal import Journal
+from missionc.tools.sweep.carry_out_sweep import RemainingTime
+from missionc.tools.sweep.compare_sweeps import Comparison, compare_sweeps
+from missionc.tools.sweep.results_table import OF_THE_MACHINE, Table, groups
+from missionc.tools.sweep.run_answer import OUTCOMES, RunResult
+from missionc.tools.sweep.run_grid import Grid, Run, Varied, read_varied
+from missionc.tools.sweep.run_request import Flights, Request, Settings
+from missionc.tools.sweep.run_sweep import RunProcesses
+from missionc.tools.sweep.sweep_folder import JOURNAL, SCHEMA, SWEEP, Row, SweepFolder, at_work, begin, read_sweep
 from tests.support.small_missions import CONFLICT, SMALL
 
 MANY = (
@@ -528,7 +528,7 @@ def test_nothing_is_started_where_one_combination_is_wrong(
 def test_a_worker_of_another_version_ends_the_sweep(
     swept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("missionc.sweep.run_answer.versions_here", lambda: {"missionc": "0.0"})
+    monkeypatch.setattr("missionc.tools.sweep.run_answer.versions_here", lambda: {"missionc": "0.0"})
     assert main(["sweep", str(swept / "small.mission"), "-o", str(tmp_path / "out"), "--format", "json"]) == 1
     assert codes(capsys) == {OTHER_VERSIONS.name}
 

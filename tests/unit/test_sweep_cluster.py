@@ -18,9 +18,9 @@ from pathlib import Path
 
 import pytest
 
+from missionc.base.diagnostics.code import CLUSTER_UNREACHABLE, OTHER_VERSIONS
 from missionc.cli.app import main
-from missionc.diagnostics.code import CLUSTER_UNREACHABLE, OTHER_VERSIONS
-from missionc.sweep.results_table import OF_THE_MACHINE
+from missionc.tools.sweep.results_table import OF_THE_MACHINE
 from tests.support.small_missions import SMALL
 
 pytestmark = pytest.mark.skipif(not find_spec("distributed"), reason="distributed is not installed")
@@ -94,7 +94,7 @@ def plans(folder: Path) -> dict[str, bytes]:
 def test_there_is_a_cluster_or_a_message(
     mission: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("missionc.sweep.run_sweep.CONNECTION_PATIENCE", 0.2)
+    monkeypatch.setattr("missionc.tools.sweep.run_sweep.CONNECTION_PATIENCE", 0.2)
     words = ["sweep", str(mission), "-o", str(mission.parent / "out"), "--format", "json"]
     assert main([*words, "--cluster", "tcp://127.0.0.1:9"]) == 1
     (said,) = json.loads(capsys.readouterr().out)["diagnostics"]

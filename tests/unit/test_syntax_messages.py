@@ -6,13 +6,13 @@ import re
 
 import pytest
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.diagnostics.model import Diagnostic
-from missionc.syntax import parse_table
-from missionc.syntax.forms import DECLARED, IN_FORMULA, INSTEAD, PARTS
-from missionc.syntax.parse import parse
-from missionc.syntax.tokens import DECLARATIONS, PLURALS
+from missionc.frontend.syntax import parse_table
+from missionc.frontend.syntax.forms import DECLARED, IN_FORMULA, INSTEAD, PARTS
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.tokens import DECLARATIONS, PLURALS
 
 
 def findings_of(text: str) -> list[Diagnostic]:

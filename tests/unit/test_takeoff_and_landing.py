@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from missionc.diagnostics.code import NOT_EXPORTED
+from missionc.base.diagnostics.code import NOT_EXPORTED
 from missionc.ir import Box, Disc, Obstacle, Prism, Vehicle
 from missionc.output.export.takeoff_and_landing import GROUND, cannot_rise_or_land, phases
 from missionc.output.export.verified_flight import Flight, flight
-from missionc.verify.flight.verify_whole_flight import ACCELERATION, LANDED, SPEED
+from missionc.verification.flight.verify_whole_flight import ACCELERATION, LANDED, SPEED
 from tests.support.hand_made_flights import wandered
 from tests.support.legal_plans import moving, still
 

@@ -9,7 +9,7 @@ import pytest
 
 from missionc import ir
 from missionc.ir.predicates.features import Level
-from missionc.monitoring.live.team_state import COASTED, NOW, Reach, TeamState, TeamView
+from missionc.verification.monitoring.live.team_state import COASTED, NOW, Reach, TeamState, TeamView
 from tests.support.legal_plans import SPAN, mission_of
 
 BASE = ir.Region("base", ir.Box((0.0, 0.0), (2.0, 2.0)), SPAN)

@@ -8,9 +8,9 @@ from itertools import chain
 
 from editors import textmate
 from missionc.base.units import UNITS
-from missionc.language.operators import OPERATORS
-from missionc.language.predicates import PREDICATES
-from missionc.syntax import parse_table, tokens
+from missionc.frontend.syntax import parse_table, tokens
+from missionc.ir.language.operators import OPERATORS
+from missionc.ir.language.predicates import PREDICATES
 
 GRAMMAR = textmate.text()
 

@@ -10,11 +10,11 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Steps
+from missionc.ir.kernel.nodes import Always, At, Atom, Eventually, Goal, Kernel
 from missionc.ir.mission import Tolerance
-from missionc.kernel.nodes import Always, At, Atom, Eventually, Goal, Kernel
-from missionc.verify.certificate import Check, Delay
-from missionc.verify.plan import time_robustness as module
-from missionc.verify.plan.time_robustness import check_tolerances, delayed, time_robustness, tolerated_steps
+from missionc.verification.certificate import Check, Delay
+from missionc.verification.plan import time_robustness as module
+from missionc.verification.plan.time_robustness import check_tolerances, delayed, time_robustness, tolerated_steps
 from tests.support.legal_plans import NOTHING, SPAN, mission_of, moving, straight
 
 BODY = 0.125

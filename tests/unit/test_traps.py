@@ -9,11 +9,11 @@ from missionc import ir
 from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.explain.convention_examples import TRAPS, Example, Trap
-from missionc.explain.explanation import linked, table, traps_of
-from missionc.kernel.nodes import At, Is, Neighbour
-from missionc.lower.expand import expand
-from missionc.monitoring.monitor import monitor, truth
+from missionc.frontend.explain.convention_examples import TRAPS, Example, Trap
+from missionc.frontend.explain.explanation import linked, table, traps_of
+from missionc.ir.kernel.nodes import At, Is, Neighbour
+from missionc.ir.lower.expand import expand
+from missionc.verification.monitoring.monitor import monitor, truth
 from tests.support.random_runs import SPAN
 from tests.support.resolved_missions import mission
 

@@ -10,9 +10,8 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres, Seconds
-from missionc.curves.piecewise_polynomials import Curves
-from missionc.ir.predicates import Compare, Coordinate, DistanceBetween
-from missionc.kernel.nodes import (
+from missionc.geometry.curves.piecewise_polynomials import Curves
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -33,8 +32,9 @@ from missionc.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.verify.between.interval_sets import STEP, Motion, Signal
-from missionc.verify.between.truth_over_time import OTHERS, Evaluation, at, last_asked
+from missionc.ir.predicates import Compare, Coordinate, DistanceBetween
+from missionc.verification.between.interval_sets import STEP, Motion, Signal
+from missionc.verification.between.truth_over_time import OTHERS, Evaluation, at, last_asked
 from tests.support.random_runs import SPAN, mission_of
 
 END = 2 * STEP

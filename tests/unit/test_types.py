@@ -8,8 +8,8 @@ import pytest
 
 from missionc import ir
 from missionc.base.limits import Limits
-from missionc.language.predicates import PREDICATES
-from missionc.resolve.show_ir import show_ir
+from missionc.frontend.resolve.show_ir import show_ir
+from missionc.ir.language.predicates import PREDICATES
 from tests.support.resolved_missions import codes, demo, mission, only
 
 MOVES = "dynamics single_integrator(speed <= 2 m/s)"

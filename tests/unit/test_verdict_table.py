@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Node, Not, Release, Until
 from missionc.ir.predicates import Compare, Coordinate
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Node, Not, Release, Until
-from missionc.monitoring.verdict_table import Row, asked_where, chain, table
+from missionc.verification.monitoring.verdict_table import Row, asked_where, chain, table
 from tests.support.random_runs import mission_of, trace_of
 
 INF = math.inf

@@ -12,8 +12,8 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres
-from missionc.kernel.nodes import Atom, Goal, Kernel
-from missionc.verify.verify_plan import Certificate, verify
+from missionc.ir.kernel.nodes import Atom, Goal, Kernel
+from missionc.verification.verify_plan import Certificate, verify
 from tests.support.legal_plans import NOTHING, SPAN, mission_of, moved, moving, pushed, still, straight
 
 PAIR = [[[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]], [[1.0, 3.0], [2.0, 3.0], [3.0, 3.0]]]
@@ -262,9 +262,7 @@ def test_the_least_connectivity_of_a_graph_that_must_be_connected_is_reported() 
 
 def test_verifying_loads_no_backend() -> None:
     foreign = "('missionc.backends', 'z3', 'torch', 'piqp')"
-    code = (
-        f"import missionc.verify.verify_plan, sys; print([name for name in sys.modules if name.startswith({foreign})])"
-    )
+    code = f"import missionc.verification.verify_plan, sys; print([name for name in sys.modules if name.startswith({foreign})])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

@@ -11,10 +11,10 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
-from missionc.curves.piecewise_polynomials import Pieces, written
-from missionc.kernel.nodes import Always, Atom, Goal, Kernel
-from missionc.verify.certificate import Certificate, Check, Figure
-from missionc.verify.flight.verify_polynomials import verify_polynomials
+from missionc.geometry.curves.piecewise_polynomials import Pieces, written
+from missionc.ir.kernel.nodes import Always, Atom, Goal, Kernel
+from missionc.verification.certificate import Certificate, Check, Figure
+from missionc.verification.flight.verify_polynomials import verify_polynomials
 from tests.support.legal_plans import NOTHING, SPAN, mission_of, still, straight
 
 STARTS = (1.5, 1.0), (4.5, 1.0)

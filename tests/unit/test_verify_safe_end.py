@@ -13,16 +13,16 @@ import pytest
 from missionc import ir
 from missionc.base.trace import Array
 from missionc.base.units import Metres
-from missionc.curves.piecewise_polynomials import Pieces
-from missionc.verify.certificate import WAYPOINT, Check, Figure
-from missionc.verify.flight.verify_safe_end import (
+from missionc.geometry.curves.piecewise_polynomials import Pieces
+from missionc.verification.certificate import WAYPOINT, Check, Figure
+from missionc.verification.flight.verify_safe_end import (
     failing_stops,
     judge_stops,
     last_to_stand,
     verify_safe_end,
     with_turns,
 )
-from missionc.verify.flight.verify_whole_flight import Stop, landing_margins
+from missionc.verification.flight.verify_whole_flight import Stop, landing_margins
 from tests.support.legal_plans import SPAN, mission_of, moving, still
 
 PLACES = [(1.0, 1.0, 1.0), (3.0, 1.0, 1.0)]

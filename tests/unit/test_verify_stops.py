@@ -9,10 +9,10 @@ import pytest
 
 from missionc import ir
 from missionc.base.trace import Trace
-from missionc.curves.piecewise_polynomials import Pieces, written
-from missionc.flight.stop_and_hover import state_at
-from missionc.verify.certificate import Check
-from missionc.verify.flight.verify_stops import Stops, body_checks, stop_curves, verify_stops
+from missionc.flight.trajectories.stop_and_hover import state_at
+from missionc.geometry.curves.piecewise_polynomials import Pieces, written
+from missionc.verification.certificate import Check
+from missionc.verification.flight.verify_stops import Stops, body_checks, stop_curves, verify_stops
 from tests.support.legal_plans import mission_of, still
 
 STARTS = [(1.0, 1.0, 1.0), (4.0, 1.0, 1.0)]

@@ -12,10 +12,10 @@ from numpy.polynomial import Polynomial
 
 from missionc import ir
 from missionc.base.units import Metres
-from missionc.curves.piecewise_polynomials import COLUMNS, Pieces, written
-from missionc.verify.certificate import Certificate, Check, Figure
-from missionc.verify.flight.verify_whole_flight import REST_TO_REST, as_one, verify_whole_flight
-from missionc.verify.flight.way_missions import Stage, Ways
+from missionc.geometry.curves.piecewise_polynomials import COLUMNS, Pieces, written
+from missionc.verification.certificate import Certificate, Check, Figure
+from missionc.verification.flight.verify_whole_flight import REST_TO_REST, as_one, verify_whole_flight
+from missionc.verification.flight.way_missions import Stage, Ways
 from tests.support.legal_plans import SPAN, mission_of, moving, still
 
 VEHICLE = ir.Vehicle("made", tracking=0.125, vertical_speed=1.0)
@@ -203,7 +203,7 @@ def test_a_way_is_flown_by_the_missions_vehicles_among_its_obstacles() -> None:
 
 
 def test_a_way_beyond_all_measure_is_refused_without_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.verify.proof.branch_and_bound.MOST_PARTS", 1000)
+    monkeypatch.setattr("missionc.verification.proof.branch_and_bound.MOST_PARTS", 1000)
     own = way(Stage.OUT)
     for index, each in enumerate(own.values()):
         each.coefficients[:, :3, 1:] = 0.0

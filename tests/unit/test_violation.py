@@ -6,9 +6,9 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Metres
+from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Is, Not, Release, Until
 from missionc.ir.predicates import Compare, Coordinate, DistanceBetween, InFormation
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Is, Not, Release, Until
-from missionc.monitoring.violation import Decision, first_violation
+from missionc.verification.monitoring.violation import Decision, first_violation
 from tests.support.random_runs import SPAN, mission_of, trace_of
 
 FIRST, SECOND, THIRD = [-1.0, 1.0, -1.0, -1.0, 2.0, -1.0], [1.0, 1.0, 1.0, -1.0, 1.0, 1.0], [3.0] * 6

@@ -13,29 +13,29 @@ import pytest
 
 from missionc.backends.api import Budget
 from missionc.backends.options import Options
+from missionc.base.diagnostics.code import NOT_EXPORTED
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.replan_folder import replan_folder
 from missionc.cli.replan_summary import replanned_document, replanned_lines
-from missionc.diagnostics.code import NOT_EXPORTED
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler import driver
+from missionc.compiler.plan_ways import plan_ways
+from missionc.compiler.replan.replan import way_home
+from missionc.compiler.replan.request import Replanned, Way
 from missionc.ir import Disc, Mission, Prism
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.read_trace import read_trace
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.documents.whole_flight_json import whole_flight_json
 from missionc.output.export.formats import FORMATS, Exported, flight
 from missionc.output.output_files import WholeFlight
-from missionc.pipeline import driver
-from missionc.pipeline.plan_ways import plan_ways
-from missionc.pipeline.replan.replan import way_home
-from missionc.pipeline.replan.request import Replanned, Way
-from missionc.progression.past_document import read_past
-from missionc.progression.stretches import Remaining, Stretch, after
-from missionc.replay.reverify import reverify
-from missionc.verify.flight.verify_whole_flight import pieces_of, verify_whole_flight, whole_phases
-from missionc.verify.flight.way_missions import Stage, has_risen, is_whole, ways_of
+from missionc.planning.progression.past_document import read_past
+from missionc.planning.progression.stretches import Remaining, Stretch, after
+from missionc.tools.replay.reverify import reverify
+from missionc.verification.flight.verify_whole_flight import pieces_of, verify_whole_flight, whole_phases
+from missionc.verification.flight.way_missions import Stage, has_risen, is_whole, ways_of
+from missionc.verification.monitoring.read_trace import read_trace
 from tests.support.hall_flights import HALL, compiled, mission
 from tests.support.legal_plans import still
 

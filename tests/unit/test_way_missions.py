@@ -10,8 +10,8 @@ import pytest
 
 from missionc import ir
 from missionc.base.units import Seconds
-from missionc.curves.piecewise_polynomials import Pieces
-from missionc.verify.flight.way_missions import Stage, Way, distance_of, has_risen, is_whole, way_mission, ways_of
+from missionc.geometry.curves.piecewise_polynomials import Pieces
+from missionc.verification.flight.way_missions import Stage, Way, distance_of, has_risen, is_whole, way_mission, ways_of
 from tests.support.legal_plans import SPAN, mission_of, moving, still
 
 BLOCK = ir.Box((5.0, 5.0, 0.0), (6.0, 6.0, 2.0))

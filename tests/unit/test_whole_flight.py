@@ -15,25 +15,25 @@ import numpy as np
 import pytest
 
 from missionc.backends.api import Budget
+from missionc.base.diagnostics.code import NO_WAY
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
 from missionc.cli.app import main
-from missionc.curves.piecewise_polynomials import Pieces, read
-from missionc.diagnostics.code import NO_WAY
-from missionc.diagnostics.model import Diagnostic
-from missionc.flight.stop_and_hover import state_at
+from missionc.compiler.plan_ways import one_by_one, plan_ways
+from missionc.flight.trajectories.stop_and_hover import state_at
+from missionc.geometry.curves.piecewise_polynomials import Pieces, read
 from missionc.ir import PLAIN, Disc, Mission, Obstacle, Pad, Prism
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.read_trace import read_trace
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.documents.whole_flight_json import whole_flight_json
 from missionc.output.export.formats import FORMATS, Exported, flight
 from missionc.output.export.takeoff_and_landing import GROUND, floor_to_floor, phases
 from missionc.output.output_files import WholeFlight
-from missionc.pipeline.plan_ways import one_by_one, plan_ways
-from missionc.verify.flight.verify_whole_flight import verify_whole_flight
-from missionc.verify.flight.way_missions import Stage, Way, Ways, way_mission, ways_of
+from missionc.verification.flight.verify_whole_flight import verify_whole_flight
+from missionc.verification.flight.way_missions import Stage, Way, Ways, way_mission, ways_of
+from missionc.verification.monitoring.read_trace import read_trace
 from tests.support.forged_folders import changed, forged
 from tests.support.hall_flights import compiled, mission
 from tests.support.legal_plans import SPAN, moving, still

@@ -12,9 +12,9 @@ import pytest
 
 from missionc.base.limits import Limits
 from missionc.cli.app import main
-from missionc.replay.read_folder import OutputFolder, read_folder
-from missionc.replay.rebuild.manifest_entries import check_manifest
-from missionc.replay.reverify import Reverified, reverify
+from missionc.tools.replay.read_folder import OutputFolder, read_folder
+from missionc.tools.replay.rebuild.manifest_entries import check_manifest
+from missionc.tools.replay.reverify import Reverified, reverify
 from tests.support.forged_folders import Files, forged, hashed, laid
 from tests.support.whole_folder import files
 
@@ -320,7 +320,7 @@ def test_no_more_is_read_than_the_limit_allows(tmp_path: Path) -> None:
 
 
 def test_each_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import missionc.replay.read_folder as reading
+    import missionc.tools.replay.read_folder as reading
 
     opened: list[str] = []
     read_inside = reading.read_inside

@@ -23,11 +23,11 @@ from missionc.base import memory
 from missionc.base.deadline import OutOfTime, interrupted_at, last_call
 from missionc.base.source import Source
 from missionc.base.units import Seconds
+from missionc.compiler import certify_plan, driver, front_end, plan_with_margin
+from missionc.compiler.results import Compiled, Verified
+from missionc.compiler.run_limited import Ended, within
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.pipeline import certify_plan, driver, front_end, plan_with_margin
-from missionc.pipeline.results import Compiled, Verified
-from missionc.pipeline.run_limited import Ended, within
+from missionc.ir.kernel.nodes import Kernel
 from tests.support.one_turn import OneTurn
 from tests.support.small_missions import SMALL
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from missionc import ir
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -23,7 +23,7 @@ from missionc.kernel.nodes import (
     Reach,
     Route,
 )
-from missionc.monitoring.witness import Witnesses
+from missionc.verification.monitoring.witness import Witnesses
 from tests.support.random_runs import graphs_of, mission_of, trace_of
 
 RADIO = graphs_of(4)[0]

@@ -7,14 +7,14 @@ from itertools import product
 
 import pytest
 
+from missionc.base.diagnostics.code import CODES
+from missionc.base.diagnostics.code_page import explain
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.render import render_text, wrapped
 from missionc.cli.app import main
 from missionc.cli.markdown_page import rendered
 from missionc.cli.plan_summary import at_steps
-from missionc.diagnostics.code import CODES
-from missionc.diagnostics.code_page import explain
-from missionc.diagnostics.model import Diagnostic
-from missionc.diagnostics.render import render_text, wrapped
-from missionc.verify.certificate import Between, Verdict
+from missionc.verification.certificate import Between, Verdict
 
 SENTENCE = "the formula needs 22 s; the mission lasts 20 s, which is two seconds less than it asks for"
 

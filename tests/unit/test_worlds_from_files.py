@@ -20,10 +20,7 @@ pytest.importorskip("PIL")
 pytest.importorskip("yaml")
 
 from missionc import ir
-from missionc.base.limits import Limits
-from missionc.base.source import Source, Span
-from missionc.cli.app import main
-from missionc.diagnostics.code import (
+from missionc.base.diagnostics.code import (
     DECLARED_AGAIN,
     EXTRA_MISSING,
     FILE_TOO_LARGE,
@@ -37,14 +34,17 @@ from missionc.diagnostics.code import (
     WRONG_DIMENSION,
     Code,
 )
-from missionc.lsp.background_checks import diagnostics
-from missionc.lsp.goto import definition
-from missionc.lsp.rename import RefusedError, rename
-from missionc.maps import map_metadata
-from missionc.pipeline.driver import check
-from missionc.syntax.format import format_mission
-from missionc.syntax.parse import parse
-from missionc.syntax.read_file import unread
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.cli.app import main
+from missionc.compiler.driver import check
+from missionc.frontend.maps import map_metadata
+from missionc.frontend.syntax.format import format_mission
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.read_file import unread
+from missionc.tools.language_server.background_checks import diagnostics
+from missionc.tools.language_server.goto import definition
+from missionc.tools.language_server.rename import RefusedError, rename
 from tests.support.mapped_missions import HEAD, YAML, findings, meant, only, picture, written
 from tests.support.open_texts import opened
 
@@ -255,9 +255,9 @@ def test_a_library_that_is_not_there_is_asked_for(tmp_path: Path, monkeypatch: p
 def test_a_mission_without_files_loads_none_of_the_libraries(tmp_path: Path) -> None:
     path = written(tmp_path, "", {})
     code = (
-        "import sys; from missionc.pipeline.front_end import check; "
+        "import sys; from missionc.compiler.front_end import check; "
         f"assert check({str(path)!r}).ok; "
-        "print([each for each in ('PIL', 'yaml', 'ezdxf', 'pyproj', 'missionc.maps') if each in sys.modules])"
+        "print([each for each in ('PIL', 'yaml', 'ezdxf', 'pyproj', 'missionc.frontend.maps') if each in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from missionc.diagnostics.code import CANNOT_WRITE
+from missionc.base.diagnostics.code import CANNOT_WRITE
 from missionc.output.folder import write_file as file_module
 from missionc.output.folder.write_file import refuse_file, write_file
 

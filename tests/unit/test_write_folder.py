@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from missionc.diagnostics.code import CANNOT_WRITE, OUTPUT_EXISTS
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.code import CANNOT_WRITE, OUTPUT_EXISTS
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.folder import write_folder as folder_module
 from missionc.output.folder.file_names import EXPORT, NEAR_MISS, PROOF
 from missionc.output.folder.ownership import ownership

@@ -9,8 +9,8 @@ import pytest
 
 from missionc import ir
 from missionc.base.trace import Trace
-from missionc.curves.piecewise_polynomials import Pieces, read, values
-from missionc.flight.crazyflie import Flyable, crazyflie
+from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
+from missionc.geometry.curves.piecewise_polynomials import Pieces, read, values
 from tests.support.legal_plans import NOTHING, mission_of, straight
 
 

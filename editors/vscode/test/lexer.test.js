@@ -75,7 +75,7 @@ describe("every mission", () => {
     const words = JSON.parse(
       execFileSync(
         PYTHON,
-        ["-c", "import json; from missionc.syntax.tokens import SPELLINGS; print(json.dumps([*SPELLINGS]))"],
+        ["-c", "import json; from missionc.frontend.syntax.tokens import SPELLINGS; print(json.dumps([*SPELLINGS]))"],
         { cwd: ROOT, encoding: "utf8" },
       ),
     );

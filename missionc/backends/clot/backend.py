@@ -67,13 +67,13 @@ from missionc.backends.clot.torch_device import device_missing, enough_memory, o
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import SEARCH, driven, polish_work, sketch_work
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import asked, hold
 from missionc.base.solved import SKETCH, TRANSPORT, Solved
 from missionc.base.trace import Array, Trace
-from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.kernel.walk import postorder
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.kernel.walk import postorder
 
 ATTEMPTS = 40
 """Schedules tried before the answer is that nothing was found."""

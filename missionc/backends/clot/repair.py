@@ -27,12 +27,12 @@ from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import driven, polish_work
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import asked
 from missionc.base.solved import then_polished
 from missionc.base.trace import Trace
-from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 TRIES = 3
 """How often a motion chooses anew what is to hold in it."""

@@ -35,10 +35,10 @@ from missionc.backends.run_account import Account
 from missionc.base.signals import asked
 from missionc.base.solved import then_polished
 from missionc.base.trace import Array, Flags, Trace
+from missionc.geometry.dynamics import can_wait
 from missionc.ir import Mission, Objective
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.monitor import monitor
-from missionc.world.dynamics import can_wait
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring.monitor import monitor
 
 WORK = 60_000
 """Numbers in the control points of a plan, times steps of descent or polish."""

@@ -10,8 +10,8 @@ import torch
 from torch import Tensor
 
 from missionc.backends.options import Options
-from missionc.diagnostics.code import NO_DEVICE
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.code import NO_DEVICE
+from missionc.base.diagnostics.model import Diagnostic
 
 
 def available(name: str) -> bool:

@@ -11,11 +11,11 @@ from functools import lru_cache
 import numpy as np
 
 from missionc.base.trace import Array, Flags
+from missionc.geometry.displacement import displaced, moved
+from missionc.geometry.distance_ranges import signed_distance_range
 from missionc.ir import Agent, Ball, Box, Disc, Mission, Obstacle, Polygon, Shape
-from missionc.world.convex_pieces import HalfSpace, Piece, pieces
-from missionc.world.displacement import displaced, moved
-from missionc.world.distance_ranges import signed_distance_range
-from missionc.world.signed_distance import measured_outside
+from missionc.ir.distances.convex_pieces import HalfSpace, Piece, pieces
+from missionc.ir.distances.signed_distance import measured_outside
 
 SLACK = 1e-4
 """Metres by which bodies may be nearer to others and to obstacles than they must: more than verification lets pass."""

@@ -29,9 +29,9 @@ from scipy.sparse.csgraph import dijkstra
 from missionc import ir
 from missionc.backends.cover.bodies import SLACK, bodies, standing_room
 from missionc.base.trace import Array, Flags
-from missionc.kernel.nodes import Atom, Kernel, Not
-from missionc.kernel.walk import postorder
-from missionc.world.distance_ranges import Range, length_range, signed_distance_range
+from missionc.geometry.distance_ranges import Range, length_range, signed_distance_range
+from missionc.ir.kernel.nodes import Atom, Kernel, Not
+from missionc.ir.kernel.walk import postorder
 
 BEYOND = 3e-5
 """Metres from a place where a predicate changes to the cut: more than a predicate may be wrong by."""

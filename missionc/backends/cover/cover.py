@@ -19,9 +19,9 @@ from missionc.backends.cover.cells import Border, Cells, borders_asked, borders_
 from missionc.backends.cover.may_moves import furthest, may_move, nearest
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.base.trace import Array, Flags
+from missionc.geometry.distance_ranges import signed_distance_range
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
-from missionc.kernel.nodes import Kernel
-from missionc.world.distance_ranges import signed_distance_range
+from missionc.ir.kernel.nodes import Kernel
 
 TOUCH = 1e-5
 """Metres by which a start or finish may be out of its region, or elsewhere than at its point."""

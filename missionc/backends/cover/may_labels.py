@@ -15,8 +15,8 @@ from missionc.backends.cover.may_see import SightLink, hidden
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.base.trace import Array, Flags
+from missionc.geometry.distance_ranges import Range, larger, length_range, signed_distance_range
 from missionc.ir import Beacon, Flag, FormationEdge, Graph, Mission, Predicate, Region, Resource, Sight
-from missionc.world.distance_ranges import Range, larger, length_range, signed_distance_range
 
 Boxes = tuple[Array, Array]
 """The lowest and the highest corners of boxes, (..., dim) each, metres."""

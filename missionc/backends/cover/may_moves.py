@@ -22,8 +22,8 @@ from missionc.backends.cover.cells import Cells
 from missionc.backends.smt.encode.clauses import FALSE, Clauses
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.base.trace import Array, Flags
+from missionc.geometry.distance_ranges import Range, length_range
 from missionc.ir import Dynamics, Mission
-from missionc.world.distance_ranges import Range, length_range
 
 MORE = 1e-5
 """The share by which an agent may be faster or slower than its dynamics say, and so many metres: more than

@@ -13,8 +13,8 @@ import math
 from dataclasses import dataclass, replace
 
 from missionc.ir import Compare, Level, Mission, Speed
-from missionc.kernel.conjuncts import Conjunct, conjuncts
-from missionc.kernel.nodes import Atom, Kernel
+from missionc.ir.kernel.conjuncts import Conjunct, conjuncts
+from missionc.ir.kernel.nodes import Atom, Kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -42,8 +42,8 @@ from missionc.backends.smt.sat.solve import Satisfiable, Solvers, Unsatisfiable,
 from missionc.backends.work import CLAUSE, conflicts_of, question_work
 from missionc.base.trace import Flags
 from missionc.ir import Mission
-from missionc.kernel.conjuncts import conjuncts
-from missionc.kernel.nodes import All, At, Goal, Kernel, Node
+from missionc.ir.kernel.conjuncts import conjuncts
+from missionc.ir.kernel.nodes import All, At, Goal, Kernel, Node
 
 CLAUSES = 600_000
 """Clauses of a question, beyond which it is not asked."""

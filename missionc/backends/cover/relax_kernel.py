@@ -16,10 +16,10 @@ from functools import lru_cache
 from missionc import ir
 from missionc.backends.cover.may_see import SightLink
 from missionc.backends.smt.encode.metric_bounds import without_metres
+from missionc.ir.kernel import nodes as k
+from missionc.ir.kernel.normal_form import YES
+from missionc.ir.kernel.walk import bottom_up, rebuilt
 from missionc.ir.pair_ranges import all_ranges, range_of
-from missionc.kernel import nodes as k
-from missionc.kernel.normal_form import YES
-from missionc.kernel.walk import bottom_up, rebuilt
 
 MOST_PAIRS = 300
 """Pairs of agents times links of a route, beyond which its links are not looked at one by one."""

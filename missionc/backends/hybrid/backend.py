@@ -36,17 +36,17 @@ from missionc.backends.options import Options
 from missionc.backends.smt import backend as smt
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.work import driven
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.solved import Solved, then_polished
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds, Steps
-from missionc.diagnostics.model import Diagnostic
+from missionc.geometry.dynamics import States, motion_of
 from missionc.ir import Dynamics, Mission, Objective
 from missionc.ir.dynamics.single_integrator import of_first_order
-from missionc.kernel.analysis import reads_lengths, steps_ahead
-from missionc.kernel.nodes import Atom, Goal, Kernel, Node, Not, PathLength, RouteNode, UntilNode, WindowNode
-from missionc.kernel.normal_form import YES, constant, folded
-from missionc.kernel.walk import awaited, bottom_up, postorder
-from missionc.world.dynamics import States, motion_of
+from missionc.ir.kernel.analysis import reads_lengths, steps_ahead
+from missionc.ir.kernel.nodes import Atom, Goal, Kernel, Node, Not, PathLength, RouteNode, UntilNode, WindowNode
+from missionc.ir.kernel.normal_form import YES, constant, folded
+from missionc.ir.kernel.walk import awaited, bottom_up, postorder
 
 SLACK = 1e-9
 """The share of a step that rounding alone may make of a whole number of them."""

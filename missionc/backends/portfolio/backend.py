@@ -18,11 +18,11 @@ from dataclasses import dataclass, replace
 from missionc.backends import api
 from missionc.backends.options import Options
 from missionc.backends.work import driven
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.figures import counted
 from missionc.base.units import Seconds
-from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 FIRST, LONGER = 4.0, 2.0
 """The units of ``work`` that each engine may have done after its first turn; so many times as many after the next."""

@@ -43,13 +43,13 @@ from missionc.backends.smt.shorten.improve import improve
 from missionc.backends.smt.subset_questions import SubsetQuestions, infeasible_alone
 from missionc.backends.smt.undecided import FEW, nearest, under_way
 from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, driven
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import asked, hold
 from missionc.base.solved import Solved
 from missionc.base.trace import Flags, Trace
-from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission, Objective
+from missionc.ir.kernel.nodes import Goal, Kernel
 from missionc.ir.wording import all_listed
-from missionc.kernel.nodes import Goal, Kernel
 
 WHOLE = 100_000
 """Moves of all agents at all steps: where there are fewer, what is best is asked of everybody at once."""

@@ -21,7 +21,7 @@ from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.work import CLAUSE
 from missionc.base.memory import left
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 LEAST_CLAUSES = 100_000
 """However little work a turn has left: so many clauses may be made in it."""

@@ -30,7 +30,7 @@ from missionc.backends.smt.roadmap_answers import NoPlan
 from missionc.backends.smt.sat.solve import Solvers, Unsatisfiable
 from missionc.backends.work import CLAUSE
 from missionc.ir import Mission, Objective
-from missionc.kernel.nodes import Goal, Kernel
+from missionc.ir.kernel.nodes import Goal, Kernel
 
 AGAIN, LEAST = 0.5, 5.0
 """So many times the work that the refusals took may go into a smallest conflict, and no less than so many units."""

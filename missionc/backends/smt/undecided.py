@@ -8,7 +8,7 @@ from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.refine.problem import Problem
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 FEW = "planning few agents at a time"
 """What is under way in prioritized planning."""

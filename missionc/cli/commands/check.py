@@ -7,13 +7,13 @@ from pathlib import Path
 
 import click
 
+from missionc.base.diagnostics.model import has_errors
+from missionc.base.diagnostics.render import counts
 from missionc.cli import options
 from missionc.cli.exit_status import Status, say
 from missionc.cli.options import Pairs, existing, files, of_mission, read_limits
-from missionc.diagnostics.model import has_errors
-from missionc.diagnostics.render import counts
-from missionc.pipeline.front_end import Checked, check
-from missionc.resolve.resolve_files import file_lines, file_records
+from missionc.compiler.front_end import Checked, check
+from missionc.frontend.resolve.resolve_files import file_lines, file_records
 
 
 @click.command("check")

@@ -30,9 +30,9 @@ from missionc.cli.options import (
     several_of,
     staged,
 )
+from missionc.compiler import driver
 from missionc.output.folder.file_names import MOST_ALTERNATIVES
 from missionc.output.plot.figure_request import KINDS, MAP, MAPS, WIDTHS, FigureRequest
-from missionc.pipeline import driver
 
 PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin", "processes", "stretch")
 """Options of a plan that say how it is found, of every command that plans."""

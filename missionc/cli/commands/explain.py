@@ -9,15 +9,15 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
+from missionc.base.diagnostics.code import CODES
+from missionc.base.diagnostics.code_page import explain as page_of
+from missionc.base.diagnostics.suggest import nearest
 from missionc.cli.exit_status import Status, say
 from missionc.cli.markdown_page import shown
 from missionc.cli.options import Pairs, existing, files, of_mission, one_of, read_limits
-from missionc.diagnostics.code import CODES
-from missionc.diagnostics.code_page import explain as page_of
-from missionc.diagnostics.suggest import nearest
-from missionc.explain.explanation import document, explained, lines
-from missionc.language.walk_formulas import goals
-from missionc.pipeline.front_end import check
+from missionc.compiler.front_end import check
+from missionc.frontend.explain.explanation import document, explained, lines
+from missionc.ir.language.walk_formulas import goals
 
 CODE = re.compile(r"(MC)?\d{1,3}", re.IGNORECASE)
 

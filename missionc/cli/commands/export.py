@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.cli import summary
 from missionc.cli.exit_status import Status, say, status_of
 from missionc.cli.options import (
@@ -22,7 +23,6 @@ from missionc.cli.options import (
     poses,
     read_limits,
 )
-from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import EXPORT, MANIFEST
 from missionc.output.folder.manifest import without_plan
 from missionc.output.folder.overlap import Output, overlapping
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from missionc.base.limits import Limits
     from missionc.output.export.export_form import Exported
     from missionc.output.export.formats import Flight
-    from missionc.replay.reverify import Reverified
+    from missionc.tools.replay.reverify import Reverified
 
 
 def _list(context: click.Context, parameter: click.Parameter, listed: bool) -> None:
@@ -67,7 +67,7 @@ def command(
     form: str,
 ) -> Status:
     """Write a compiled folder's flight in other forms, once it has been verified again."""
-    from missionc.replay.reverify import reverify
+    from missionc.tools.replay.reverify import reverify
 
     allowed = read_limits(limits)
     reverified = reverify(path, allowed)
@@ -118,7 +118,7 @@ def _flown(reverified: Reverified, poses: Path | None, limits: Limits) -> Flight
     opened = reverified.opened
     if poses is None:
         return flight(opened.mission, opened.kernel, opened.trace, opened.flights, opened.ways, opened.in_flight)
-    from missionc.pipeline.fly_from import fly_from  # for those who measure: it plans
+    from missionc.compiler.fly_from import fly_from  # for those who measure: it plans
 
     answer = fly_from(opened.mission, opened.flights, opened.files["plan.json"], poses, limits)
     if answer.whole is None:

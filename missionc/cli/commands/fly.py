@@ -12,7 +12,7 @@ from missionc.base.units import Seconds
 from missionc.cli import options
 from missionc.cli.exit_status import Status, say, say_line
 from missionc.cli.progress import ProgressLine
-from missionc.simulate.trial_bounds import LARGEST_SEED
+from missionc.flight.simulation.trial_bounds import LARGEST_SEED
 
 MOST_FLIGHTS = 10_000
 
@@ -75,10 +75,10 @@ def command(
     from missionc.cli.fly_folder import flights_page, open_folder, paths_table, read_events
     from missionc.cli.loop_summary import loop_lines
     from missionc.cli.page_to_write import refuse_page
-    from missionc.closed_loop.fly_loop import LoopFlight, fly_loop, nobody
-    from missionc.closed_loop.loop_record import ToldPositions, loop_document, loop_flights, without_path
     from missionc.output.folder.overlap import Output
     from missionc.output.folder.write_file import beside, refuse_file, write_file
+    from missionc.tools.closed_loop.fly_loop import LoopFlight, fly_loop, nobody
+    from missionc.tools.closed_loop.loop_record import ToldPositions, loop_document, loop_flights, without_path
 
     allowed = options.read_limits(limits)
     target = output or beside(options.named(path), "-flights.html")

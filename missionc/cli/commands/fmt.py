@@ -7,14 +7,14 @@ from pathlib import Path
 
 import click
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.cli.exit_status import Status, say
 from missionc.cli.options import existing, files, limits_and_form, read_limits
-from missionc.diagnostics.model import Diagnostic
+from missionc.frontend.syntax.format import format_mission
+from missionc.frontend.syntax.parse import parse
+from missionc.frontend.syntax.read_file import changed_meanwhile, read_source, read_standard_input, unread
 from missionc.output.folder.write_file import refuse_file, write_file
-from missionc.syntax.format import format_mission
-from missionc.syntax.parse import parse
-from missionc.syntax.read_file import changed_meanwhile, read_source, read_standard_input, unread
 
 STANDARD_INPUT = Path("-")
 

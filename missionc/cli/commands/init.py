@@ -13,16 +13,16 @@ from pathlib import Path
 import click
 
 from missionc.backends.offers import OFFERS
+from missionc.base.diagnostics.code import NAME_NOT_ALLOWED, OUTPUT_EXISTS
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.exit_status import Status, say
 from missionc.cli.options import form_flag
-from missionc.data.templates import DEFAULT, Template, templates
-from missionc.diagnostics.code import NAME_NOT_ALLOWED, OUTPUT_EXISTS
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler.front_end import check
+from missionc.frontend.syntax.tokens import nameable, quoted, reserved
+from missionc.frontend.templates import DEFAULT, Template, templates
 from missionc.output.folder.write_file import refuse_file, write_file
-from missionc.pipeline.front_end import check
-from missionc.syntax.tokens import nameable, quoted, reserved
 
 SUFFIX = ".mission"
 

@@ -6,9 +6,9 @@ from importlib.util import find_spec
 
 import click
 
+from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.cli.exit_status import Status, say
-from missionc.diagnostics.code import EXTRA_MISSING
-from missionc.diagnostics.model import Diagnostic
 
 
 @click.command("lsp")
@@ -28,7 +28,7 @@ def command(stdio: bool) -> Status:
         )
         return Status.MISSION_ERRORS
     # Loaded when an editor asks, and never by another command.
-    from missionc.lsp.server import serve
+    from missionc.tools.language_server.server import serve
 
     serve()
     return Status.DONE

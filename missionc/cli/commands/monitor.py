@@ -10,16 +10,16 @@ from pathlib import Path
 
 import click
 
+from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_LISTENING
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.cli import sample_lines, summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.flight_page import FlightPage
 from missionc.cli.options import Number, Pairs, existing, file_or_folder, files, no_open, of_mission, pair, read_limits
-from missionc.diagnostics.code import EXTRA_MISSING, NOT_LISTENING
-from missionc.diagnostics.model import Diagnostic
+from missionc.compiler import driver
+from missionc.frontend.syntax.read_file import closed_input
 from missionc.ir import Mission
-from missionc.pipeline import driver
-from missionc.syntax.read_file import closed_input
 
 
 @click.command("monitor")
@@ -186,8 +186,8 @@ def _lines(asked: Live, mission: Mission, limits: Limits) -> Iterator[str] | Dia
         help_ = "install it with `pip install 'missionc[export]'`"
         message = "a recording in MCAP needs the package mcap, which is not installed"
         return Diagnostic(EXTRA_MISSING, message, None, help=help_)
-    from missionc.monitoring.live.mcap_poses import McapPoses
     from missionc.output.export.verified_flight import robot_names
+    from missionc.verification.monitoring.live.mcap_poses import McapPoses
 
     robots = robot_names(mission)
     topics = dict(asked.topic)

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
+from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.units import Seconds
 from missionc.cli import options
 from missionc.cli.exit_status import Status, say
-from missionc.diagnostics.model import Diagnostic, has_errors
 from missionc.output.folder.overlap import Output, overlapping
 from missionc.output.folder.write_file import beside
 from missionc.output.folder.write_folder import refuse, write_folder
@@ -102,7 +102,7 @@ def command(
     """Plan the rest of a mission that is being flown: from where the agents are, with the world as it is now."""
     from missionc.cli import replan_summary  # with all that plans
     from missionc.cli.replan_folder import replan_folder
-    from missionc.pipeline.replan.request import Way
+    from missionc.compiler.replan.request import Way
 
     target = output or beside(options.named(path), "-replan")
     inputs = [path, flown, *([changed] if changed else [])]

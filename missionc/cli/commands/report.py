@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.cli.exit_status import Status, say, status_of
 from missionc.cli.options import file_to_write, folder, folders, limits_and_form, named, read_limits
-from missionc.diagnostics.model import Diagnostic
 
 
 @click.command("report")
@@ -31,9 +31,9 @@ def command(
     """
     from missionc.cli.page_to_write import refuse_page
     from missionc.output.folder.write_file import beside, write_file
-    from missionc.replay.compare_reports import compare_reports
-    from missionc.replay.render_report import render_report
-    from missionc.replay.reverify import reverify
+    from missionc.tools.replay.compare_reports import compare_reports
+    from missionc.tools.replay.render_report import render_report
+    from missionc.tools.replay.reverify import reverify
 
     folders_read = [path] if other is None else [path, other]
     target = output or beside(named(path), ".html" if other is None else f"-{named(other).name}.html")

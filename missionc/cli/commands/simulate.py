@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import Stopped
 from missionc.cli import cluster_options, flight_summary
 from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
 from missionc.cli.options import file_to_write, folder, folders, limits_and_form, picture, read_limits
 from missionc.cli.progress import ProgressLine
-from missionc.diagnostics.model import Diagnostic
-from missionc.simulate.trial_bounds import ENGINES, LARGEST_SEED, MOST_FLIGHTS
+from missionc.flight.simulation.trial_bounds import ENGINES, LARGEST_SEED, MOST_FLIGHTS
 
 if TYPE_CHECKING:
     from missionc.base.limits import Limits
-    from missionc.replay.simulate_folder import Simulated
-    from missionc.simulate.trials import Trial
-    from missionc.sweep.run_sweep import Pool
+    from missionc.flight.simulation.trials import Trial
+    from missionc.tools.replay.simulate_folder import Simulated
+    from missionc.tools.sweep.run_sweep import Pool
 
 DRAWN = 20
 """Flights whose paths are drawn."""
@@ -63,9 +63,9 @@ def command(
     **disturbed: Any,
 ) -> Status:
     """Fly a compiled folder's polynomials in simulation, judge the mission on their path, and add it to the report."""
-    from missionc.replay.simulate_folder import simulate
-    from missionc.simulate.disturbance import UNDISTURBED, Disturbance
-    from missionc.simulate.trials import Trial
+    from missionc.flight.simulation.disturbance import UNDISTURBED, Disturbance
+    from missionc.flight.simulation.trials import Trial
+    from missionc.tools.replay.simulate_folder import simulate
 
     amounts, lost = disturbance_of(**disturbed)
     disturbance = Disturbance(**amounts, lose=lost)
@@ -94,7 +94,7 @@ def command(
     document = flight_summary.simulated_document(simulated)
     if simulated.opened and simulated.trials:
         from missionc.output.documents.simulation_json import simulation_json
-        from missionc.replay.render_report import add_simulation
+        from missionc.tools.replay.render_report import add_simulation
 
         flown = simulation_json(simulated.opened.mission, document, simulated.trials.flown)
         findings += add_simulation(path, flown, allowed)
@@ -123,9 +123,9 @@ def _spread(
     journal: Path | None,
 ) -> Simulated | Diagnostic:
     """The same flights, on other processes or machines; or why they are not flown there."""
-    from missionc.replay.simulate_folder import simulate
-    from missionc.sweep import flights_journal
-    from missionc.sweep.spread_trials import NotFlown, SpreadTrials
+    from missionc.tools.replay.simulate_folder import simulate
+    from missionc.tools.sweep import flights_journal
+    from missionc.tools.sweep.spread_trials import NotFlown, SpreadTrials
 
     with flights_journal.opened(journal) if journal else nullcontext() as kept, workers() as pool:
         for each in (kept, pool):

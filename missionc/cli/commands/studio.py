@@ -11,6 +11,8 @@ from pathlib import Path
 
 import click
 
+from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.units import Seconds
 from missionc.cli import options
@@ -18,9 +20,7 @@ from missionc.cli.browser import said
 from missionc.cli.compile_request import CompileRequest
 from missionc.cli.exit_status import Status, say, say_line
 from missionc.cli.studio.text_file import TextFile, fresh, opened
-from missionc.data.templates import DEFAULT, templates
-from missionc.diagnostics.code import EXTRA_MISSING
-from missionc.diagnostics.model import Diagnostic
+from missionc.frontend.templates import DEFAULT, templates
 
 NEEDED = ("pygls", "websockets")
 

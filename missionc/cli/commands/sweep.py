@@ -22,14 +22,14 @@ from missionc.cli.commands.compile import PLANNING
 from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
 from missionc.cli.progress import ProgressLine
+from missionc.compiler import driver
+from missionc.flight.simulation.trial_bounds import MOST_FLIGHTS
 from missionc.output.plot.figure_request import WIDTHS
-from missionc.pipeline import driver
-from missionc.simulate.trial_bounds import MOST_FLIGHTS
 
 if TYPE_CHECKING:
-    from missionc.sweep.carry_out_sweep import RemainingTime, SweepRequest
-    from missionc.sweep.run_grid import Run
-    from missionc.sweep.sweep_folder import Row
+    from missionc.tools.sweep.carry_out_sweep import RemainingTime, SweepRequest
+    from missionc.tools.sweep.run_grid import Run
+    from missionc.tools.sweep.sweep_folder import Row
 
 MOST_SEEDS = 100_000
 
@@ -125,9 +125,9 @@ def command(
     amounts, lost = disturbance_of(**more)
     if not trials and (any(amounts.values()) or lost):
         raise click.UsageError("disturbances are of flights; add `--simulate N`")
-    from missionc.sweep.carry_out_sweep import SweepRequest, carry_out_sweep
-    from missionc.sweep.run_grid import Grid, read_varied
-    from missionc.sweep.run_request import Flights, Settings
+    from missionc.tools.sweep.carry_out_sweep import SweepRequest, carry_out_sweep
+    from missionc.tools.sweep.run_grid import Grid, read_varied
+    from missionc.tools.sweep.run_request import Flights, Settings
 
     throughout = Throughout.REQUIRED if continuous else Throughout.AT_STEPS if at_steps else Throughout.WANTED
     values = read_varied(varied, [name for name, _ in overrides])
@@ -188,7 +188,7 @@ class _Told:
         self._say(f"checking: {done}/{self._total} combinations")
 
     def _began(self, left: list[Run], rows: Mapping[Run, Row]) -> None:
-        from missionc.sweep.carry_out_sweep import RemainingTime
+        from missionc.tools.sweep.carry_out_sweep import RemainingTime
 
         self._left, self._total = len(left), len(left) + len(rows)
         self._known = RemainingTime(Counter(run.values for run in left), rows)

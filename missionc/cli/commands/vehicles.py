@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import click
 
+from missionc.base.diagnostics.sanitize import as_json
 from missionc.cli import summary
 from missionc.cli.exit_status import Status
 from missionc.cli.options import form_flag, one_of, vehicle_name
-from missionc.data.vehicles import profiles
-from missionc.diagnostics.sanitize import as_json
-from missionc.resolve.show_ir import show_vehicle
+from missionc.frontend.resolve.show_ir import show_vehicle
+from missionc.ir.vehicle_profiles import profiles
 
 
 @click.command("vehicles")

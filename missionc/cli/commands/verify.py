@@ -17,7 +17,7 @@ from missionc.cli.options import folder, folders, limits_and_form, read_limits, 
 @limits_and_form
 def command(path: Path, verbose: bool, limits: tuple[tuple[str, str], ...], form: str) -> Status:
     """Verify a compiled folder once more, from its files alone: a plan, or a proof that there is none."""
-    from missionc.replay.reverify import reverify, reverify_refusal
+    from missionc.tools.replay.reverify import reverify, reverify_refusal
 
     bounds = read_limits(limits)
     reverified = reverify_refusal(path, bounds) or reverify(path, bounds)

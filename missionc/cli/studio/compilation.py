@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
 from missionc.cli.compile_request import CompileRequest
 from missionc.cli.exit_status import Status
 from missionc.cli.studio.workplace import Workplace
 from missionc.cli.watch.file_changes import EVERY
 from missionc.cli.watch.planner_process import Ended, Planner
-from missionc.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import REPORT
 from missionc.output.folder.write_folder import write_folder
 

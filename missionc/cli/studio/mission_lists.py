@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
+from missionc.base.diagnostics.code import UNREADABLE
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.resources import folder
 from missionc.cli.studio.text_file import TextFile, fresh, opened
-from missionc.data.templates import templates
-from missionc.diagnostics.code import UNREADABLE
-from missionc.diagnostics.model import Diagnostic
+from missionc.frontend.templates import templates
 
 SUFFIX = ".mission"
 MOST = 500

@@ -25,6 +25,10 @@ from lsprotocol.converters import get_converter
 from pygls.exceptions import JsonRpcException
 
 from missionc.backends.offers import OFFERS
+from missionc.base.diagnostics.code import OUTPUT_EXISTS, UNREADABLE
+from missionc.base.diagnostics.defect import defect
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.render import counts
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS
@@ -33,20 +37,16 @@ from missionc.cli.studio.mission_lists import SHELVES, SUFFIX, Shelf, listed, ta
 from missionc.cli.studio.text_file import TextFile, opened
 from missionc.cli.studio.workplace import Workplace
 from missionc.cli.watch.planner_process import Ended
-from missionc.diagnostics.code import OUTPUT_EXISTS, UNREADABLE
-from missionc.diagnostics.defect import defect
-from missionc.diagnostics.model import Diagnostic
-from missionc.diagnostics.render import counts
-from missionc.lsp.background_checks import diagnostics
-from missionc.lsp.open_text import LIMITS, OpenText
-from missionc.lsp.scene.scene import Json, scene
-from missionc.lsp.server import Server, made
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.parse import read
+from missionc.frontend.syntax.read_file import loader, too_large
+from missionc.frontend.syntax.tokens import DECLARATIONS, STATES, WORDS
 from missionc.output.folder.ownership import cannot_write
 from missionc.output.folder.write_file import write_file
-from missionc.syntax import ast
-from missionc.syntax.parse import read
-from missionc.syntax.read_file import loader, too_large
-from missionc.syntax.tokens import DECLARATIONS, STATES, WORDS
+from missionc.tools.language_server.background_checks import diagnostics
+from missionc.tools.language_server.open_text import LIMITS, OpenText
+from missionc.tools.language_server.scene.scene import Json, scene
+from missionc.tools.language_server.server import Server, made
 
 if TYPE_CHECKING:
     from cattrs import Converter

@@ -13,10 +13,10 @@ import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
-from missionc.diagnostics.model import Diagnostic
+from missionc.frontend.syntax.read_file import read_bytes, text_of
 from missionc.output.folder.write_file import write_file
-from missionc.syntax.read_file import read_bytes, text_of
 
 
 @dataclass(frozen=True, slots=True)

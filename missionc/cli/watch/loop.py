@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from missionc.backends.offers import OFFERS
+from missionc.base.diagnostics.code import OUTPUT_EXISTS
+from missionc.base.diagnostics.render import counts, render_text
 from missionc.cli.browser import said
 from missionc.cli.compile_request import CompileRequest, check, folder_of
 from missionc.cli.exit_status import Status, say, say_line
@@ -15,8 +17,6 @@ from missionc.cli.watch.file_changes import EVERY
 from missionc.cli.watch.live_page import Live
 from missionc.cli.watch.planner_process import Ended, Planner
 from missionc.cli.watch.watched_missions import Missions, heading
-from missionc.diagnostics.code import OUTPUT_EXISTS
-from missionc.diagnostics.render import counts, render_text
 from missionc.output.folder.file_names import REPORT
 
 FIRST = next(iter(OFFERS))

@@ -17,15 +17,15 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import TYPE_CHECKING, Self
 
+from missionc.base.diagnostics.defect import defect
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.render import render_text
 from missionc.base.signals import Stopped, end_with_parent, stoppable
 from missionc.base.supervision import HANDLED
 from missionc.base.units import Seconds
 from missionc.cli.compile_request import CompileRequest
 from missionc.cli.exit_status import Status, say
 from missionc.cli.progress import EVERY, words
-from missionc.diagnostics.defect import defect
-from missionc.diagnostics.model import Diagnostic
-from missionc.diagnostics.render import render_text
 
 if TYPE_CHECKING:
     from missionc.backends.api import Progress
@@ -166,7 +166,7 @@ def _load(backend: str) -> None:
     from missionc.backends.load import load
     from missionc.backends.options import Options
     from missionc.output import output_files
-    from missionc.verify import verify_plan
+    from missionc.verification import verify_plan
 
     _ = output_files, verify_plan
     load(backend, Options(), False)

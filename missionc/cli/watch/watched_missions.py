@@ -10,7 +10,7 @@ from typing import NoReturn
 import click
 
 from missionc.cli.watch.file_changes import EVERY, Saves
-from missionc.pipeline.front_end import Checked
+from missionc.compiler.front_end import Checked
 
 
 class Missions:

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 from missionc.base.trace import Trace
 from missionc.ir import Mission
-from missionc.monitoring.signature import Signature, differences
 from missionc.output.folder.file_names import ALTERNATIVES_FOLDER
 from missionc.output.json_layout import compact, document, listed
-from missionc.verify.certificate import Certificate
+from missionc.verification.certificate import Certificate
+from missionc.verification.monitoring.signature import Signature, differences
 
 SCHEMA = "missionc.alternatives/1"
 

@@ -6,9 +6,9 @@ import math
 from dataclasses import asdict
 
 from missionc.output.json_layout import compact, document, listed
-from missionc.verify.certificate import Between, Certificate, Check, Delay, Figure
-from missionc.verify.check_certificate import SCHEMA
-from missionc.verify.proof.proof_boxes import Boxes
+from missionc.verification.certificate import Between, Certificate, Check, Delay, Figure
+from missionc.verification.check_certificate import SCHEMA
+from missionc.verification.proof.proof_boxes import Boxes
 
 
 def certificate_json(certificate: Certificate, plan_sha256: str) -> str:

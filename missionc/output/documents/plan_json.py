@@ -6,9 +6,9 @@ import numpy as np
 
 from missionc.base.trace import Plan, Trace
 from missionc.ir import Graph, Mission
+from missionc.ir.language.margins.links import all_links, pieces
+from missionc.ir.language.margins.resources import flag_truths, levels
 from missionc.ir.pair_ranges import directed
-from missionc.language.margins.links import all_links, pieces
-from missionc.language.margins.resources import flag_truths, levels
 from missionc.output.json_layout import compact, document, listed, record
 
 

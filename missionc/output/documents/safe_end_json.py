@@ -8,12 +8,12 @@ import numpy as np
 
 from missionc.base.plain_number import is_number
 from missionc.base.strict_json import NotJsonError, parse_record
-from missionc.curves.piecewise_polynomials import Pieces, values
+from missionc.geometry.curves.piecewise_polynomials import Pieces, values
 from missionc.ir import Mission
 from missionc.output.json_layout import compact, document, listed
-from missionc.verify.certificate import Certificate
-from missionc.verify.flight.verify_safe_end import HOVER, WAIT, WITHOUT
-from missionc.verify.flight.verify_whole_flight import Stop
+from missionc.verification.certificate import Certificate
+from missionc.verification.flight.verify_safe_end import HOVER, WAIT, WITHOUT
+from missionc.verification.flight.verify_whole_flight import Stop
 
 SCHEMA = "missionc.safe_end/1"
 MOST_MOMENTS = 1000

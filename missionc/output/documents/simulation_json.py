@@ -8,13 +8,13 @@ from dataclasses import asdict
 import numpy as np
 
 from missionc.base.judgement import Judgement
+from missionc.flight.simulation.default_engine import Flown
+from missionc.flight.simulation.disturbance import SETPOINTS_PER_SECOND
+from missionc.flight.simulation.flight_conditions import conditions
+from missionc.flight.simulation.trials import Fraction, Trials, headline
 from missionc.ir import Mission
 from missionc.output.folder.file_names import SIMULATION_SCHEMA
 from missionc.output.json_layout import document, record
-from missionc.simulate.default_engine import Flown
-from missionc.simulate.disturbance import SETPOINTS_PER_SECOND
-from missionc.simulate.flight_conditions import conditions
-from missionc.simulate.trials import Fraction, Trials, headline
 
 EACH = 4
 """Every fourth of the samples is kept."""

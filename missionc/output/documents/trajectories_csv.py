@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from missionc.base.trace import Trace
 from missionc.ir import Mission
-from missionc.language.margins.resources import flag_truths, levels
+from missionc.ir.language.margins.resources import flag_truths, levels
 
 COLUMNS = "agent,t,x,y,z,vx,vy,vz,yaw"
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from missionc.curves.piecewise_polynomials import read
+from missionc.geometry.columns import FLOOR
+from missionc.geometry.curves.piecewise_polynomials import read
 from missionc.ir import Mission
 from missionc.output.folder.file_names import file_names, way_file
 from missionc.output.json_layout import compact, document, listed
-from missionc.verify.certificate import Check
-from missionc.verify.flight.verify_whole_flight import pad_turns, pieces_of, whole_phases
-from missionc.verify.flight.way_missions import Stage, Ways, is_whole, ways_of
-from missionc.world.columns import FLOOR
+from missionc.verification.certificate import Check
+from missionc.verification.flight.verify_whole_flight import pad_turns, pieces_of, whole_phases
+from missionc.verification.flight.way_missions import Stage, Ways, is_whole, ways_of
 
 SCHEMA = "missionc.whole_flight/1"
 

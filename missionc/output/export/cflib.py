@@ -19,8 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import (
+from missionc.geometry.curves.piecewise_polynomials import (
     Curves,
     Indices,
     Pieces,
@@ -28,14 +29,13 @@ from missionc.curves.piecewise_polynomials import (
     from_control_points,
     speed_bounds,
 )
-from missionc.diagnostics.model import Diagnostic
 from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.fill_templates import render
 from missionc.output.export.fly_script import for_templates
 from missionc.output.export.takeoff_and_landing import cannot_rise_or_land
 from missionc.output.export.trajectory_memory import raw
 from missionc.output.export.verified_flight import Flight, Part
-from missionc.verify.certificate import TUBE
+from missionc.verification.certificate import TUBE
 
 CONSTANT, SEVENTH = 0, 3
 """Types of an axis; 1 and 2, linear and cubic, are not used."""

@@ -6,7 +6,7 @@ Source:
 
 from __future__ import annotations
 
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.fill_templates import render
 from missionc.output.export.fly_script import for_templates

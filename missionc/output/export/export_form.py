@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TypeAlias
 
-from missionc.diagnostics.code import EXTRA_MISSING, NOT_EXPORTED
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_EXPORTED
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.export.verified_flight import Flight
 
 

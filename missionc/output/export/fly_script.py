@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 
-from missionc.curves.piecewise_polynomials import speed_bounds
+from missionc.geometry.curves.piecewise_polynomials import speed_bounds
 from missionc.output.export.takeoff_and_landing import GROUND, peaks, phases, turns_of
 from missionc.output.export.verified_flight import Flight
-from missionc.verify.flight.verify_whole_flight import LANDED, landing_seconds
-from missionc.verify.flight.way_missions import is_whole
+from missionc.verification.flight.verify_whole_flight import LANDED, landing_seconds
+from missionc.verification.flight.way_missions import is_whole
 
 NEAR = 0.1
 """Largest distance, in metres, from below its first point at which a vehicle takes off."""

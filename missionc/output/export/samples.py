@@ -9,7 +9,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.output.export.verified_flight import Flight
-from missionc.verify.certificate import CLOCK
+from missionc.verification.certificate import CLOCK
 
 RATE = 20
 """Samples in a second."""

@@ -25,9 +25,10 @@ from itertools import combinations
 
 import numpy as np
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.palette import DARK
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import (
+from missionc.geometry.curves.piecewise_polynomials import (
     Curves,
     Indices,
     Pieces,
@@ -37,12 +38,11 @@ from missionc.curves.piecewise_polynomials import (
     hulls,
     refined,
 )
-from missionc.diagnostics.model import Diagnostic
 from missionc.output.export.export_form import Exported, Format, refused
 from missionc.output.export.samples import RATE
 from missionc.output.export.takeoff_and_landing import GROUND, PARTS, cannot_rise_or_land, floor_to_floor
 from missionc.output.export.verified_flight import Flight, Part
-from missionc.verify.plan.clearances import relative_margins
+from missionc.verification.plan.clearances import relative_margins
 
 CLOSE = 1e-3
 """Metres: a cubic that may stray further is halved."""

@@ -11,16 +11,16 @@ from itertools import combinations
 
 import numpy as np
 
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import Pieces, hulls, values
-from missionc.diagnostics.model import Diagnostic
+from missionc.geometry.columns import FLOOR, column_clearance
+from missionc.geometry.curves.piecewise_polynomials import Pieces, hulls, values
 from missionc.ir import Obstacle
 from missionc.output.export.export_form import refused
 from missionc.output.export.verified_flight import Flight, Part
-from missionc.verify.certificate import WAYPOINT
-from missionc.verify.flight.verify_whole_flight import LANDED, REST_TO_REST, Phases, pad_turns, phases_of
-from missionc.verify.flight.way_missions import is_whole
-from missionc.world.columns import FLOOR, column_clearance
+from missionc.verification.certificate import WAYPOINT
+from missionc.verification.flight.verify_whole_flight import LANDED, REST_TO_REST, Phases, pad_turns, phases_of
+from missionc.verification.flight.way_missions import is_whole
 
 GROUND = FLOOR
 """Metres: where the vehicles stand before they take off."""

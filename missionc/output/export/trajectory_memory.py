@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.curves.piecewise_polynomials import Pieces
+from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 
 def raw(own: Pieces) -> bytes:

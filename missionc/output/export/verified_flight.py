@@ -9,14 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Array, Trace
-from missionc.curves.piecewise_polynomials import Curves, Pieces, curves_of, read, values, written
+from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, curves_of, read, values, written
 from missionc.ir import Agent, Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.folder.file_names import file_names
-from missionc.verify.certificate import Certificate
-from missionc.verify.flight.verify_whole_flight import verify_whole_flight
-from missionc.verify.flight.way_missions import Stage, Ways
-from missionc.verify.verify_plan import verify_polynomials
+from missionc.verification.certificate import Certificate
+from missionc.verification.flight.verify_whole_flight import verify_whole_flight
+from missionc.verification.flight.way_missions import Stage, Ways
+from missionc.verification.verify_plan import verify_polynomials
 
 
 @dataclass(frozen=True, slots=True, eq=False)

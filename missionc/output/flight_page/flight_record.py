@@ -25,19 +25,19 @@ from numpy.typing import NDArray
 from missionc.base.figures import decimals
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Formation, Graph, Mission
+from missionc.ir.kernel.analysis import robustness_unit
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.margins.links import are_linked, link_margin
+from missionc.ir.language.margins.predicate_margins import formation_margin
+from missionc.ir.language.walk_formulas import goals
 from missionc.ir.pair_ranges import directed
-from missionc.kernel.analysis import robustness_unit
-from missionc.kernel.nodes import Kernel
-from missionc.language.margins.links import are_linked, link_margin
-from missionc.language.margins.predicate_margins import formation_margin
-from missionc.language.walk_formulas import goals
-from missionc.monitoring.live import session
-from missionc.monitoring.live.samples import StepState
-from missionc.monitoring.live.verdicts import Standing, Verdict
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.render_page import SCRIPTS, asset, scripts
 from missionc.output.report.requirement_lanes import HARMS, HELPS, OPEN
 from missionc.output.report.world_data import world_data
+from missionc.verification.monitoring.live import session
+from missionc.verification.monitoring.live.samples import StepState
+from missionc.verification.monitoring.live.verdicts import Standing, Verdict
 
 MOST_MEMBERS = 200
 """Agents of a graph whose links are drawn: those of more are a tangle, and take their time."""

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.folder.ownership import cannot_write, exists, reason, shown
 
 

@@ -21,13 +21,13 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path, PurePosixPath
 
+from missionc.base.diagnostics.code import CANNOT_WRITE, FOLDER_UNREADABLE, OUTPUT_EXISTS
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.strict_json import NotJsonError, parse_record
-from missionc.diagnostics.code import CANNOT_WRITE, FOLDER_UNREADABLE, OUTPUT_EXISTS
-from missionc.diagnostics.model import Diagnostic
+from missionc.frontend.syntax.read_file import nowhere, read_bytes
 from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA, PLAN
 from missionc.output.folder.walk_folder import entries, is_normal, printable
-from missionc.syntax.read_file import nowhere, read_bytes
 
 MOST_NAMED = 5
 """Things in a folder that a message names."""

@@ -15,9 +15,9 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path, PurePosixPath
 
-from missionc.diagnostics.code import FOLDER_UNREADABLE
-from missionc.diagnostics.model import Diagnostic
-from missionc.syntax.read_file import bytes_of, cannot_read
+from missionc.base.diagnostics.code import FOLDER_UNREADABLE
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.frontend.syntax.read_file import bytes_of, cannot_read
 
 MOST_ENTRIES = 100_000
 """Files and folders that are looked at; a folder with more was not written by the compiler."""

@@ -15,7 +15,7 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.folder.ownership import ANOTHER_FILE, cannot_write, reason
 from missionc.output.folder.staging import numbered, staging, sweep
 

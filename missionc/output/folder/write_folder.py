@@ -15,8 +15,8 @@ import stat
 from collections.abc import Iterable
 from pathlib import Path
 
-from missionc.diagnostics.code import OUTPUT_EXISTS
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.code import OUTPUT_EXISTS
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.folder.file_names import MANIFEST, NEAR_MISS
 from missionc.output.folder.ownership import Foreign, Ours, cannot_write, exists, ownership, reason, remove, shown
 from missionc.output.folder.staging import LONGEST_NAME, Staging, alone, staging, sweep

@@ -6,11 +6,11 @@ says MC404, MC715
 from __future__ import annotations
 
 from missionc.backends.roadmap_graph import RoadmapGraph
+from missionc.base.diagnostics.code import NO_SUCH_MOMENT
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.trace import Trace
-from missionc.diagnostics.code import NO_SUCH_MOMENT
-from missionc.diagnostics.model import Diagnostic
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.plot.figure_request import DISTANCES, ROBUSTNESS, TIMELINE, FigureRequest
 from missionc.output.plot.plot import missing, plot, rendered
 

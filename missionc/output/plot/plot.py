@@ -20,18 +20,18 @@ import numpy as np
 
 from missionc.backends.api import Attempt, Fault
 from missionc.backends.roadmap_graph import RoadmapGraph
+from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.judgement import Judgement
 from missionc.base.palette import LIGHT, MARKS
 from missionc.base.trace import Array, Trace
-from missionc.curves.piecewise_polynomials import motion, values
-from missionc.diagnostics.code import EXTRA_MISSING
-from missionc.diagnostics.model import Diagnostic
+from missionc.geometry.curves.piecewise_polynomials import motion, values
+from missionc.geometry.displacement import displaced
 from missionc.ir import Agent, Mission, Obstacle, Path, Shape, World
 from missionc.output.plot.plot_roadmap import draw_roadmap, roadmap_entry
 from missionc.output.plot.silhouette import View, draw_shape, inner_point
 from missionc.output.region_roles import region_roles
-from missionc.verify.plan.obstacle_bodies import solid
-from missionc.world.displacement import displaced
+from missionc.verification.plan.obstacle_bodies import solid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,15 +8,15 @@ import numpy as np
 
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
-from missionc.kernel.analysis import robustness_unit
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.verdict_table import table
-from missionc.monitoring.witness import Witnesses
+from missionc.ir.kernel.analysis import robustness_unit
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.plot.figure_request import WIDTHS
 from missionc.output.plot.plot import BROKEN, COLOURS, GREY, MOST_NAMED, style
 from missionc.output.plot.plot_strip import INCH, PER_SECOND, TEXT, positions
 from missionc.output.report.charts import clearance, separation
 from missionc.output.report.sample_tracks import Placed
+from missionc.verification.monitoring.verdict_table import table
+from missionc.verification.monitoring.witness import Witnesses
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from missionc.flight.simulation.default_engine import Flown
+from missionc.flight.simulation.trials import Trials
 from missionc.ir import Mission
 from missionc.output.documents.trajectories_csv import COLUMNS, cell
 from missionc.output.plot.plot import GREY, INK, LONG_SIDE, PAD, draw_view, rendered, style
 from missionc.output.plot.silhouette import View
-from missionc.simulate.default_engine import Flown
-from missionc.simulate.trials import Trials
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,9 +9,9 @@ import numpy as np
 
 from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.trace import Array, Trace
-from missionc.curves.piecewise_polynomials import motion, values
+from missionc.geometry.curves.piecewise_polynomials import motion, values
 from missionc.ir import Mission
-from missionc.language.margins.links import all_links
+from missionc.ir.language.margins.links import all_links
 from missionc.output.plot.figure_request import WIDTHS, FigureRequest
 from missionc.output.plot.plot import INK, MOST_NAMED, PAD, draw_agents, draw_view, entries, style
 from missionc.output.plot.plot_roadmap import draw_roadmap

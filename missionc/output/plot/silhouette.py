@@ -10,7 +10,7 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.ir import Ball, Box, Disc, Polygon, Prism, Shape, World
-from missionc.verify.plan.obstacle_bodies import solid
+from missionc.verification.plan.obstacle_bodies import solid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

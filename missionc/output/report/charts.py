@@ -10,15 +10,15 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from missionc.base.trace import Array, Trace
+from missionc.geometry.displacement import displaced
 from missionc.ir import Agent, Mission, Resource
-from missionc.language.margins.resources import levels
+from missionc.ir.language.margins.resources import levels
 from missionc.output.report.flight_tracks import Flights
 from missionc.output.report.pack import pack, thousandths
 from missionc.output.report.sample_tracks import Placed, Sampled
 from missionc.output.report.simulated_tracks import Simulated
-from missionc.verify.certificate import Certificate
-from missionc.verify.plan.obstacle_bodies import solid
-from missionc.world.displacement import displaced
+from missionc.verification.certificate import Certificate
+from missionc.verification.plan.obstacle_bodies import solid
 
 MOST_PAIRS = 1 << 21
 """Distances that are held at once."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.trace import Trace
-from missionc.curves.piecewise_polynomials import Curves, Pieces, curves_of, motion, read
+from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, curves_of, motion, read
 from missionc.ir import Mission
 from missionc.output.report.loop_tracks import LoopFlights, loop_tracks
 from missionc.output.report.sample_tracks import Placed, Sampled

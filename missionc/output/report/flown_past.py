@@ -16,7 +16,7 @@ import numpy as np
 from missionc.base.limits import Limits
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.progression.past_document import Flown, Past, read_past
+from missionc.planning.progression.past_document import Flown, Past, read_past
 
 FARTHEST = Limits().magnitude
 """Metres: what is further away was flown by nobody."""

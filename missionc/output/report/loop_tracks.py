@@ -18,7 +18,7 @@ from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.output.report.sample_tracks import Placed
 from missionc.output.report.simulated_tracks import Simulated, fewer, straight
-from missionc.verify.certificate import Check
+from missionc.verification.certificate import Check
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,8 +7,8 @@ from typing import Any, TypeAlias
 
 import shapely
 
+from missionc.geometry.configuration_space import Atlas
 from missionc.ir import Ball, Box, Disc, Polygon, Prism, Shape, Union, World
-from missionc.world.configuration_space import Atlas
 
 Solid: TypeAlias = dict[str, Any]
 """``rings`` or ``disc`` with ``low`` and ``high``, or ``ball``; metres."""

@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 from missionc.base.solved import solved_text
 from missionc.base.source import Span
 from missionc.base.trace import Array, Flags, Plan, Trace
-from missionc.curves.piecewise_polynomials import curves_of
+from missionc.geometry.columns import FLOOR
+from missionc.geometry.curves.piecewise_polynomials import curves_of
 from missionc.ir import Formation, Graph, Mission
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.margins.links import all_links, pieces
+from missionc.ir.language.margins.predicate_margins import formation_margin
 from missionc.ir.pair_ranges import directed
-from missionc.kernel.nodes import Kernel
-from missionc.language.margins.links import all_links, pieces
-from missionc.language.margins.predicate_margins import formation_margin
 from missionc.output.documents.whole_flight_json import phases_on_the_clock
 from missionc.output.folder.file_names import input_name
 from missionc.output.report.charts import charts
@@ -35,11 +36,10 @@ from missionc.output.report.requirement_lanes import Places, lanes
 from missionc.output.report.sample_tracks import Placed
 from missionc.output.report.tightest_margins import checks
 from missionc.output.report.world_data import world_data, world_over_time
-from missionc.verify.certificate import Between, Certificate, Check, Verdict
-from missionc.verify.flight.verify_whole_flight import pieces_of
-from missionc.verify.flight.way_missions import Stage, Ways, is_whole, ways_of
+from missionc.verification.certificate import Between, Certificate, Check, Verdict
+from missionc.verification.flight.verify_whole_flight import pieces_of
+from missionc.verification.flight.way_missions import Stage, Ways, is_whole, ways_of
 from missionc.version import __version__
-from missionc.world.columns import FLOOR
 
 POINTS = 25
 """Points of the line of each agent before and after the mission."""

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from missionc.base.source import Span
 from missionc.base.trace import Flags, Trace
 from missionc.ir import Formula, Mission, Without
-from missionc.kernel.nodes import Kernel, Node
-from missionc.language.walk_formulas import goals, operands
-from missionc.monitoring.verdict_table import Blame, Row, table
-from missionc.monitoring.witness import Witness, Witnesses
+from missionc.ir.kernel.nodes import Kernel, Node
+from missionc.ir.language.walk_formulas import goals, operands
 from missionc.output.report.pack import COARSE, PER_METRE, pack, rounded
+from missionc.verification.monitoring.verdict_table import Blame, Row, table
+from missionc.verification.monitoring.witness import Witness, Witnesses
 
 Places: TypeAlias = Callable[[Span], list[int] | None]
 

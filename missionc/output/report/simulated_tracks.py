@@ -17,11 +17,11 @@ import numpy as np
 from missionc.base.limits import Limits
 from missionc.base.strict_json import parse_json
 from missionc.base.trace import Array
-from missionc.curves.piecewise_polynomials import Curves
+from missionc.geometry.curves.piecewise_polynomials import Curves
 from missionc.ir import Mission
 from missionc.output.folder.file_names import SIMULATION_SCHEMA, SIMULATIONS_BEFORE
 from missionc.output.report.sample_tracks import Placed
-from missionc.verify.certificate import Check
+from missionc.verification.certificate import Check
 
 FARTHEST = Limits().magnitude
 """Metres: what is further away was flown by nobody."""

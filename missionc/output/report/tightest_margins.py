@@ -9,9 +9,9 @@ import numpy as np
 
 from missionc.base.trace import Trace
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.verdict_table import table
-from missionc.verify.certificate import Certificate, Check
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.certificate import Certificate, Check
+from missionc.verification.monitoring.verdict_table import table
 
 ROOM = frozenset(("requirement", "separation", "obstacle", "flown requirement", "flown separation", "flown obstacle"))
 """Kinds of checks whose margin, in metres, is room that the motion might have had more of."""

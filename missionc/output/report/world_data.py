@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from missionc.ir import Agent, Mission, Obstacle, Path, Region
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 from missionc.output.region_roles import region_roles
 from missionc.output.report.outlines import inner_point, solids
 from missionc.output.report.pack import PER_METRE

@@ -17,8 +17,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from missionc.ir import Connected, Graph, Predicate
-from missionc.ir.pair_ranges import directed
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Any,
     At,
@@ -35,9 +34,10 @@ from missionc.kernel.nodes import (
     Reach,
     ReachNode,
 )
-from missionc.kernel.normal_form import at_least
-from missionc.kernel.path_routes import as_routes
-from missionc.kernel.walk import bottom_up, rebuilt
+from missionc.ir.kernel.normal_form import at_least
+from missionc.ir.kernel.path_routes import as_routes
+from missionc.ir.kernel.walk import bottom_up, rebuilt
+from missionc.ir.pair_ranges import directed
 
 Unrolled: TypeAlias = ReachNode | PathLength
 """Constructors that a cost graph has links, or routes bounded in metres, in the place of."""

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from missionc.ir import Beacon
-from missionc.language.margins.headings import of_motion
+from missionc.ir.language.margins.headings import of_motion
 
 APART = 1e-9
 """Metres: the direction of a place that is nearer than this is any."""

@@ -15,10 +15,10 @@ from missionc.backends.clot.cost_graph.heading_of_motion import facing
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Beacon, Flag, Graph, Predicate, Resource
+from missionc.ir.language.margins.predicate_margins import link_margin
+from missionc.ir.language.margins.resources import flag_margins_along, levels_along
+from missionc.ir.language.margins.view import View
 from missionc.ir.pair_ranges import directed
-from missionc.language.margins.predicate_margins import link_margin
-from missionc.language.margins.resources import flag_margins_along, levels_along
-from missionc.language.margins.view import View
 
 UNLIMITED = 1e6
 """Metres: stands for a margin without limit, for arithmetic on infinities is not safe to average."""

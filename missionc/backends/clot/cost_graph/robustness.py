@@ -18,8 +18,8 @@ from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.backends.clot.cost_graph.route_metres import length_value
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Graph, Predicate
-from missionc.kernel.evaluate import Domain, evaluate
-from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.ir.kernel.evaluate import Domain, evaluate
+from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 
 
 class Robustness(Domain[Tensor]):

@@ -8,9 +8,9 @@ from torch import Tensor
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.base.trace import Array, Trace
-from missionc.kernel.nodes import RouteNode
-from missionc.monitoring.evaluate import Evaluation
-from missionc.monitoring.logic import ROBUSTNESS
+from missionc.ir.kernel.nodes import RouteNode
+from missionc.verification.monitoring.evaluate import Evaluation
+from missionc.verification.monitoring.logic import ROBUSTNESS
 
 
 def length_value(node: RouteNode, team: Team, states: States, through: Tensor, end: Tensor) -> Tensor:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from missionc.backends.clot.cost_weights import AIMS, TIDY, ProbeWeights, Spare, Weights
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.kernel.show import show
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.kernel.show import show
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

@@ -22,8 +22,7 @@ from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.optimise.route_pieces import Place, that_break, that_make
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
-from missionc.ir.pair_ranges import directed
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Any,
     At,
@@ -37,7 +36,8 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.walk import children
+from missionc.ir.kernel.walk import children
+from missionc.ir.pair_ranges import directed
 
 Choices: TypeAlias = Mapping[tuple[Node, int, int], int]
 """What a witness decided: of a formula at an agent and a step, the number of the part, of the step of the mission (of a

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from missionc.backends.clot.optimise.pursuit import followed, pursued
 from missionc.base.trace import Array, Flags, Trace
+from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Exactly, Mission
-from missionc.world.dynamics import turn_in_step
 
 Indices = NDArray[np.int64]
 

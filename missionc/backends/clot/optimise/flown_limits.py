@@ -17,7 +17,7 @@ from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import norm
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.world.flyable_steps import step_limits
+from missionc.ir.lower.flyable_steps import step_limits
 
 FLOWN = "flown speed", "flown rest", "flown climb", "flown change", "flown turn"
 """Names of residuals, one for each of ``StepLimits``."""

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.ir import Box, Mission, Shape
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 REACH = 0.4
 """Metres: obstacles further than this beyond what a body needs are no matter."""

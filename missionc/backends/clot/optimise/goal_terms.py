@@ -14,10 +14,10 @@ from missionc.backends.clot.cost_graph.motion_batch import States, Team, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
 from missionc.backends.clot.optimise.active_set import Active, Choices, activate
 from missionc.base.trace import Array, Flags
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
-from missionc.kernel.nodes import Atom, Node, UntilNode, WindowNode
-from missionc.kernel.walk import children, graph_of, postorder
-from missionc.world.required_separation import SpacingTable
+from missionc.ir.kernel.nodes import Atom, Node, UntilNode, WindowNode
+from missionc.ir.kernel.walk import children, graph_of, postorder
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,8 +20,8 @@ from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.stand_still import stand_still
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
-from missionc.kernel.nodes import Kernel
-from missionc.monitoring.monitor import monitor
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring.monitor import monitor
 
 ITERATIONS = 40
 """Iterations of one try."""

@@ -22,11 +22,11 @@ from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import TaskCosts, norm
 from missionc.backends.clot.optimise.turning import TURN, Turns, turns
 from missionc.base.trace import Array
+from missionc.geometry.dynamics import speeds
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Mission
 from missionc.ir import Box as BoxShape
-from missionc.world.dynamics import speeds
-from missionc.world.required_separation import SpacingTable
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 OBSTACLES, SEPARATION = "obstacles", "separation"
 """Names of residuals."""

@@ -19,11 +19,11 @@ from torch import Tensor
 from missionc.backends.clot.optimise.carved_boxes import carved
 from missionc.backends.clot.optimise.stacked_shapes import Lists, Stacked, lists
 from missionc.base.trace import Array
+from missionc.geometry.bounding_box import box_around
+from missionc.geometry.displacement import displaced
+from missionc.geometry.outline import outlined
 from missionc.ir import Mission, Obstacle
-from missionc.world.bounding_box import box_around
-from missionc.world.displacement import displaced
-from missionc.world.outline import outlined
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 CELLS = 64
 """Along each axis of the plane, at most."""

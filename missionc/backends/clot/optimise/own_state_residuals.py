@@ -20,9 +20,9 @@ from missionc.backends.clot.optimise.control_points import Indices, Splines
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.base.trace import Array, Flags
 from missionc.ir import Compare, Flag, Inside, Level, Mission, Predicate, Region, Resource
-from missionc.language.margins.resources import levels_along
-from missionc.language.margins.view import View
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.language.margins.resources import levels_along
+from missionc.ir.language.margins.view import View
 
 
 def flag_pieces(flag: Flag, holds: bool, mask: Flags, position: Array) -> Iterator[tuple[Predicate, bool, Flags]]:

@@ -15,9 +15,9 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.own_state_residuals import flag_pieces
 from missionc.base.trace import Array, Flags
 from missionc.ir import Compare, Exactly, Flagged, Inside, Level, Mission, Resource
-from missionc.kernel.nodes import Always, At, Atom, Node
-from missionc.kernel.walk import postorder
-from missionc.language.margins.resources import within
+from missionc.ir.kernel.nodes import Always, At, Atom, Node
+from missionc.ir.kernel.walk import postorder
+from missionc.ir.language.margins.resources import within
 
 
 def with_stays(demand: Demand, position: Array, velocity: Array) -> Demand:

@@ -16,8 +16,8 @@ import math
 import numpy as np
 
 from missionc.base.trace import Array
+from missionc.geometry.dynamics import can_wait, turn_in_step
 from missionc.ir import Dynamics, Mission
-from missionc.world.dynamics import can_wait, turn_in_step
 
 STILL = 1e-4
 """A share of its longest step: who may wait, and is to move by less, stands."""

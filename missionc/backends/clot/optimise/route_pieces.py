@@ -15,7 +15,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from missionc.base.trace import Array, Flags
-from missionc.monitoring.graph_routes import shortest
+from missionc.verification.monitoring.graph_routes import shortest
 
 CLEAR = 0.4
 """Metres: a route that falls short by more at one of its links or agents is no matter beyond that one."""

@@ -29,13 +29,13 @@ from missionc.backends.clot.optimise.path_velocity import SPEEDS, TOP, Bounds, p
 from missionc.backends.clot.optimise.residuals import Rows
 from missionc.backends.clot.optimise.turning import TURN
 from missionc.base.trace import Array, Flags, Trace
+from missionc.geometry.dynamics import can_wait, turn_in_step
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Exactly
-from missionc.kernel.analysis import about_whom
-from missionc.kernel.nodes import Atom, Node, UntilNode, WindowNode
-from missionc.kernel.walk import postorder
-from missionc.world.dynamics import can_wait, turn_in_step
-from missionc.world.required_separation import SpacingTable
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.analysis import about_whom
+from missionc.ir.kernel.nodes import Atom, Node, UntilNode, WindowNode
+from missionc.ir.kernel.walk import postorder
 
 Indices = NDArray[np.int64]
 

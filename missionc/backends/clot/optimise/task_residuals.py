@@ -34,12 +34,12 @@ from missionc.ir import (
     Mission,
     Predicate,
 )
+from missionc.ir.kernel.nodes import RouteNode
+from missionc.ir.language.margins.connected import spanning_tree
+from missionc.ir.language.margins.formation import edge_error
+from missionc.ir.language.margins.predicate_margins import link_margin
+from missionc.ir.language.margins.view import View
 from missionc.ir.pair_ranges import directed
-from missionc.kernel.nodes import RouteNode
-from missionc.language.margins.connected import spanning_tree
-from missionc.language.margins.formation import edge_error
-from missionc.language.margins.predicate_margins import link_margin
-from missionc.language.margins.view import View
 
 
 @dataclass(frozen=True, slots=True, eq=False)

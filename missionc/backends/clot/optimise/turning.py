@@ -20,8 +20,8 @@ from torch import Tensor
 
 from missionc.backends.clot.optimise.control_points import Arguments, Splines
 from missionc.backends.clot.optimise.task_residuals import norm
+from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Mission
-from missionc.world.dynamics import turn_in_step
 
 TURN = "turn"
 """The name of its residuals."""

@@ -37,7 +37,7 @@ from missionc.backends.clot.run.transport_settings import TransportSettings
 from missionc.backends.clot.torch_device import seeded
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.kernel import nodes as kernel
+from missionc.ir.kernel import nodes as kernel
 
 TYPICAL = 10.0
 """Metres: the radii and deviations of presets are meant for a world of this size, and scaled for others."""

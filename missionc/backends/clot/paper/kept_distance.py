@@ -8,8 +8,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
-from missionc.world.required_separation import SpacingTable
 
 
 def kept_from(mission: Mission, agent: int, others: Sequence[int], like: Tensor) -> tuple[Tensor, Tensor]:

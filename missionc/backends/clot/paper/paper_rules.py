@@ -31,8 +31,8 @@ from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
 from missionc.backends.clot.paper.sparsity_pattern import NodePattern, mark
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import All, Node, UntilNode, WindowNode
-from missionc.kernel.walk import children
+from missionc.ir.kernel.nodes import All, Node, UntilNode, WindowNode
+from missionc.ir.kernel.walk import children
 
 Reading: TypeAlias = tuple[Tensor, Flags]
 """Values, (batch, rows, steps, offsets, directions), and where they read the waypoint, (rows, steps, offsets)."""

@@ -15,7 +15,7 @@ from missionc.backends.clot.cost_graph.motion_batch import States, Team, velocit
 from missionc.backends.clot.paper.sparsity_pattern import NodePattern
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Graph, Predicate
-from missionc.language.margins.predicate_margins import link_margin
+from missionc.ir.language.margins.predicate_margins import link_margin
 
 
 def moved_margin(

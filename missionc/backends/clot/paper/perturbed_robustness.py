@@ -26,7 +26,7 @@ from missionc.backends.clot.paper.perturbed_leaves import moved_links, moved_mar
 from missionc.backends.clot.paper.sparsity_pattern import NodePattern, Rows, SparsityPattern
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Graph, Predicate
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Any,
     At,
@@ -40,7 +40,7 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.walk import asks
+from missionc.ir.kernel.walk import asks
 
 
 class Perturbed(ABC):

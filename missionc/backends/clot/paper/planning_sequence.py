@@ -19,11 +19,11 @@ from scipy.sparse.csgraph import connected_components
 
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph, Mission, Predicate
-from missionc.kernel.analysis import relevance
-from missionc.kernel.nodes import Atom, Kernel
-from missionc.kernel.walk import graph_of
-from missionc.language.margins.connected import spanning_tree
-from missionc.language.margins.links import all_links
+from missionc.ir.kernel.analysis import relevance
+from missionc.ir.kernel.nodes import Atom, Kernel
+from missionc.ir.kernel.walk import graph_of
+from missionc.ir.language.margins.connected import spanning_tree
+from missionc.ir.language.margins.links import all_links
 
 Edge: TypeAlias = tuple[int, int]
 """Two agents by mission index, the lower first."""

@@ -23,7 +23,7 @@ from typing import assert_never
 from missionc.backends.clot.cost_graph.cost_graph import Unrolled, signed_predicate
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.ir import Predicate
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     All,
     Always,
     Any,
@@ -40,8 +40,8 @@ from missionc.kernel.nodes import (
     UntilNode,
     WindowNode,
 )
-from missionc.kernel.normal_form import YES, folded
-from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.ir.kernel.normal_form import YES, folded
+from missionc.ir.kernel.walk import children, postorder, rebuilt
 
 HOLDS = YES
 """What no planned agent can break."""

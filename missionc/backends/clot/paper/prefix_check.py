@@ -17,8 +17,8 @@ from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.kept_distance import kept_from
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Mission
-from missionc.kernel.nodes import Node
-from missionc.kernel.walk import postorder
+from missionc.ir.kernel.nodes import Node
+from missionc.ir.kernel.walk import postorder
 
 
 def prefix_margins(

@@ -26,7 +26,7 @@ from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import SparsityPattern, sparsity_pattern
 from missionc.backends.clot.torch_device import places as at
 from missionc.ir import Mission
-from missionc.kernel.nodes import Node
+from missionc.ir.kernel.nodes import Node
 
 NEAREST = 6
 """So many of the planned agents are looked at for separation, at each waypoint the nearest."""

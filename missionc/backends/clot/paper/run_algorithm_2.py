@@ -24,7 +24,7 @@ from missionc.backends.clot.schedule.draft import Begun
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 MOST = 3
 """Joint motions that are handed on, the cheapest."""

@@ -17,9 +17,9 @@ import numpy as np
 from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Predicate
-from missionc.kernel.analysis import same_for_all
-from missionc.kernel.nodes import At, Atom, Node, Not, UntilNode, WindowNode
-from missionc.kernel.walk import Ask, asks, children, graph_of, postorder
+from missionc.ir.kernel.analysis import same_for_all
+from missionc.ir.kernel.nodes import At, Atom, Node, Not, UntilNode, WindowNode
+from missionc.ir.kernel.walk import Ask, asks, children, graph_of, postorder
 
 Rows: TypeAlias = tuple[int, ...] | None
 """Agents whose value changes; None where a value is the team's."""

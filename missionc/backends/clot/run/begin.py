@@ -25,9 +25,9 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Outline
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.kernel.walk import postorder
-from missionc.monitoring.monitor import monitor
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.kernel.walk import postorder
+from missionc.verification.monitoring.monitor import monitor
 
 NOISE = 0.4
 """How differently distances are judged for every schedule but the first."""

@@ -6,8 +6,8 @@ from missionc.backends.api import Attempt, Fault
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.run.search_results import Searched
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.kernel.walk import postorder
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.kernel.walk import postorder
 
 NEAR = 0.2
 """Metres by which a near miss is short at most; or such a share of the longest step of the fastest agent."""

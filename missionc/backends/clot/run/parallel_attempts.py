@@ -19,7 +19,7 @@ from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.base.signals import asked, hold
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 MakeAttempt: TypeAlias = Callable[[int], Reached | None]
 

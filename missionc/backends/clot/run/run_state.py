@@ -18,8 +18,8 @@ from missionc.backends.clot.optimise.control_points import splines
 from missionc.base.solved import Solved, read_solved
 from missionc.base.trace import Array
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.kernel.walk import children, graph_of, postorder, window_of
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.kernel.walk import children, graph_of, postorder, window_of
 
 UNUSABLE = (ValueError, KeyError, IndexError, TypeError, OverflowError, RecursionError)
 """What may come of a snapshot that somebody made up."""

@@ -8,8 +8,8 @@ from missionc.backends.clot.schedule.attendance import Attendance
 from missionc.backends.clot.schedule.gather_team import can_be_gathered
 from missionc.backends.clot.schedule.tasks import Hold, Outline
 from missionc.ir import Predicate
-from missionc.kernel.nodes import Atom, Node
-from missionc.kernel.walk import graph_of, postorder
+from missionc.ir.kernel.nodes import Atom, Node
+from missionc.ir.kernel.walk import graph_of, postorder
 
 
 def tied_agents(outline: Outline, company: Attendance, *, links: bool = True) -> frozenset[int]:

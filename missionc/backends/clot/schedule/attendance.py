@@ -18,7 +18,7 @@ from missionc.backends.clot.schedule.mutex_literals import Literal, literals
 from missionc.backends.clot.schedule.tasks import Hold, conjuncts
 from missionc.base.trace import Array
 from missionc.ir import Mission, Predicate
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.nodes import (
     Any,
     At,
     AtLeast,
@@ -30,8 +30,8 @@ from missionc.kernel.nodes import (
     ReachNode,
     RouteNode,
 )
-from missionc.kernel.walk import children
-from missionc.language.margins.predicate_margins import of_pair
+from missionc.ir.kernel.walk import children
+from missionc.ir.language.margins.predicate_margins import of_pair
 
 LENGTHS = 240
 """Distances at which a comparison of two agents' places is looked at, from none to the world's diagonal."""

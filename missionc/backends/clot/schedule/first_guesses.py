@@ -17,11 +17,11 @@ from missionc.backends.clot.schedule.key_frame import KeyFrame, Routes
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array, Flags
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Atom
 from missionc.ir.pair_ranges import all_ranges
-from missionc.kernel.nodes import Atom
-from missionc.world.required_separation import SpacingTable
-from missionc.world.signed_distance import signed_distance
 
 MIDDLES = 400
 """Places at which the middle of a team that gets into a formation is tried, about so many."""

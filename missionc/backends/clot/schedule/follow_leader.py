@@ -15,7 +15,7 @@ from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array, Flags
 from missionc.ir import FormationEdge
-from missionc.kernel.nodes import Atom
+from missionc.ir.kernel.nodes import Atom
 
 TURNS = 0.5
 """What a radian costs by which the leader turns where it goes on beyond its goal, against a metre too far or too near,

@@ -20,9 +20,9 @@ import numpy as np
 
 from missionc.base.trace import Array
 from missionc.ir import Formation, Graph, Predicate
+from missionc.ir.language.margins.connected import Indices, spanning_tree
+from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.pair_ranges import directed, range_of
-from missionc.language.margins.connected import Indices, spanning_tree
-from missionc.language.margins.predicate_margins import link_margin
 
 ROUNDS = 100
 """Moves at most. Each leaves less amiss in all."""

@@ -16,9 +16,9 @@ from scipy.sparse.csgraph import dijkstra
 from missionc.backends.clot.optimise.control_points import Indices
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.base.trace import Array
+from missionc.geometry.vectors import norm
 from missionc.ir import Box, Dynamics, Mission, Still
-from missionc.world.signed_distance import signed_distance
-from missionc.world.vectors import norm
+from missionc.ir.distances.signed_distance import signed_distance
 
 CELLS = 12_000
 """About so many cells has the grid."""

@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.base.trace import Array, Flags
+from missionc.geometry.displacement import displaced
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
-from missionc.world.displacement import displaced
-from missionc.world.required_separation import SpacingTable
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 CELLS = 20_000
 """The grid has at most about so many cells; where they are too wide for that, nothing is done."""

@@ -22,12 +22,12 @@ from missionc.backends.clot.schedule.geodesics import Geodesics, slowed
 from missionc.backends.point_margins import PointMargins
 from missionc.backends.speed_limits import slowness
 from missionc.base.trace import Array, Flags
+from missionc.geometry.dynamics import Indices, speeds
+from missionc.geometry.required_separation import SpacingTable
+from missionc.geometry.vectors import norm
 from missionc.ir import Mission, Predicate
-from missionc.kernel.evaluate import evaluate
-from missionc.kernel.nodes import Atom, Node
-from missionc.world.dynamics import Indices, speeds
-from missionc.world.required_separation import SpacingTable
-from missionc.world.vectors import norm
+from missionc.ir.kernel.evaluate import evaluate
+from missionc.ir.kernel.nodes import Atom, Node
 
 INSIDE = 0.3
 """Metres by which what is asked should hold where an agent goes for it, where there are such places."""

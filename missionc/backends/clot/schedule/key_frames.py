@@ -35,9 +35,9 @@ from missionc.backends.clot.schedule.tasks import Hold
 from missionc.backends.clot.schedule.visits import Appointment, Schedule, Visit
 from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Graph, Inside, Mission, Predicate
+from missionc.ir.kernel.nodes import At, Atom
+from missionc.ir.language.margins.connected import Indices
 from missionc.ir.pair_ranges import range_of
-from missionc.kernel.nodes import At, Atom
-from missionc.language.margins.connected import Indices
 
 ITERATIONS = 40
 """Iterations of one guess at one configuration."""

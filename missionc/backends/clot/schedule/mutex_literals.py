@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from missionc.backends.clot.schedule.tasks import Hold, Outline, conjuncts
 from missionc.ir import Predicate
-from missionc.kernel.nodes import Any, At, AtLeast, Atom, Node, Not
+from missionc.ir.kernel.nodes import Any, At, AtLeast, Atom, Node, Not
 
 Literal: TypeAlias = tuple[int, Predicate, bool]
 """A literal: an agent, or -1 for the team; a predicate; and whether it holds."""

@@ -32,9 +32,9 @@ from missionc.backends.clot.schedule.tasks import Event, Hold, Option
 from missionc.backends.clot.schedule.visits import Appointment, Key
 from missionc.base.trace import Array
 from missionc.ir import Compare, Flagged, Inside, Level, Mission, Predicate, Region
-from missionc.kernel.nodes import Always, At, Atom, Kernel, Node
-from missionc.kernel.walk import postorder
-from missionc.language.margins.resources import levels_along
+from missionc.ir.kernel.nodes import Always, At, Atom, Kernel, Node
+from missionc.ir.kernel.walk import postorder
+from missionc.ir.language.margins.resources import levels_along
 
 TRIES, GAPS = 60, 4
 """Schedules that are tried with stops, and places that a stop is tried at, of its agent's, the latest first."""

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from missionc.backends.clot.schedule.geodesics import Geodesics, cells_of, middles
 from missionc.base.trace import Array
+from missionc.geometry.displacement import displaced
 from missionc.ir import Mission
-from missionc.world.displacement import displaced
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 CELLS = 2_500
 """Cells of the grid, about; none is smaller than one of ``Geodesics``."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from missionc.geometry.dynamics import can_wait
 from missionc.ir import Dynamics
-from missionc.world.dynamics import can_wait
 
 ABOUT = np.pi
 """Radians by which an agent that can stand turns between two ways."""

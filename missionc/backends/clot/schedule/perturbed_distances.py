@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from missionc.backends.clot.schedule.tasks import Event
-from missionc.kernel.nodes import Node
+from missionc.ir.kernel.nodes import Node
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,12 +13,12 @@ import shapely
 
 from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, signed_predicate
 from missionc.base.trace import Array
+from missionc.geometry.required_separation import SpacingTable
+from missionc.geometry.sampling import points_in
 from missionc.ir import Ball, Beacon, Box, Compare, Disc, Intersection, Mission, Polygon, Prism, Region, Shape
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Atom, Node, Not
 from missionc.ir.predicates.features import DistanceTo
-from missionc.kernel.nodes import Atom, Node, Not
-from missionc.world.required_separation import SpacingTable
-from missionc.world.sampling import points_in
-from missionc.world.signed_distance import signed_distance
 
 SAMPLES = 256
 """Points of a place among which the deepest are looked for."""

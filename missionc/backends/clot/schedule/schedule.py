@@ -47,7 +47,7 @@ from missionc.backends.clot.schedule.timetable import (
 from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit, schedule_of
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
-from missionc.kernel.nodes import Node
+from missionc.ir.kernel.nodes import Node
 
 SHARES = 0.8, 0.95
 """The share of an agent's top speed that a sketch counts on, and that of one which would be late otherwise."""

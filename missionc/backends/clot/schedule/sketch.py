@@ -18,8 +18,8 @@ from missionc.backends.clot.schedule.pass_movers import pass_movers
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Box, Mission
-from missionc.kernel.nodes import Atom
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Atom
 
 SAME = 0.5
 """Metres by which members of a team may be elsewhere in it at the end of a way than at the beginning, and go as one."""

@@ -21,8 +21,8 @@ from math import comb, prod
 
 import numpy as np
 
-from missionc.kernel.nodes import All, Any, At, AtLeast, Kernel, Node, WindowNode
-from missionc.kernel.walk import bottom_up, children, window_of
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Kernel, Node, WindowNode
+from missionc.ir.kernel.walk import bottom_up, children, window_of
 
 MOST_OPTIONS = 256
 """Options of one task. Where there are more, these are drawn from among them, the same ones each time."""

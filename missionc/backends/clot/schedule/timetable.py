@@ -23,9 +23,9 @@ from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistanc
 from missionc.backends.clot.schedule.tasks import Option
 from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Run, Visit
 from missionc.base.trace import Array
+from missionc.geometry.dynamics import can_wait, speeds
 from missionc.ir import Mission, Predicate
-from missionc.kernel.nodes import Node
-from missionc.world.dynamics import can_wait, speeds
+from missionc.ir.kernel.nodes import Node
 
 ROUNDING = 1e-6
 """The share of a step that a time may be over a whole number of steps and count as that number."""

@@ -23,10 +23,10 @@ from missionc.backends.clot.schedule.key_frame import KeyFrame
 from missionc.backends.clot.schedule.schedule import SHARES
 from missionc.backends.clot.schedule.visits import Escort, Schedule
 from missionc.base.trace import Array
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Exactly, Inside, Mission, Region
-from missionc.kernel.nodes import Atom
-from missionc.world.required_separation import SpacingTable
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Atom
 
 ROOM = 0.3
 """Metres beside what bodies need, from a way to obstacles and between those who stand in one place."""

@@ -14,7 +14,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
 from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline
 from missionc.base.trace import Array
 from missionc.ir import Predicate, Region
-from missionc.kernel.nodes import Node
+from missionc.ir.kernel.nodes import Node
 
 Key = tuple[int, int]
 """A visit: the number of its task, -1 for none, and its own within that."""

@@ -31,8 +31,8 @@ from missionc.backends.smt.encode.lower_windows import Windows
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.kernel.analysis import same_for_all
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.analysis import same_for_all
+from missionc.ir.kernel.nodes import (
     All,
     Any,
     At,

@@ -23,8 +23,8 @@ from missionc.backends.smt.roadmap.roadmap_links import BLOCK
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array
 from missionc.ir import Graph
-from missionc.language.margins.links import places_linked
-from missionc.world.signed_distance import distance_between
+from missionc.ir.distances.signed_distance import distance_between
+from missionc.ir.language.margins.links import places_linked
 
 Way: TypeAlias = tuple[Graph, Agents]
 """Links of one range, and the agents that they lead to."""

@@ -29,8 +29,8 @@ from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir import Graph
-from missionc.kernel.nodes import All, Any, AtLeast, Atom, Is, NeighbourNode, Node, Not, ReachNode, RouteNode
-from missionc.kernel.walk import children
+from missionc.ir.kernel.nodes import All, Any, AtLeast, Atom, Is, NeighbourNode, Node, Not, ReachNode, RouteNode
+from missionc.ir.kernel.walk import children
 
 
 class OfAgents(Protocol):

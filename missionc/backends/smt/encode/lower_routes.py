@@ -15,7 +15,7 @@ from missionc.backends.smt.encode.lower_on_demand import choose, join
 from missionc.backends.smt.encode.occupancy import Agents, Define, Occupancy, Tables
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir import Graph
-from missionc.kernel.nodes import Node
+from missionc.ir.kernel.nodes import Node
 
 Ahead = Callable[[Agents, Indices, Indices], Literals]
 """What is asked of agents of a kind at cells."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, Literals
 from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.kernel.nodes import Node, UntilNode, WindowNode
+from missionc.ir.kernel.nodes import Node, UntilNode, WindowNode
 
 SHARED = 4
 """Windows share halves, quarters and so on where that saves so many times the literals."""

@@ -15,9 +15,8 @@ from dataclasses import replace
 
 from missionc.base.units import Metres
 from missionc.ir import Graph, Proximity
-from missionc.ir.pair_ranges import with_ranges
-from missionc.kernel.analysis import reads_lengths
-from missionc.kernel.nodes import (
+from missionc.ir.kernel.analysis import reads_lengths
+from missionc.ir.kernel.nodes import (
     All,
     Any,
     EveryReach,
@@ -33,8 +32,9 @@ from missionc.kernel.nodes import (
     Route,
     RouteNode,
 )
-from missionc.kernel.path_routes import as_routes, way_to
-from missionc.kernel.walk import bottom_up, children, postorder, rebuilt, same_objects
+from missionc.ir.kernel.path_routes import as_routes, way_to
+from missionc.ir.kernel.walk import bottom_up, children, postorder, rebuilt, same_objects
+from missionc.ir.pair_ranges import with_ranges
 
 Rewrite = Callable[[Node, tuple[Node, ...]], Node]
 """A formula over the rewritten ones below it."""

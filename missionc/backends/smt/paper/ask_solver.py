@@ -20,7 +20,7 @@ from missionc.backends.smt.sat.solve import OUT_OF_MEMORY, Stopped, package_fold
 from missionc.backends.smt.sat.solver_process import Process
 from missionc.backends.smt.sat.wait_for_process import wait
 from missionc.ir import Graph
-from missionc.language.margins.links import places_linked
+from missionc.ir.language.margins.links import places_linked
 
 WORKER = Path(__file__).with_name("worker.py")
 

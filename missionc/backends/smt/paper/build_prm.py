@@ -17,10 +17,10 @@ from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground
 from missionc.backends.smt.roadmap.unroll import unroll
 from missionc.base.trace import Array
+from missionc.geometry.dynamics import States, steer
+from missionc.geometry.sampling import bounds
 from missionc.ir import Agent, Anywhere, Exactly, Mission
-from missionc.world.dynamics import States, steer
-from missionc.world.sampling import bounds
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 STATES, NEIGHBOURS = 110, 10
 """P, as many as Table 2 has nodes; and k, which the paper does not print. ``nodes`` and ``neighbors`` of a mission

@@ -6,11 +6,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.geometry.clearance import Motions
+from missionc.geometry.dynamics import States, motion_of
+from missionc.geometry.relative_motion import closest_approach
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
-from missionc.world.clearance import Motions
-from missionc.world.dynamics import States, motion_of
-from missionc.world.relative_motion import closest_approach
-from missionc.world.required_separation import SpacingTable
 
 
 def colliding_moves(mission: Mission, one: Roadmap, other: Roadmap) -> Indices:

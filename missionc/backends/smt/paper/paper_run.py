@@ -32,7 +32,7 @@ from missionc.backends.smt.sat.solve import Stopped
 from missionc.base.memory import left
 from missionc.base.solved import Solved
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 
 def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart: bool = False) -> Outcome:

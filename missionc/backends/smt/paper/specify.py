@@ -19,7 +19,7 @@ from typing import Any, TypeAlias, assert_never
 from missionc import ir
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Roadmap
-from missionc.language.walk_formulas import bottom_up
+from missionc.ir.language.walk_formulas import bottom_up
 
 Term: TypeAlias = list[Any]
 """A formula in JSON: the word of an operator, then the numbers of the formulas below it and its bounds."""

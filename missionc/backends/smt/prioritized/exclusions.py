@@ -19,9 +19,9 @@ from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
-from missionc.kernel.conjuncts import Conjunct
-from missionc.kernel.nodes import All, Any, At, AtLeast, Node
-from missionc.kernel.walk import children, postorder, rebuilt
+from missionc.ir.kernel.conjuncts import Conjunct
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Node
+from missionc.ir.kernel.walk import children, postorder, rebuilt
 
 ELSEWHERE = 0.5
 """What holds of an agent in this share of its states or more asks it to keep away, and not to be there."""

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from missionc.kernel.nodes import All, Any, At, AtLeast, Eventually, Node, Until
-from missionc.kernel.walk import children, rebuilt, same_objects
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Eventually, Node, Until
+from missionc.ir.kernel.walk import children, rebuilt, same_objects
 
 FIRST = 16
 """Steps that the first windows are long at most; each time twice as many."""

@@ -29,7 +29,7 @@ from missionc.backends.smt.prioritized.single_agent_search import HASTE
 from missionc.backends.smt.prioritized.single_agent_sweep import FAR, Mover
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Flags
-from missionc.world.relative_motion import closest_approach
+from missionc.geometry.relative_motion import closest_approach
 
 EDGES = 12_000_000
 """Joint moves of the untimed product, of which there may be no more."""

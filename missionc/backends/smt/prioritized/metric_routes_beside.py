@@ -11,10 +11,10 @@ from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.trace import Flags, Trace
-from missionc.kernel.analysis import reads_lengths, steps_ahead
-from missionc.kernel.nodes import At, Atom, Node
-from missionc.kernel.walk import postorder
-from missionc.monitoring.monitor import truths
+from missionc.ir.kernel.analysis import reads_lengths, steps_ahead
+from missionc.ir.kernel.nodes import At, Atom, Node
+from missionc.ir.kernel.walk import postorder
+from missionc.verification.monitoring.monitor import truths
 
 AWAY = 1e12
 """Metres from each other, and from the world, of agents that are not settled: no link is so long."""

@@ -25,9 +25,9 @@ from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.base.trace import Array, Flags
 from missionc.ir import Compare, Flag, Flagged, Level, Predicate, Resource
-from missionc.kernel.nodes import Atom, Node, Not
-from missionc.language.margins.predicate_margins import holds, of_states
-from missionc.language.margins.resources import changes, within
+from missionc.ir.kernel.nodes import Atom, Node, Not
+from missionc.ir.language.margins.predicate_margins import holds, of_states
+from missionc.ir.language.margins.resources import changes, within
 
 BUCKETS = 48
 """Levels told apart of each resource, from nothing to its capacity: of ways that differ by less not all are kept."""

@@ -16,8 +16,8 @@ from missionc.backends.smt.prioritized.requirement_parts import NOBODY, Agents, 
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Array, Flags
-from missionc.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode
-from missionc.kernel.walk import awaited, children, postorder
+from missionc.ir.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode
+from missionc.ir.kernel.walk import awaited, children, postorder
 
 FEW = 16
 """What can be reached in so many moves is looked at first, then in twice as many, until something asked for is among

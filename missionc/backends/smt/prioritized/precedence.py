@@ -14,9 +14,9 @@ from dataclasses import replace
 
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
 from missionc.backends.smt.prioritized.requirement_parts import named_agents, throughout
-from missionc.kernel.conjuncts import Conjunct, conjuncts
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Goal, Kernel, Node, Until
-from missionc.kernel.walk import children, rebuilt, same_objects
+from missionc.ir.kernel.conjuncts import Conjunct, conjuncts
+from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Goal, Kernel, Node, Until
+from missionc.ir.kernel.walk import children, rebuilt, same_objects
 
 AMPLE, SPARE = 1.25, 2
 """What is waited for may take so many times the steps that it takes at least, and so many more."""

@@ -24,7 +24,7 @@ from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.base.trace import Trace
 from missionc.ir import Objective
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 SAME = 1e-6
 """Metres: so little makes no plan shorter."""

@@ -38,9 +38,9 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.shorten_paths import shorten_paths
 from missionc.base.solved import SEARCH, solved_by
 from missionc.base.trace import Trace
-from missionc.kernel.nodes import All, Goal
-from missionc.monitoring.evaluate import Evaluation
-from missionc.monitoring.logic import TRUTH
+from missionc.ir.kernel.nodes import All, Goal
+from missionc.verification.monitoring.evaluate import Evaluation
+from missionc.verification.monitoring.logic import TRUTH
 
 TOGETHER = 8
 """So many agents are planned in one turn, unless more belong together."""

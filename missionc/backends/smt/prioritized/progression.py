@@ -18,8 +18,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from missionc.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
-from missionc.kernel.walk import window_of
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
+from missionc.ir.kernel.walk import window_of
 
 
 class TooComplex(ValueError):

@@ -22,8 +22,8 @@ from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.base.trace import Flags
 from missionc.base.units import Steps
 from missionc.ir import Mission
-from missionc.kernel.analysis import steps_ahead
-from missionc.kernel.nodes import Node
+from missionc.ir.kernel.analysis import steps_ahead
+from missionc.ir.kernel.nodes import Node
 
 SHORTER = 2
 """So many times as many steps has a mission at least for a part of them to be looked at alone."""

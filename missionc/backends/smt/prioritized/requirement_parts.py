@@ -16,10 +16,10 @@ from missionc.backends.smt.prioritized.exclusions import Exclusion
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
-from missionc.kernel.analysis import helped_by_more
-from missionc.kernel.conjuncts import conjuncts
-from missionc.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Kernel, Node
-from missionc.kernel.walk import bottom_up, postorder, rebuilt
+from missionc.ir.kernel.analysis import helped_by_more
+from missionc.ir.kernel.conjuncts import conjuncts
+from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Kernel, Node
+from missionc.ir.kernel.walk import bottom_up, postorder, rebuilt
 
 Agents = frozenset[int]
 NOBODY: Agents = frozenset()

@@ -14,10 +14,10 @@ from missionc.backends.smt.refine.collisions import each_step, kinematics, metri
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.backends.smt.shorten.minimize_distance import travelled
 from missionc.base.trace import Array, Flags
+from missionc.geometry.dynamics import States, motion_of
+from missionc.geometry.relative_motion import closest_approach
+from missionc.geometry.vectors import norm
 from missionc.ir import Mission
-from missionc.world.dynamics import States, motion_of
-from missionc.world.relative_motion import closest_approach
-from missionc.world.vectors import norm
 
 FIXED = 1 << 17
 """Whoever cannot be moved weighs so much: more than all who can be moved together."""

@@ -48,7 +48,7 @@ from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.work import MOVE_STEP
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import Kernel, Node
+from missionc.ir.kernel.nodes import Kernel, Node
 
 IN_VAIN = 3
 """After so many agents one after the other that found no way by themselves, some are planned together."""

@@ -20,8 +20,8 @@ from missionc.backends.smt.encode.lower import deep
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.trace import Flags
 from missionc.ir import Predicate
-from missionc.kernel.evaluate import Domain, evaluate
-from missionc.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.ir.kernel.evaluate import Domain, evaluate
+from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 
 STEPS = 5_000
 """After sweeping over so many steps the rest is taken to be possible: a window at every step of a window costs many."""

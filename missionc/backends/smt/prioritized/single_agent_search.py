@@ -42,10 +42,10 @@ from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Flags
-from missionc.kernel.analysis import helped_by_more
-from missionc.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
-from missionc.kernel.walk import children, postorder, window_of
-from missionc.language.margins.predicate_margins import holds, of_pair
+from missionc.ir.kernel.analysis import helped_by_more
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
+from missionc.ir.kernel.walk import children, postorder, window_of
+from missionc.ir.language.margins.predicate_margins import holds, of_pair
 
 HASTE = 0.25
 """A step counts as so much of the longest move while there is somewhere to go: who waits, waits where it is done."""

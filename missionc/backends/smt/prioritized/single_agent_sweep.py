@@ -30,8 +30,8 @@ from missionc.backends.smt.prioritized.reservations import ReservationTable
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array, Flags
-from missionc.kernel.nodes import AtLeast, Node
-from missionc.kernel.walk import children, window_of
+from missionc.ir.kernel.nodes import AtLeast, Node
+from missionc.ir.kernel.walk import children, window_of
 
 PUSH = 8.0
 """To come too near one who can be moved counts as so many of the longest moves."""

@@ -15,10 +15,10 @@ from missionc.backends.smt.encode.clauses import FALSE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion, add_at_most_one
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array
+from missionc.geometry.dynamics import States, motion_of
+from missionc.geometry.relative_motion import closest_approach
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
-from missionc.world.dynamics import States, motion_of
-from missionc.world.relative_motion import closest_approach
-from missionc.world.required_separation import SpacingTable
 
 CUSHION = 1e-6
 """Metres that agents keep beyond what they must, so that no rounding makes them touch."""

@@ -20,7 +20,7 @@ from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.work import CLAUSE
 from missionc.base.trace import Flags
 from missionc.ir import Mission
-from missionc.kernel.nodes import Goal
+from missionc.ir.kernel.nodes import Goal
 
 LINKS = 8
 """Routes are first given at most so many links; all they may have only where that finds nothing."""

@@ -25,7 +25,7 @@ from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
-from missionc.world.dynamics import States, can_wait, speeds, steer, turn_in_step
+from missionc.geometry.dynamics import States, can_wait, speeds, steer, turn_in_step
 
 Indices = NDArray[np.int64]
 

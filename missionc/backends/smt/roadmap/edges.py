@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.base.trace import Array, Flags
+from missionc.geometry.clearance import Motions, clear_motions, clear_of
+from missionc.geometry.dynamics import States, motion_of, path_between
 from missionc.ir import Dynamics
-from missionc.world.clearance import Motions, clear_motions, clear_of
-from missionc.world.dynamics import States, motion_of, path_between
 
 Indices = NDArray[np.int64]
 

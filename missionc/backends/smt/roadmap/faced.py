@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.world.vectors import norm
+from missionc.geometry.vectors import norm
 
 STILL = 1e-9
 """Metres: who moves less within a step keeps facing where it faced."""

@@ -28,13 +28,13 @@ from missionc.backends.smt.roadmap.shortest_ways import left_at, on_shortest_way
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.roadmap.visibility_graph import Visibility
 from missionc.base.trace import Array
+from missionc.geometry.clearance import clear_of, solids
+from missionc.geometry.dynamics import States, steer
+from missionc.geometry.sampling import points_in, scatter
 from missionc.ir import Ball, Inside, Predicate, Still
-from missionc.kernel.analysis import agents_asked, linked_by
-from missionc.kernel.nodes import Atom, Kernel, Not
-from missionc.language.margins.predicate_margins import of_states
-from missionc.world.clearance import clear_of, solids
-from missionc.world.dynamics import States, steer
-from missionc.world.sampling import points_in, scatter
+from missionc.ir.kernel.analysis import agents_asked, linked_by
+from missionc.ir.kernel.nodes import Atom, Kernel, Not
+from missionc.ir.language.margins.predicate_margins import of_states
 
 Indices = NDArray[np.int64]
 

@@ -13,9 +13,9 @@ from missionc.backends.smt.roadmap.connect import connect
 from missionc.backends.smt.roadmap.edges import Edges
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.base.trace import Array
-from missionc.world.clearance import clear_of
-from missionc.world.dynamics import States, speeds
-from missionc.world.sampling import far_apart
+from missionc.geometry.clearance import clear_of
+from missionc.geometry.dynamics import States, speeds
+from missionc.geometry.sampling import far_apart
 
 Indices = NDArray[np.int64]
 

@@ -12,7 +12,7 @@ from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.roadmap.unique_rows import Indices, distinct
 from missionc.base.trace import Array, Flags
 from missionc.ir import Mission, Predicate
-from missionc.language.margins.predicate_margins import holds, of_pair, of_states
+from missionc.ir.language.margins.predicate_margins import holds, of_pair, of_states
 
 OwnState: TypeAlias = "tuple[Array, Array, Array | None]"
 """Positions and velocities, (..., dim) each, and headings, (...), where those are asked for."""

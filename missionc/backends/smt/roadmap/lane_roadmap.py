@@ -14,11 +14,11 @@ import numpy as np
 from missionc.backends.smt.roadmap.edges import Edges, are_clear
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap
 from missionc.base.trace import Array
+from missionc.geometry.dynamics import SLACK, States, can_wait, steer, turn_in_step
+from missionc.geometry.lane_room import SAME, joined_to, positions
+from missionc.geometry.straight_runs import straight_runs
 from missionc.ir import Exactly, Lanes
-from missionc.world.dynamics import SLACK, States, can_wait, steer, turn_in_step
-from missionc.world.flyable_steps import BETWEEN_RESTS, flown_way, step_limits
-from missionc.world.lane_room import SAME, joined_to, positions
-from missionc.world.straight_runs import straight_runs
+from missionc.ir.lower.flyable_steps import BETWEEN_RESTS, flown_way, step_limits
 
 PEAK = 1.5
 """From rest to rest by the least effort, the fastest moment has so many times the mean speed."""

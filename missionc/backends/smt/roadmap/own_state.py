@@ -9,8 +9,8 @@ import numpy as np
 
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.trace import Flags
-from missionc.kernel.nodes import All, Any, Atom, Is, Node, Not
-from missionc.kernel.walk import children
+from missionc.ir.kernel.nodes import All, Any, Atom, Is, Node, Not
+from missionc.ir.kernel.walk import children
 
 
 def own_states(order: Iterable[Node], labels: Labels) -> set[Node]:

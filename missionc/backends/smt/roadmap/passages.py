@@ -20,9 +20,9 @@ import shapely
 
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.base.trace import Array
+from missionc.geometry.clearance import Solid
+from missionc.geometry.sampling import far_apart
 from missionc.ir import Ball
-from missionc.world.clearance import Solid
-from missionc.world.sampling import far_apart
 
 BRIDGES = 4096
 """Bridges that are tried, about."""

@@ -23,12 +23,12 @@ from missionc.backends.smt.roadmap.slow_paths import always_slow, slow_paths
 from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
+from missionc.geometry.clearance import Motions, clear_of_movers, clear_places
+from missionc.geometry.dynamics import States, motion_of
 from missionc.ir import Agent, Anywhere, Beacon, Exactly, Facing, Lanes, Mission, Place
-from missionc.kernel.nodes import Atom, Kernel
-from missionc.kernel.walk import postorder
-from missionc.world.clearance import Motions, clear_of_movers, clear_places
-from missionc.world.dynamics import States, motion_of
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Atom, Kernel
+from missionc.ir.kernel.walk import postorder
 
 __all__ = ["NoRoadmap", "Roadmap", "build_geodesic_roadmaps", "build_lane_roadmaps", "build_roadmaps", "whole_moves"]
 

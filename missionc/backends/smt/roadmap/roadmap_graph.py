@@ -9,10 +9,10 @@ from missionc.backends.smt.roadmap.edges import paths
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap
 from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
 from missionc.base.trace import Flags
+from missionc.geometry.dynamics import States
 from missionc.ir import Mission
-from missionc.kernel.nodes import Kernel
-from missionc.world.dynamics import States
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.kernel.nodes import Kernel
 
 
 def first_graphs(mission: Mission, kernel: Kernel, seed: int) -> tuple[RoadmapGraph, ...] | NoRoadmap:

@@ -20,7 +20,7 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
-from missionc.language.margins.links import places_linked
+from missionc.ir.language.margins.links import places_linked
 
 BLOCK = 1 << 20
 """How many pairs of places are looked at at once."""

@@ -18,10 +18,10 @@ from scipy.spatial.distance import pdist
 
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array, Flags
+from missionc.geometry.clearance import ROUNDING, Solid, clear_of, clear_places, standing_solids
+from missionc.geometry.sampling import far_apart, packed, points_in, scatter
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region, Vector
-from missionc.world.clearance import ROUNDING, Solid, clear_of, clear_places, standing_solids
-from missionc.world.sampling import far_apart, packed, points_in, scatter
-from missionc.world.signed_distance import signed_distance
+from missionc.ir.distances.signed_distance import signed_distance
 
 COVER = 3
 """Nodes in every region, the deepest place met among them."""

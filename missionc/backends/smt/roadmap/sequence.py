@@ -19,10 +19,10 @@ from missionc.backends.smt.roadmap.roadmap import (
     build_lane_roadmaps,
     build_roadmaps,
 )
+from missionc.geometry.dynamics import can_wait
 from missionc.ir import Mission
-from missionc.kernel.nodes import Atom, Kernel, NeighbourNode, PathLength, ReachNode, RouteNode
-from missionc.kernel.walk import postorder
-from missionc.world.dynamics import can_wait
+from missionc.ir.kernel.nodes import Atom, Kernel, NeighbourNode, PathLength, ReachNode, RouteNode
+from missionc.ir.kernel.walk import postorder
 
 NODES, NEIGHBOURS = 110, 6
 """What ``solve with smt { nodes = …, neighbors = … }`` are unless said. [strel] Table 2."""

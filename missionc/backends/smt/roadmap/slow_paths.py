@@ -18,10 +18,10 @@ from missionc.backends.smt.roadmap.edges import Edges
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.backends.speed_limits import slowness
 from missionc.base.trace import Array
-from missionc.kernel.conjuncts import conjuncts
-from missionc.kernel.nodes import Atom, Kernel, Node
-from missionc.kernel.walk import postorder
-from missionc.world.dynamics import States, speeds, turn_in_step
+from missionc.geometry.dynamics import States, speeds, turn_in_step
+from missionc.ir.kernel.conjuncts import conjuncts
+from missionc.ir.kernel.nodes import Atom, Kernel, Node
+from missionc.ir.kernel.walk import postorder
 
 FINE = 8
 """Places of an edge at which it is looked how fast one may be there, to a step at top speed."""

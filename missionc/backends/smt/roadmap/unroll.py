@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from missionc.backends.smt.roadmap.edges import Edges, paths
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array, Flags
+from missionc.geometry.dynamics import States, can_wait, headings_along, turn_in_step
 from missionc.ir import Beacon, Dynamics
-from missionc.world.dynamics import States, can_wait, headings_along, turn_in_step
 
 Indices = NDArray[np.int64]
 

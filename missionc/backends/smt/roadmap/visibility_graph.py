@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.base.trace import Array, Flags
-from missionc.world.clearance import clear_of
+from missionc.geometry.clearance import clear_of
 
 Indices = NDArray[np.int64]
 

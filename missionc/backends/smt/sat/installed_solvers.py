@@ -6,8 +6,8 @@ from importlib.util import find_spec
 
 from missionc.backends.options import Options
 from missionc.backends.smt.sat.solve import SOLVERS
-from missionc.diagnostics.code import EXTRA_MISSING
-from missionc.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.base.diagnostics.model import Diagnostic
 
 
 def solver_missing(options: Options) -> Diagnostic | None:

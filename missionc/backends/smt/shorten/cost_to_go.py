@@ -18,9 +18,9 @@ import numpy as np
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Array, Flags
-from missionc.kernel.conjuncts import conjuncts
-from missionc.kernel.nodes import Any, Node
-from missionc.kernel.walk import awaited
+from missionc.ir.kernel.conjuncts import conjuncts
+from missionc.ir.kernel.nodes import Any, Node
+from missionc.ir.kernel.walk import awaited
 
 VISITS = 3
 """Visits of an agent; the phases are twice as many with each. What it must visit besides is not counted."""

@@ -9,9 +9,9 @@ from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Mission, Predicate
-from missionc.kernel.analysis import about_whom, linked_by, reads_lengths, steps_ahead
-from missionc.kernel.nodes import Atom, Node
-from missionc.kernel.walk import postorder
+from missionc.ir.kernel.analysis import about_whom, linked_by, reads_lengths, steps_ahead
+from missionc.ir.kernel.nodes import Atom, Node
+from missionc.ir.kernel.walk import postorder
 
 
 @dataclass(slots=True)

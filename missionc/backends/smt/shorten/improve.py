@@ -15,7 +15,7 @@ from missionc.backends.smt.shorten.minimize_distance import shorten_distance
 from missionc.backends.smt.shorten.minimize_duration import duration, shorten_duration
 from missionc.backends.smt.shorten.shorten_paths import shorten_paths
 from missionc.ir import Objective
-from missionc.kernel.nodes import Kernel
+from missionc.ir.kernel.nodes import Kernel
 
 
 def improve(

@@ -24,9 +24,9 @@ from missionc.backends.smt.shorten.cost_to_go import CostToGo, cost_to_go, disju
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.backends.smt.shorten.unary_totalizer import add_totalizer
 from missionc.base.trace import Array
+from missionc.geometry.dynamics import States, motion_of
+from missionc.geometry.vectors import norm
 from missionc.ir import Mission
-from missionc.world.dynamics import States, motion_of
-from missionc.world.vectors import norm
 
 UNITS = (48, 192)
 """What the excess of the plan at hand is divided into, at first and then; the clauses grow with the square."""

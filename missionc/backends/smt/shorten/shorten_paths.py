@@ -18,8 +18,8 @@ from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.backends.smt.shorten.slack import EvaluatedMotion, slack
 from missionc.backends.smt.shorten.time_expanded_path import JointPaths
 from missionc.ir import Mission
-from missionc.kernel.analysis import remembering
-from missionc.kernel.nodes import Node
+from missionc.ir.kernel.analysis import remembering
+from missionc.ir.kernel.nodes import Node
 
 ROUNDS = 4
 """So many times each agent is asked at most."""

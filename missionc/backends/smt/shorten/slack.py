@@ -19,10 +19,10 @@ from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.base.trace import Flags, Trace
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
+from missionc.ir.language.margins.links import are_linked
 from missionc.ir.pair_ranges import directed
-from missionc.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
-from missionc.language.margins.links import are_linked
-from missionc.monitoring.monitor import truths
+from missionc.verification.monitoring.monitor import truths
 
 
 @dataclass(frozen=True, slots=True, eq=False)

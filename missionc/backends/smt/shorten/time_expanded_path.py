@@ -9,9 +9,9 @@ from missionc.backends.smt.refine.collisions import each_step, kinematics, metri
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.shorten.minimize_distance import move_lengths
 from missionc.base.trace import Array, Flags
+from missionc.geometry.dynamics import States, motion_of
+from missionc.geometry.relative_motion import closest_approach
 from missionc.ir import Mission
-from missionc.world.dynamics import States, motion_of
-from missionc.world.relative_motion import closest_approach
 
 RESTLESS = 1e-6
 """Metres that a step in motion counts more than it is long, or up to twice as many."""

@@ -1,0 +1,263 @@
+"""Choice of a backend: the mission's features are within those that the backend offers.
+
+    in   Mission, and a backend by name where the command line gives one
+    out  Choice
+    says MC401 MC402
+
+Tables of names only: nothing here loads a solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import assert_never
+
+from missionc.backends.features import Feature
+from missionc.backends.offers import AUTO, OFFERS
+from missionc.base.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.frontend.syntax.ast import Metric
+from missionc.ir import Apply, Flagged, Formula, Holds, Length, Mission, Objective, Still
+from missionc.ir.language.walk_formulas import asks_the_past, bottom_up, formulas, operator_words
+from missionc.ir.wording import listed
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """A feature, and the words that need it."""
+
+    feature: Feature
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The backends that can express the mission and are to plan it, in the order of their turns.
+
+    ``explanation`` says why these and why none of the others.
+    """
+
+    engines: tuple[str, ...]
+    explanation: str
+
+    @property
+    def backend(self) -> str:
+        """The first of them."""
+        return self.engines[0]
+
+
+def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None, list[Diagnostic]]:
+    """The backend that the mission or the command line names, or else all that offer what it needs."""
+    wanted = forced or mission.solve.backend
+    required = needs(mission)
+    able = [name for name, offer in OFFERS.items() if all(need.feature in offer.features for need in required)]
+    if wanted == AUTO and not able:
+        return None, [_none_can(mission, required)]
+    if wanted != AUTO and wanted not in able:
+        return None, [_cannot(mission, wanted, able, need) for need in _missing(wanted, required)]
+    chosen = _in_order(able, required) if wanted == AUTO else (wanted,)
+    return Choice(chosen, _explain(mission, forced, chosen, required)), []
+
+
+def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
+    """Who takes the first turn, and who the next: those first that a feature is best given to, who repeats one last."""
+    asked = {need.feature for need in required}
+    return tuple(sorted(able, key=lambda name: (OFFERS[name].repeats in able, OFFERS[name].leads.isdisjoint(asked))))
+
+
+def needs(mission: Mission) -> tuple[Need, ...]:
+    """Each feature the mission uses, once, at the first words that need it."""
+    return _once((*_of_world(mission), *_of_goals(mission), *_of_objective(mission), *_of_solve(mission)))
+
+
+def needs_of(formula: Formula) -> tuple[Need, ...]:
+    """Each feature that one formula uses, once, at the first words that need it."""
+    return _once(_of_formulas(bottom_up([formula])))
+
+
+def _once(required: Iterable[Need]) -> tuple[Need, ...]:
+    first: dict[Feature, Need] = {}
+    for need in required:
+        first.setdefault(need.feature, need)
+    return tuple(sorted(first.values(), key=lambda need: need.span.start))
+
+
+def _of_world(mission: Mission) -> Iterator[Need]:
+    if mission.dimension == 3:
+        yield Need(Feature.VOLUME, mission.world.span)
+    for obstacle in mission.obstacles:
+        if not isinstance(obstacle.motion, Still):
+            yield Need(Feature.MOVING_OBSTACLE, obstacle.span)
+        if obstacle.growth:
+            yield Need(Feature.UNCERTAIN_OBSTACLE, obstacle.span)
+    for tolerance in mission.tolerances:
+        yield Need(Feature.DELAY, tolerance.span)
+    for agent in mission.agents:
+        if agent.dynamics.has_momentum:
+            yield Need(Feature.SECOND_ORDER, agent.span)
+        if agent.dynamics.lowest_speed > 0:
+            yield Need(Feature.LEAST_SPEED, agent.span)
+        if agent.dynamics.faces_ahead:
+            yield Need(Feature.UNICYCLE, agent.span)
+
+
+def _of_goals(mission: Mission) -> Iterator[Need]:
+    yield from _of_formulas(formulas(mission))
+    for preference in mission.preferences:
+        yield Need(Feature.PREFER, preference.span)
+
+
+def _of_formulas(all_of_them: Iterable[Formula]) -> list[Need]:
+    """In the order of the formulas in the text."""
+    needs = [(formula.span.start, need) for formula in all_of_them for need in _of_formula(formula)]
+    return [need for _, need in sorted(needs, key=lambda pair: pair[0])]
+
+
+def _of_formula(formula: Formula) -> Iterator[Need]:
+    match formula:
+        case Apply(bounds=Length(metric=Metric.HOPS | Metric.WEIGHT)):
+            yield Need(Feature.HOPS, operator_words(formula))
+        case Apply(bounds=Length()):
+            yield Need(Feature.METRIC_LENGTH, operator_words(formula))
+            if past := next(filter(asks_the_past, bottom_up(formula.operands)), None):
+                yield Need(Feature.PAST_BELOW_METRES, operator_words(past))
+        case Holds(predicate, span):
+            if predicate.graph:
+                yield Need(Feature.CONNECTED, span)
+            if predicate.reads_past:
+                yield Need(Feature.FLAG if isinstance(predicate, Flagged) else Feature.RESOURCE, span)
+            if predicate.reads_heading:
+                yield Need(Feature.HEADING, span)
+            if predicate.formation:
+                yield Need(Feature.TOTAL_TOLERANCE if predicate.formation.total else Feature.FORMATION, span)
+        case _:
+            return
+
+
+def _of_objective(mission: Mission) -> Iterator[Need]:
+    span = mission.objective_span or mission.span
+    match mission.objective:
+        case Objective.DISTANCE:
+            yield Need(Feature.DISTANCE, span)
+        case Objective.DURATION:
+            yield Need(Feature.RESTLESS_DURATION if _restless(mission) else Feature.DURATION, span)
+        case Objective.ENERGY:
+            yield Need(Feature.ENERGY, span)
+        case Objective.NONE:
+            return
+        case _:
+            assert_never(mission.objective)
+
+
+def _of_solve(mission: Mission) -> Iterator[Need]:
+    if mission.solve.roadmap is not None:
+        yield Need(Feature.LANES, mission.solve.roadmap.span)
+
+
+def _restless(mission: Mission) -> list[str]:
+    """The teams whose agents never stand still."""
+    moving = [agent.team for agent in mission.agents if agent.dynamics.lowest_speed > 0]
+    return list(dict.fromkeys(moving))
+
+
+def _missing(name: str, required: tuple[Need, ...]) -> list[Need]:
+    offered = OFFERS[name].features if name in OFFERS else frozenset()
+    return [need for need in required if need.feature not in offered]
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _cannot(mission: Mission, wanted: str, able: list[str], need: Need) -> Diagnostic:
+    restless = need.feature is Feature.RESTLESS_DURATION
+    labels = (
+        ()
+        if mission.solve.span is None or mission.solve.backend != wanted
+        else (Label(mission.solve.span, f"`{wanted}` is chosen here"),)
+    )
+    return Diagnostic(
+        CANNOT_EXPRESS,
+        f"the backend `{wanted}` cannot express {need.feature.value}",
+        Label(need.span),
+        labels,
+        (_who_cannot_wait(mission),) if restless else (),
+        _allow_waiting(mission) if restless else _change(able),
+    )
+
+
+def _change(able: list[str]) -> str:
+    if not able:
+        return "leave this out; no single backend can express all the mission asks"
+    choices = " or ".join(f"`{name}`" for name in able)
+    return f"write `solve with auto`, or choose {choices}, which can"
+
+
+def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
+    """One label for each construct in the way, with the backends it rules out."""
+    ruled = [
+        (need, [name for name, offer in OFFERS.items() if need.feature not in offer.features]) for need in required
+    ]
+    labels = [
+        Label(need.span, f"{need.feature.value} rules out {listed([f'`{name}`' for name in names])}")
+        for need, names in sorted(ruled, key=lambda each: -len(each[1]))
+        if names
+    ]
+    restless = any(need.feature is Feature.RESTLESS_DURATION for need in required)
+    return Diagnostic(
+        NO_BACKEND,
+        "no backend can express all this mission asks",
+        labels[0],
+        tuple(labels[1:]),
+        (_who_cannot_wait(mission),) if restless else (),
+        _allow_waiting(mission) if restless else "leave one of these out",
+    )
+
+
+def _who_cannot_wait(mission: Mission) -> str:
+    names = ", ".join(f"`{name}`" for name in _restless(mission))
+    return f"{names} moves at every step, so every plan lasts the whole horizon"
+
+
+def _allow_waiting(mission: Mission) -> str:
+    return f"let `{_restless(mission)[0]}` wait (`speed 0..`), or write `minimize distance`"
+
+
+def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], required: tuple[Need, ...]) -> str:
+    """The text of ``--emit backend``."""
+    by_need = (forced or mission.solve.backend) == AUTO
+    if forced and not by_need:
+        why = "the command line says so"
+    elif not by_need:
+        why = f"the mission says so{_where(mission.solve.span)}"
+    elif len(chosen) > 1:
+        why = "each of them offers all the mission needs: they take turns, and the first plan counts"
+    else:
+        why = "it offers all the mission needs"
+    lines = [f"backend{'s' if len(chosen) > 1 else ''}: {', '.join(chosen)}", f"because {why}"]
+    for name in OFFERS:
+        if name not in chosen:
+            lines.extend(_not_taken(name, required, chosen))
+    lines.append("the mission needs:" if required else "the mission needs nothing special")
+    lines.extend(f"  {need.feature.value}{_where(need.span)}" for need in required)
+    return "\n".join(lines) + "\n"
+
+
+def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...]) -> Iterator[str]:
+    missing = _missing(name, required)
+    if not missing:
+        yield f"not {name}: it could; {chosen[0]} is asked for"
+        return
+    yield f"not {name}: it cannot express"
+    for need in missing:
+        yield f"  {need.feature.value}{_where(need.span)}"
+
+
+def _where(span: Span | None) -> str:
+    """`` (line 18: `reach[hops 0..2 on radio]`)``"""
+    if span is None:
+        return ""
+    words = " ".join(span.text.split())
+    line, _ = span.source.place(span.start)
+    return f" (line {line}: `{words if len(words) <= 60 else words[:59] + '…'}`)"

@@ -1,0 +1,79 @@
+"""Defects of the compiler as findings: an error that no stage foresaw, and where it happened.
+
+says MC602 MC603 MC613 MC901
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from missionc.base.diagnostics.code import IMPROVEMENT_FAILED, INTERNAL, OUT_OF_MEMORY, OUT_OF_TIME
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.memory import exhausted
+from missionc.base.supervision import Cause, Ended
+
+KEPT = "the result was complete before this step, and is unchanged"
+MORE = "MISSIONC_TRACEBACK=1 shows more"
+
+
+def defect(error: Exception) -> Diagnostic:
+    """Report an error that ends a command."""
+    return Diagnostic(
+        INTERNAL,
+        f"a defect of the compiler: {_named(error)}",
+        None,
+        notes=(str(error)[:200],) if str(error) else (),
+        help=f"report it with the mission, the command and `missionc --version`; {MORE}",
+    )
+
+
+def improvement_failed(step: str, error: Exception) -> Diagnostic:
+    """Report an error in a step that follows the answer of a command, a verified plan or a refusal.
+
+    Args:
+        step: the subject of a sentence.
+    """
+    memory = exhausted(error)
+    why = "memory ran out" if memory else f"a defect of the compiler: {_named(error)}"
+    return Diagnostic(
+        IMPROVEMENT_FAILED,
+        f"{step} failed: {why}",
+        None,
+        notes=(KEPT,),
+        help="allow more with `--memory-limit`"
+        if memory
+        else "use the result, and report the defect with the mission, the command and `missionc --version`",
+    )
+
+
+def cut_off(ended: Ended) -> Diagnostic:
+    """Report the end of the process that did the work, which its parent or the system ended."""
+    code, why, help_ = {
+        Cause.TIME: (OUT_OF_TIME, "the time limit came first, in", "allow more with `--time-limit`"),
+        Cause.MEMORY: (OUT_OF_MEMORY, "the memory limit came first, in", "make the mission smaller"),
+        Cause.CRASH: (INTERNAL, f"a defect of the compiler: signal {ended.status} in", "report it with the mission"),
+    }[ended.cause or Cause.CRASH]
+    why += " a library call that cannot be interrupted"
+    if ended.kept:
+        return Diagnostic(IMPROVEMENT_FAILED, f"improving the plan failed: {why}", None, notes=(KEPT,), help=help_)
+    return Diagnostic(code, why if code is INTERNAL else f"undecided: {why}", None, help=help_)
+
+
+def later_not_written(wrong: Diagnostic) -> Diagnostic:
+    """Report that a better plan could not replace the verified one in the folder."""
+    return Diagnostic(
+        IMPROVEMENT_FAILED,
+        f"a better plan was found, and could not be written: {wrong.message}",
+        None,
+        notes=(*wrong.notes, "the folder holds the verified plan from before"),
+        help="make room, or name another folder with `-o`",
+    )
+
+
+def _named(error: Exception) -> str:
+    """The kind of an error and the line that raised it: ``ZeroDivisionError at check_world.py:42``."""
+    place = error.__traceback__
+    while place and place.tb_next:
+        place = place.tb_next
+    where = f"{Path(place.tb_frame.f_code.co_filename).name}:{place.tb_lineno}" if place else "nowhere"
+    return f"{type(error).__name__} at {where}"

@@ -1,0 +1,157 @@
+"""Comparison of the options of a mission: a plan's options and orders are forbidden in turn, and the best plan is kept.
+
+    in   a plan, of a backend that chose among options before it planned
+    out  the same plan or a better one; its notes say what the others come to
+
+What cannot be better by a lower bound is not planned. The work is bounded, and counted, so that one seed gives one
+plan.
+"""
+
+from __future__ import annotations
+
+import heapq
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import count, islice
+
+from missionc.backends.api import Budget, CutShort, NotFound, Planned, Reason
+from missionc.backends.load import load_engines
+from missionc.backends.options import Options
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.signals import asked
+from missionc.compiler.alternatives.restriction import Restriction, restrictions
+from missionc.compiler.alternatives.search_alternatives import amount, objective_value, plan_restricted, quality
+from missionc.compiler.front_end import Checked, Stopwatch
+from missionc.compiler.results import Compiled, Verified
+from missionc.compiler.run_limited import Ended
+from missionc.frontend.checks.lower_bounds import lower_bounds
+from missionc.ir import Mission, Objective
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.monitoring.signature import Signature, Signatures, differences
+
+MOST = 3
+"""Restricted missions that are planned."""
+
+LOOKED_AT = 16
+"""Options and orders of a plan for which a lower bound is worked out."""
+
+LEAST_WORK, TIMES = 8.0, 1.0
+"""Units of ``work`` of all of them: so many, or so many times the work of the plan."""
+
+
+def with_best_option(
+    first: Compiled,
+    checked: Checked,
+    planned: Planned,
+    certify: Callable[[Planned], Compiled],
+    engine: str,
+    options: Options,
+    budget: Budget,
+    moment: float,
+    watch: Stopwatch,
+) -> Compiled:
+    """A compilation whose plan is the best of those with other options and orders.
+
+    Args:
+        first: the compilation of the plan that was found first.
+        checked: the mission that was planned.
+        planned: that plan.
+        certify: verifies a better plan and makes its files.
+        engine: as for ``compare_options``.
+        moment: as for ``compare_options``.
+    """
+    mission, kernel = checked.valid_mission, checked.valid_kernel
+    with watch.stage("compare"):
+        best = compare_options(mission, kernel, planned, engine, options, budget, moment)
+    if best.trace is not planned.trace or best.report.cut_short is not planned.report.cut_short:
+        return certify(best)
+    if not isinstance(first.outcome, Verified):
+        return first
+    notes = first.outcome.report.notes
+    report = replace(best.report, notes=(*notes, *(each for each in best.report.notes if each not in notes)))
+    return replace(first, outcome=replace(first.outcome, report=report), seconds=tuple(watch.seconds))
+
+
+def compare_options(
+    mission: Mission,
+    kernel: Kernel,
+    planned: Planned,
+    engine: str,
+    options: Options,
+    budget: Budget,
+    moment: float,
+) -> Planned:
+    """The best of a plan and of those with other options and orders.
+
+    Args:
+        engine: the name of the backend that planned.
+        moment: when what is still at work is interrupted, on the clock of ``time.monotonic``.
+    """
+    backend = load_engines((engine,), options)
+    if isinstance(backend, Diagnostic):
+        return planned
+    signatures = Signatures(mission, kernel)
+    compared = [(planned, signatures.of(planned.trace))]
+    waiting: list[tuple[float, int, Restriction]] = []
+    numbers = count()
+    left, late = max(LEAST_WORK, TIMES * planned.report.work), False
+
+    def wait_for(restriction: Restriction, of: Planned, signature: Signature) -> None:
+        best = min(objective_value(mission.objective, each.trace) for each, _ in compared)
+        for each in _decided(restriction, signature, mission, of):
+            bound = _bound(mission, kernel, each)
+            if bound < best:
+                heapq.heappush(waiting, (bound, next(numbers), each))
+
+    wait_for(Restriction(), planned, compared[0][1])
+    tries = 0
+    while waiting and tries < MOST and left > 0:
+        late = late or asked() or time.monotonic() >= budget.deadline
+        if late:
+            break
+        _, _, restriction = heapq.heappop(waiting)
+        tries += 1
+        outcome = plan_restricted(backend, mission, kernel, restriction, options, budget, left, moment)
+        if isinstance(outcome, Ended) or (isinstance(outcome, NotFound) and outcome.reason is Reason.TIME):
+            late = True
+            break
+        left -= outcome.report.work
+        if isinstance(outcome, Planned):
+            signature = signatures.of(outcome.trace)
+            compared.append((outcome, signature))
+            wait_for(restriction, outcome, signature)
+    return _best(mission, kernel, compared, late)
+
+
+def _decided(before: Restriction, signature: Signature, mission: Mission, planned: Planned) -> Iterator[Restriction]:
+    return islice(restrictions(before, signature, mission, planned.trace.position, sides=False), LOOKED_AT)
+
+
+def _bound(mission: Mission, kernel: Kernel, restriction: Restriction) -> float:
+    """What every plan of a restricted mission comes to at least."""
+    if mission.objective is Objective.ENERGY or mission.world.flat:
+        return 0.0
+    bounds = lower_bounds(*restriction.applied(mission, kernel))
+    return float(bounds.steps) if mission.objective is Objective.DURATION else bounds.metres
+
+
+def _best(mission: Mission, kernel: Kernel, compared: list[tuple[Planned, Signature]], late: bool) -> Planned:
+    """The best, with what was done for all, and what the others come to that differ."""
+    first = compared[0][0]
+    best, own = min(compared, key=lambda each: quality(mission, kernel, each[0]))
+    notes = [
+        f"{words[0]} comes to {amount(mission.objective, each.trace)}"
+        for each, signature in compared
+        if each is not best and (words := differences(own, signature))
+    ]
+    report = replace(
+        best.report,
+        notes=(*best.report.notes, *([f"options compared: {'; '.join(notes)}"] if notes else [])),
+        seconds=first.report.seconds,
+        work=sum(each.report.work for each, _ in compared),
+        tried=first.report.tried,
+        engine=first.report.engine,
+        cut_short=CutShort.TIME if late and not asked() else CutShort.SIGNAL if late else best.report.cut_short,
+    )
+    return replace(best, report=report) if len(compared) > 1 or late else best

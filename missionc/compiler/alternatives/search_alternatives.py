@@ -1,0 +1,291 @@
+"""Search for alternative plans: restricted missions planned again, and their plans verified, ranked and written.
+
+    in   a checked mission and its verified plan, the number of plans
+    out  Found: plans that differ from each other (``monitoring.signature``), each verified, the best first; Compiled
+         with ``alternatives``
+
+Each attempt forbids one thing that the plans so far decided. The backend of the first plan plans the restricted
+mission with a share of the work, and nothing is kept of that run. A plan counts only if it differs from every plan
+before. The best are verified and written against the mission itself. The attempts, and the work of each, are counted,
+so that one seed gives the same plans.
+
+Plans are ranked by the preferences that they satisfy, then by margin, then by the objective.
+"""
+
+from __future__ import annotations
+
+import heapq
+import time
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import count
+from typing import TypeAlias
+
+from missionc.backends.api import Backend, Budget, Outcome, Planned, forget, unheard
+from missionc.backends.load import load_engines
+from missionc.backends.options import Options
+from missionc.base.deadline import last_call
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.figures import counted
+from missionc.base.signals import asked
+from missionc.base.throughout import Throughout
+from missionc.base.trace import Trace
+from missionc.compiler.alternatives.restriction import Restriction, restrictions
+from missionc.compiler.certify_plan import Certified, certify_plan
+from missionc.compiler.front_end import Checked, Stopwatch
+from missionc.compiler.incumbent import RESERVE
+from missionc.compiler.plan_with_margin import plan_with_margin
+from missionc.compiler.provenance import texts
+from missionc.compiler.results import Alternative, Compiled, Verified
+from missionc.compiler.run_limited import Ended, within
+from missionc.ir import Mission, Objective
+from missionc.ir.kernel.nodes import Kernel
+from missionc.output.documents.alternatives_json import rows
+from missionc.output.documents.whole_flight_json import ways_in
+from missionc.output.folder.file_names import file_names, polynomials_file
+from missionc.output.folder.manifest import sha256
+from missionc.output.report.report_html import Plotted
+from missionc.output.with_alternatives import with_alternatives as joined_files
+from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.monitoring.signature import Signature, Signatures, differences
+
+Quality: TypeAlias = tuple[tuple[bool, ...], float, float]
+
+
+def quality(mission: Mission, kernel: Kernel, planned: Planned) -> Quality:
+    """The less the better: preferences that are not kept, the heaviest first; then the share of the margin that is not;
+    then ``objective_value``."""
+    kept = {each.name: each.satisfied for each in monitor(mission, kernel, planned.trace).preferences}
+    wishes = sorted(kernel.preferences, key=lambda each: -(each.weight or 0.0))
+    unkept = tuple(not kept[each.name] for each in wishes)
+    return unkept, 1.0 - planned.report.kept, objective_value(mission.objective, planned.trace)
+
+
+def objective_value(objective: Objective, trace: Trace) -> float:
+    """What a mission makes least of; metres, where nothing is asked to be least."""
+    match objective:
+        case Objective.DURATION:
+            return float(trace.lasts)
+        case Objective.ENERGY:
+            return trace.effort
+        case _:
+            return trace.metres
+
+
+UNITS = {Objective.DURATION: "steps", Objective.ENERGY: "m^2/s^3"}
+
+
+def amount(objective: Objective, trace: Trace) -> str:
+    """The same in words."""
+    return f"{objective_value(objective, trace):.6g} {UNITS.get(objective, 'm')}"
+
+
+def plan_restricted(
+    backend: Backend,
+    mission: Mission,
+    kernel: Kernel,
+    restriction: Restriction,
+    options: Options,
+    budget: Budget,
+    work: float,
+    moment: float,
+) -> Outcome | Ended:
+    """What a backend makes of a mission with a restriction.
+
+    Args:
+        work: units of it that the backend may spend.
+        moment: when it is interrupted, on the clock of ``time.monotonic``.
+    """
+    short = replace(budget, work=work, keep=forget, resume=None, found=unheard)
+    narrower = restriction.applied(mission, kernel)
+    return within(moment, partial(plan_with_margin, backend, *narrower, options, short))
+
+
+LEAST_TRIES, TRIES = 2, 5
+"""Restricted missions that are planned for each plan that is wanted: so many in any case, so that the best of several
+are kept; and so many at most."""
+
+SEEDS = 2
+"""Other seeds that are tried once nothing is left to forbid."""
+
+LEAST_WORK, TIMES = 4.0, 3.0
+"""Units of ``work`` of an attempt: so many, or so many times the work of the first plan."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A plan that differs; ``verified`` where it is the first one, which is written already."""
+
+    planned: Planned
+    signature: Signature
+    value: Quality
+    seed: int
+    verified: Verified | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """Plans with their signatures, the best first; ``note`` says why there are fewer than were wanted."""
+
+    plans: tuple[tuple[Verified, Signature], ...]
+    note: str
+
+
+@dataclass(slots=True, eq=False)
+class _Search:
+    mission: Mission
+    kernel: Kernel
+    signatures: Signatures
+    candidates: list[Candidate] = field(default_factory=list)
+    waiting: list[tuple[Quality, int, int, Restriction]] = field(default_factory=list)
+    seen: set[Hashable] = field(default_factory=set)
+    numbers: count[int] = field(default_factory=count)
+    seeds: Iterator[int] = field(default_factory=lambda: iter(range(1, SEEDS + 1)))
+
+    def add(self, planned: Planned, seed: int, restriction: Restriction, verified: Verified | None = None) -> None:
+        """Keep a plan that differs, and what may be forbidden of it; of one that does not, that alone."""
+        trace = planned.trace
+        signature = self.signatures.of(trace)
+        value = quality(self.mission, self.kernel, planned)
+        if all(differences(each.signature, signature) for each in self.candidates):
+            self.candidates.append(Candidate(planned, signature, value, seed, verified))
+        for place, each in enumerate(restrictions(restriction, signature, self.mission, trace.position)):
+            if each.key not in self.seen:
+                self.seen.add(each.key)
+                heapq.heappush(self.waiting, (value, place, next(self.numbers), each))
+
+    def next_attempt(self) -> tuple[Restriction, int] | None:
+        """What to forbid next, of the best plan first; and what to add to the seed, once nothing is left."""
+        if self.waiting:
+            return heapq.heappop(self.waiting)[-1], 0
+        more = next(self.seeds, None)
+        return None if more is None else (Restriction(), more)
+
+
+def search_alternatives(
+    checked: Checked,
+    first: Verified,
+    wanted: int,
+    options: Options,
+    budget: Budget,
+    watch: Stopwatch,
+    exports: tuple[str, ...],
+    throughout: Throughout,
+) -> Found:
+    """As many plans as are wanted, the first among them unless better ones were found, or as many as were found.
+
+    Args:
+        checked: the mission that the first plan was verified by.
+    """
+    mission, kernel = checked.valid_mission, checked.valid_kernel
+    backend = load_engines((first.plan.backend,), options)
+    search = _Search(mission, kernel, Signatures(mission, kernel))
+    search.add(Planned(first.plan.trace, first.report), budget.seed, Restriction(), first)
+    took = dict(watch.seconds)
+    kept_back = (wanted + 1) * RESERVE * (took["verify"] + took["emit"])
+    until = budget.deadline - min(kept_back, (budget.deadline - time.monotonic()) / 2)
+    tries, late = 0, False
+    while not isinstance(backend, Diagnostic) and not _enough(len(search.candidates), wanted, tries):
+        late = asked() or time.monotonic() >= until
+        attempt = None if late else search.next_attempt()
+        if attempt is None:
+            break
+        restriction, more = attempt
+        tries += 1
+        seed = budget.seed + more
+        with watch.stage("alternatives"):
+            planned = _planned(backend, search, restriction, options, replace(budget, deadline=until, seed=seed), first)
+        if planned is not None:
+            search.add(planned, seed, restriction)
+    plans: list[tuple[Verified, Signature]] = []
+    for each in sorted(search.candidates, key=lambda each: each.value):
+        if len(plans) < wanted:
+            home = each.verified or within(
+                last_call(budget.deadline),
+                partial(_certified, checked, each, options, budget, watch, exports, throughout),
+            )
+            plans.extend([(home, each.signature)] if isinstance(home, Verified) else [])
+    if not plans:  # time was up before the better ones were written
+        plans.append((first, search.candidates[0].signature))
+    return Found(tuple(plans), _note(len(plans), wanted, tries, late))
+
+
+def _enough(found: int, wanted: int, tries: int) -> bool:
+    least, most = LEAST_TRIES * (wanted - 1), TRIES * (wanted - 1)
+    return tries >= most or (found >= wanted and tries >= least)
+
+
+def _planned(
+    backend: Backend, search: _Search, restriction: Restriction, options: Options, budget: Budget, first: Verified
+) -> Planned | None:
+    """A plan of the restricted mission, if one was found with the work of an attempt."""
+    work = max(LEAST_WORK, TIMES * first.report.work)
+    moment = last_call(budget.deadline)
+    outcome = plan_restricted(backend, search.mission, search.kernel, restriction, options, budget, work, moment)
+    if not isinstance(outcome, Planned):
+        return None
+    return replace(outcome, report=replace(outcome.report, engine=outcome.report.engine or backend.name))
+
+
+def _certified(
+    checked: Checked,
+    candidate: Candidate,
+    options: Options,
+    budget: Budget,
+    watch: Stopwatch,
+    exports: tuple[str, ...],
+    throughout: Throughout,
+) -> Verified | None:
+    of_its_own = replace(budget, seed=candidate.seed)
+    home = certify_plan(checked, candidate.planned, options, of_its_own, watch, exports)
+    if not isinstance(home, Certified) or not isinstance(home.outcome, Verified):
+        return None
+    refused = throughout is Throughout.REQUIRED and home.outcome.certificate.at_steps_alone
+    return None if refused else home.outcome
+
+
+def _note(found: int, wanted: int, tries: int, late: bool) -> str:
+    if found >= wanted:
+        return ""
+    why = "time was up" if late else "no further one that differs was found"
+    return f"{counted(found, 'plan')} of {wanted}: {why} in {counted(tries, 'attempt')}"
+
+
+def with_alternatives(
+    first: Compiled, wanted: int, options: Options, budget: Budget, exports: tuple[str, ...], throughout: Throughout
+) -> Compiled:
+    """The same compilation with as many plans as are wanted, or as were found; the best one is its outcome.
+
+    That there are fewer is among the notes.
+    """
+    checked, outcome = first.checked, first.outcome
+    mission, kernel = checked.valid_mission, checked.valid_kernel
+    assert isinstance(outcome, Verified)
+    watch = Stopwatch(list(first.seconds))
+    found = search_alternatives(checked, outcome, wanted, options, budget, watch, exports, throughout)
+    plans = [verified for verified, _ in found.plans]
+    with watch.stage("emit"):
+        table = rows(
+            [signature for _, signature in found.plans],
+            [each.plan.trace for each in plans],
+            [each.certificate for each in plans],
+        )
+        plots = [_plotted(mission, kernel, each, texts(checked)) for each in plans]
+        files = joined_files(plots, [each.files for each in plans], table, wanted)
+    notes = (*plans[0].report.notes, *((found.note,) if found.note else ()))
+    best = replace(plans[0], files=files, report=replace(plans[0].report, notes=notes, tried=outcome.report.tried))
+    alternatives = tuple(Alternative(row, each) for row, each in zip(table, [best, *plans[1:]], strict=True))
+    return replace(first, outcome=best, seconds=tuple(watch.seconds), alternatives=alternatives)
+
+
+def _plotted(
+    mission: Mission, kernel: Kernel, verified: Verified, mission_texts: tuple[tuple[str, str], ...]
+) -> Plotted:
+    files, names = dict(verified.files), file_names(mission.agents)
+    flights = {agent.name: files[polynomials_file(names[agent.name])].decode() for agent in mission.agents}
+    digest = sha256(files["plan.json"])
+    ways = ways_in(mission, files)
+    return Plotted(
+        mission, kernel, verified.plan, verified.certificate, flights, mission_texts, digest=digest, ways=ways
+    )

@@ -1,0 +1,74 @@
+"""The other side of a plan: what every plan comes to at least, by tours and, of a duration, by covers.
+
+in   Mission, its kernel, what a plan comes to
+out  Proven
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+from missionc.backends.api import Budget, forget
+from missionc.backends.options import Options
+from missionc.backends.run_account import Account
+from missionc.base.proven import COVER, TOURS, Proven
+from missionc.base.signals import asked
+from missionc.base.trace import Trace
+from missionc.frontend.checks.lower_bounds import UNITS, beside, least_by_tours
+from missionc.ir import Mission, Objective
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.lower.unroll_past import looking_ahead
+
+WORK, SHARE = 3.0, 0.25
+"""Units of ``work`` that covers may take for a bound, and the share of the time left."""
+
+
+@dataclass(slots=True, eq=False)
+class BoundSide:
+    """What is proven of the best plan of a mission, worked out once, when there is a plan."""
+
+    mission: Mission
+    kernel: Kernel
+    options: Options
+    budget: Budget
+    tours: float | None = None
+    """Seconds or metres that every plan takes, by tours; None where nothing is known, or nobody has asked."""
+    covered: int | None = None
+    """Steps that every plan takes, by covers; None where they were not asked."""
+
+    def enough(self, value: float) -> float:
+        """What every plan comes to at least, steps or metres, where one comes to ``value``; 0 where that is open."""
+        if self.tours is None:
+            self.tours = least_by_tours(self.mission, self.kernel)
+        if self.tours is None or self.mission.objective is Objective.DISTANCE:
+            return min(value, self.tours or 0.0)
+        least, lasts = round(self.tours / self.mission.step), round(value)
+        if self.covered is None and least < lasts:
+            self.covered = self._covered(least, lasts)
+        return float(min(lasts, max(least, self.covered or 0)))
+
+    def proven(self, trace: Trace) -> Proven | None:
+        """What is proven beside a plan; None where nothing is minimized of which anything is known."""
+        if self.mission.objective not in UNITS:
+            return None
+        lasts = self.mission.objective is Objective.DURATION
+        least = self.enough(trace.lasts if lasts else trace.metres) * (self.mission.step if lasts else 1.0)
+        if self.tours is None:
+            return None
+        return beside(self.mission, trace, least, COVER if least > self.tours else TOURS)
+
+    def _covered(self, least: int, lasts: int) -> int:
+        """Steps that every plan takes, by covers."""
+        from missionc.backends.cover.refute import least_duration  # for those who minimize a duration
+
+        ahead = looking_ahead(self.mission, self.kernel, self.budget.limits.formula_nodes)
+        now = time.monotonic()
+        if not isinstance(ahead, Kernel) or now >= self.budget.deadline or asked():
+            return least
+        until = now + SHARE * (self.budget.deadline - now)
+        short = replace(self.budget, deadline=until, work=WORK, keep=forget, resume=None)
+        try:
+            return least_duration(self.mission, ahead, least, lasts, short, Account(), self.options.solver)
+        except MemoryError:
+            return least

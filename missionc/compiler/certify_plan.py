@@ -1,0 +1,167 @@
+"""Certification of a backend's trace: slowed, verified, fitted and written down, or the reason why not.
+
+in   a checked mission, the trace of a backend and its report
+out  Verified, Unverified, Refused or NotFound, with findings
+says MC604 MC608, and what files and exports say
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason
+from missionc.backends.options import Options
+from missionc.base.diagnostics.code import NO_WAY
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.trace import Plan
+from missionc.base.units import Seconds
+from missionc.compiler import no_plan
+from missionc.compiler.ask_bound import BoundSide
+from missionc.compiler.front_end import ANY_BACKEND, Checked, Stopwatch, check
+from missionc.compiler.provenance import asked_for, data, given, inputs
+from missionc.compiler.results import Refused, Unverified, Verified
+
+STEP_OF_AGENT = 6e-3
+"""Seconds that one step of one agent takes from a trace to its files, at most, as far as was seen."""
+
+LEAST, MOST = Seconds(0.3), 0.25
+"""Seconds that are kept back for it in any case; and the share of the time that is left which is never exceeded."""
+
+WAY_HOME, MOST_HOME = Seconds(3.0), 0.4
+"""Likewise more seconds, where a way home has to be planned in flight; and that share then."""
+
+
+DRAWING = 3.0
+"""Seconds to judge, draw and write the candidate that came nearest."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Certified:
+    """What became of a trace; ``checked`` is the mission that it was judged by, slower where it was to be."""
+
+    checked: Checked
+    outcome: Verified | Unverified | Refused | NotFound
+    findings: tuple[Diagnostic, ...] = ()
+
+
+def reserved_time(agents: int, steps: int, left: float, way_home: bool = False) -> Seconds:
+    """How much of the time that is ``left`` is kept back from a search, for what comes after it; seconds."""
+    more, most = (WAY_HOME, MOST_HOME) if way_home else (0.0, MOST)
+    return Seconds(min(LEAST + more + STEP_OF_AGENT * agents * steps, most * max(0.0, left)))
+
+
+def to_draw(explain_limit: Seconds) -> Seconds:
+    """How much of the time there is to explain an answer goes to drawing its nearest miss."""
+    return Seconds(min(DRAWING, explain_limit))
+
+
+def certify_plan(
+    checked: Checked,
+    planned: Planned,
+    options: Options,
+    budget: Budget,
+    watch: Stopwatch,
+    exports: tuple[str, ...] = (),
+    bound: BoundSide | None = None,
+) -> Certified:
+    """The plan that a trace is, judged and written; a backend is never believed.
+
+    Args:
+        checked: with a mission, its kernel and a choice.
+        exports: as for ``driver.plan``.
+        bound: what is proven of the best plan; where it is None, or the plan is made slower, tours alone tell.
+    """
+    # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
+    from missionc.compiler.plan_ways import plan_ways
+    from missionc.compiler.remaining import stops_of, whole_checks, without_home
+    from missionc.output.notebook_ground import notebook_ground
+    from missionc.output.output_files import Provenance, emit
+    from missionc.planning.progression.past_document import past_json
+    from missionc.verification.flight.way_missions import has_risen
+    from missionc.verification.verify_plan import verify
+
+    checked = _as_meant(checked)
+    mission, kernel, choice = checked.valid_mission, checked.valid_kernel, checked.choice
+    assert choice is not None
+    trace, report = planned.trace, planned.report
+    if options.stretch != 1:
+        slower = _slower(checked, options, budget)
+        if slower.mission is None or slower.kernel is None or not slower.ok:
+            return Certified(checked, Refused(), tuple(each for each in slower.findings if not each.code.warning))
+        checked, mission, kernel = slower, slower.mission, slower.kernel
+        from missionc.geometry.slow_down import slowed
+
+        trace = slowed(mission, trace)
+    budget.listen(Progress("verify"))
+    with watch.stage("verify"):
+        certificate = verify(mission, kernel, trace)
+        whole = whole_checks(checked.rest, trace)
+        certificate = certificate if whole is None else certificate.joined(whole)
+    if {check.name for check in certificate.failures} == {"delay"}:
+        late = NotFound(Reason.DELAY, Reason.DELAY.value, report)
+        return Certified(checked, late, (no_plan.not_tolerated(mission, certificate),))
+    if not certificate.passed and options.stretch != 1:
+        from missionc.flight.trajectories.refusals import not_slower
+
+        return Certified(
+            checked, Refused(), (not_slower(mission, certificate, certificate.judgements, options.stretch),)
+        )
+    if not certificate.passed:
+        return Certified(checked, Unverified(certificate, report), (no_plan.not_verified(certificate),))
+    tours = BoundSide(mission, kernel, options, replace(budget, deadline=0.0))
+    proven = (tours if bound is None or options.stretch != 1 else bound).proven(trace)
+    planner = report.engine or choice.backend
+    ground = partial(notebook_ground, mission, kernel)
+    verified = Plan(mission.name, planner, budget.seed, trace, certificate.judgements, proven, report.solved, ground)
+    budget.listen(Progress("emit"))
+    with watch.stage("emit"):
+        cut_short = report.cut_short.value if report.cut_short else ""
+        provenance = Provenance(
+            inputs(checked),
+            (*given(checked, options), *asked_for(exports)),
+            cut_short,
+            options.stretch,
+            data(checked),
+            past_json(checked.past) if checked.past else "",
+        )
+        stops = stops_of(checked, dict(checked.stops)) if checked.stops else None
+        written = partial(emit, exports=exports, plan_ways=partial(plan_ways, budget=budget), stops=stops)
+        output = written(mission, kernel, verified, certificate, provenance)
+    if isinstance(output, Diagnostic) and output.code is NO_WAY and has_risen(mission):
+        # Who is in the air is better off with a plan that ends there than with none: safe ends lead down from it.
+        checked = without_home(checked)
+        assert checked.past is not None
+        mission, provenance = checked.valid_mission, replace(provenance, past=past_json(checked.past))
+        with watch.stage("emit"):
+            output = written(mission, kernel, verified, certificate, provenance)
+    if isinstance(output, Diagnostic):
+        return Certified(checked, Refused(trace), (output,))
+    report = report.noting(*output.notes)
+    return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
+
+
+def _as_meant(checked: Checked) -> Checked:
+    """The mission whose agents may be as fast as it says: what is left of one in flight is planned with slower ones."""
+    if checked.rest is None or checked.mission is None:
+        return checked
+    meant = {agent.name: agent for agent in checked.rest.mission.agents}
+    agents = tuple(
+        replace(agent, dynamics=meant[agent.name].dynamics, vehicle=meant[agent.name].vehicle, course=())
+        for agent in checked.mission.agents
+    )
+    return replace(checked, mission=replace(checked.mission, agents=agents))
+
+
+def _slower(checked: Checked, options: Options, budget: Budget) -> Checked:
+    """The same mission with a horizon as much later as the plan is to be slower, for the same backend."""
+    longer = check(
+        checked.sources[0],
+        overrides=checked.overrides,
+        backend=ANY_BACKEND,
+        limits=budget.limits,
+        stretch=options.stretch,
+        vehicle=checked.vehicle,
+        poses=checked.poses,
+    )
+    return replace(longer, choice=checked.choice, seconds=checked.seconds)

@@ -1,0 +1,104 @@
+"""Preset check: parts of a mission, and flags, that the published method of a preset lacks.
+
+in   Mission, Options
+out  a finding for each
+says MC563
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from missionc.backends.choose_backend import needs
+from missionc.backends.features import Feature
+from missionc.backends.options import SOLVERS, Options
+from missionc.base.diagnostics.code import NOT_PUBLISHED
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.source import Span
+from missionc.ir import Apply, AtLeastOf, Formula, Holds, Length, Mission, Sight, Without
+from missionc.ir.language.walk_formulas import formulas, operator_words
+from missionc.ir.vehicles import PLAIN
+
+FEATURES = frozenset({Feature.HOPS, Feature.VOLUME, Feature.UNICYCLE, Feature.LEAST_SPEED})
+"""Features of missions that the method of [strel] has."""
+
+OPERATORS = {
+    *("not", "and", "or", "implies", "eventually", "always", "until"),
+    *("reach", "escape", "somewhere", "everywhere", "surround"),
+}
+"""Its operators, derived ones included. [strel] Definition 4"""
+
+
+def check_preset(mission: Mission, options: Options, alternatives: int = 1) -> list[Diagnostic]:
+    """What the preset `paper` of the roadmap planner cannot do as published; nothing of it is left out instead."""
+    return [*_flags(options, alternatives), *(_cannot(options, what, span) for what, span in _parts(mission))]
+
+
+def _parts(mission: Mission) -> Iterator[tuple[str, Span]]:
+    for need in needs(mission):
+        if need.feature not in FEATURES:
+            yield need.feature.value, need.span
+    for agent in mission.agents:
+        if agent.finish is not None:
+            yield "a place to finish", agent.finish.span
+        if agent.vehicle is not PLAIN:
+            yield "a vehicle", agent.span
+        if agent.begins or agent.course:
+            yield "an agent that is under way", agent.span
+    for formula in formulas(mission):
+        lacking = _lacking(formula)
+        if lacking:
+            yield lacking, operator_words(formula) if isinstance(formula, Apply) else formula.span
+
+
+def _lacking(formula: Formula) -> str:
+    """What the method lacks of one formula, without those below it; empty if it has all."""
+    match formula:
+        case Apply(operator) if operator.name not in OPERATORS:
+            return f"the operator `{operator.name}`"
+        case Apply(operator, bounds=Length() as length):
+            if isinstance(length.graph, Sight):
+                return "a graph of lines of sight"
+            if length.graph.ranges:
+                return "a graph whose pairs have ranges of their own"
+            if length.weight is not None:
+                return "a route measured by weights"
+            return "a lower bound of `surround`" if operator.name == "surround" and length.low > 0 else ""
+        case AtLeastOf(kind) if kind not in ("every", "some"):
+            return "a number of agents"
+        case Without():
+            return "a team without some of its agents"
+        case Holds(predicate) if predicate.graph or predicate.formation:
+            return ""  # ``needs`` has it
+        case Holds(predicate) if predicate.reads_speed or predicate.others:
+            return "a predicate that the place of one agent does not decide"
+        case _:
+            return ""
+
+
+def _flags(options: Options, alternatives: int) -> Iterator[Diagnostic]:
+    given = {
+        "--solver": options.solver not in SOLVERS[:2],
+        "--certify": options.certify,
+        "--emit": bool(options.captures),
+        "--margin": bool(options.margin),
+        "--samples": options.samples is not None,
+        "--alternatives": alternatives > 1,
+    }
+    for flag in (name for name, wrong in given.items() if wrong):
+        yield Diagnostic(
+            NOT_PUBLISHED,
+            f"`{flag}` is not part of what `--preset {options.preset}` of smt does",
+            None,
+            notes=("Z3 gets the paper's encoding once, and its answer is one model or none",),
+            help=f"leave out `{flag}` or `--preset`",
+        )
+
+
+def _cannot(options: Options, what: str, span: Span) -> Diagnostic:
+    return Diagnostic(
+        NOT_PUBLISHED,
+        f"the preset `{options.preset}` of smt cannot express {what}",
+        Label(span),
+        help=f"leave this out, or plan without `--preset {options.preset}`",
+    )

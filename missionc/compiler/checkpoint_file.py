@@ -1,0 +1,140 @@
+"""The checkpoint file: an npz of plain arrays, one of which is a JSON text. Nothing in it is ever run.
+
+    in   Snapshot, and what it is of
+    out  bytes; and back
+    says MC706 MC707
+
+The arrays lie in the file as they are, not compressed, so that none can be larger than the file.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import zipfile
+from collections.abc import Mapping
+
+import numpy as np
+
+from missionc.backends.api import Snapshot
+from missionc.base.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.strict_json import NotJsonError, parse_record
+from missionc.base.trace import Array
+
+SCHEMA = "missionc.checkpoint/1"
+
+WORDS = "words"
+"""The array that is a JSON text."""
+
+MOST_ARRAYS = 64
+
+Identity = Mapping[str, str]
+"""What a run follows from, by name, in an order worth telling: versions, the mission, its options."""
+
+
+def to_bytes(snapshot: Snapshot, run: Identity) -> bytes:
+    """The file; the same for the same snapshot."""
+    about = {"schema": SCHEMA, "run": dict(run), "words": snapshot.words, "arrays": sorted(snapshot.arrays)}
+    text = np.frombuffer(json.dumps(about, allow_nan=False).encode(), dtype=np.uint8)
+    arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in snapshot.arrays.items()}
+    file = io.BytesIO()
+    np.savez(file, allow_pickle=False, **{WORDS: text}, **arrays)
+    return file.getvalue()
+
+
+def from_bytes(content: bytes, name: str, run: Identity) -> Snapshot | Diagnostic:
+    """What the file holds, if it is one of this run.
+
+    Args:
+        name: how messages call the file.
+    """
+    try:
+        arrays = _arrays(content)
+        about = parse_record(arrays.pop(WORDS).tobytes())
+        schema, saved_run, words = str(about["schema"]), dict(about["run"]), dict(about["words"])
+        if schema == SCHEMA and sorted(arrays) != about["arrays"]:
+            raise _DamagedError("not all of its arrays are there")
+    except Exception as wrong:  # of whatever unpacks it, too
+        ours = isinstance(wrong, _DamagedError | NotJsonError)
+        return unreadable(name, str(wrong) if ours else "it is damaged, or no checkpoint")
+    if schema != SCHEMA:
+        return _of_another(name, f"it is written as `{schema[:40]}`, this version writes `{SCHEMA}`", "")
+    different = difference(saved_run, run)
+    return _different(name, *different) if different else Snapshot(arrays, words)
+
+
+def difference(saved: Mapping[str, object], now: Identity) -> tuple[str, str] | None:
+    """The first thing in which two runs differ: its name, and a sentence; None where there is none."""
+    for what in (*now, *saved):
+        if now.get(what) != saved.get(what):
+            values = (saved.get(what), now.get(what))
+            there, here = (f"`{str(value)[:60]}`" if value is not None else "nothing" for value in values)
+            return what, f"its {what} is {there}, and here it is {here}"
+    return None
+
+
+class _DamagedError(ValueError):
+    """A checkpoint that is not whole; the text says in what."""
+
+
+def _arrays(content: bytes) -> dict[str, Array]:
+    """Every array of an npz, none of which is believed before its size is known.
+
+    Raises:
+        Exception: it is no such file, or damaged.
+    """
+    arrays = {}
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        members = archive.infolist()
+        if len(members) > MOST_ARRAYS or sum(member.file_size for member in members) > len(content):
+            raise _DamagedError("it claims to hold more than it can")
+        for member in members:
+            if member.compress_type != zipfile.ZIP_STORED or not member.filename.endswith(".npy"):
+                raise _DamagedError(f"`{member.filename[:40]}` is no plain array")
+            name = member.filename.removesuffix(".npy")
+            arrays[name] = _array(archive.read(member), "|u1" if name == WORDS else "<f8")
+    return arrays
+
+
+def _array(data: bytes, kind: str) -> Array:
+    file = io.BytesIO(data)
+    if np.lib.format.read_magic(file) != (1, 0):
+        raise _DamagedError("an array is of another format")
+    shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
+    if dtype.str != kind or fortran or math.prod(shape) * dtype.itemsize != len(data) - file.tell():
+        raise _DamagedError("an array is not what its header says")
+    array: Array = np.load(io.BytesIO(data), allow_pickle=False)
+    if not np.isfinite(array).all():
+        raise _DamagedError("a number is not finite")
+    return array
+
+
+# ---------------------------------------------------------------- messages
+
+
+def unreadable(name: str, why: str) -> Diagnostic:
+    return Diagnostic(
+        CHECKPOINT_UNREADABLE,
+        f"`{name}` holds no run that could be taken up again",
+        None,
+        notes=(why[:200],),
+        help="give a file that `--checkpoint` has written, or begin anew without `--resume`",
+    )
+
+
+def _different(name: str, what: str, why: str) -> Diagnostic:
+    if what == "mission":
+        return _of_another(name, "the mission is another one, or has changed since", "")
+    return _of_another(name, why, f"give the run the same {what}, or ")
+
+
+def _of_another(name: str, why: str, instead: str) -> Diagnostic:
+    return Diagnostic(
+        CHECKPOINT_MISMATCH,
+        f"`{name}` is of another run",
+        None,
+        notes=(why, "a run that goes on as another one would find a plan that neither of them finds"),
+        help=f"{instead}begin anew without `--resume`",
+    )

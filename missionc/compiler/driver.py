@@ -1,0 +1,433 @@
+"""The driver of the pipeline, top to bottom. Read this file first.
+
+    check     text → findings, and the mission as meant (``front_end``)
+    plan      … → a backend → a plan, verified → the files of it
+    compile   both
+    monitor   a mission and a trace → a judgement of every requirement
+
+Values in, values out: nothing is printed, and only ``read_file`` opens files. A stage that finds errors is the last to
+run. The checks of the mission as meant run together, so that one run reports all findings. Modules that load a solver
+or a large library are imported at their use, so that ``check`` stays quick.
+
+A backend plans within the limits of a compilation: it returns its answer, or the best plan that it has at a limit.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from missionc.backends import api
+from missionc.backends.choose_backend import Choice
+from missionc.backends.load import load_engines as load_backend
+from missionc.backends.offers import OFFERS, is_published
+from missionc.backends.options import Options
+from missionc.base.deadline import last_call
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.limits import Limits
+from missionc.base.memory import DEFAULT_LIMIT as DEFAULT_MEMORY_LIMIT
+from missionc.base.memory import limited
+from missionc.base.signals import asked, hold
+from missionc.base.source import Source
+from missionc.base.throughout import Throughout
+from missionc.base.units import Seconds
+from missionc.compiler import no_plan
+from missionc.compiler.ask_bound import BoundSide
+from missionc.compiler.certify_plan import certify_plan, reserved_time, to_draw
+from missionc.compiler.check_preset import check_preset
+from missionc.compiler.checkpoints import Checkpoints, unusable, with_checkpoints
+from missionc.compiler.front_end import ANY_BACKEND, Checked, Stopwatch, check
+from missionc.compiler.incumbent import CUT_SHORT, Incumbent, cut_short, discard, improved
+from missionc.compiler.judge_motion import live_session, monitor
+from missionc.compiler.plan_calmly import plan_calmly
+from missionc.compiler.plan_throughout import acceptable, falls_short, plan_throughout
+from missionc.compiler.plan_with_margin import plan_with_margin
+from missionc.compiler.provenance import with_manifest
+from missionc.compiler.results import Compiled, CompileOutcome, Refused, Unverified, Verified
+from missionc.compiler.run_limited import Ended, within
+from missionc.ir import Mission, Objective
+from missionc.ir.kernel.nodes import Kernel
+
+KEPT_BACK = 0.25
+"""The share kept back from a search that refuses nothing, and so may take all the time: for why it found no plan."""
+
+
+def ask_backend(
+    backend: api.Backend,
+    mission: Mission,
+    kernel: Kernel,
+    options: Options,
+    budget: api.Budget,
+    explain_limit: Seconds,
+    moment: float,
+    incumbent: Incumbent,
+    covers: bool = True,
+    calm: float = 1.0,
+) -> api.Outcome:
+    """A backend's answer; the last plan that it had, if a limit or a defect ended the search for a better one.
+
+    Args:
+        incumbent: receives each plan that the search goes on to improve.
+
+    Raises:
+        UnusableSnapshot: the run to be resumed cannot be.
+    """
+    now = api.Progress("lower")
+
+    def listen(progress: api.Progress) -> None:
+        nonlocal now
+        now = progress
+        budget.listen(progress)
+        incumbent.look()
+
+    until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
+    asked_of = replace(budget, deadline=until, listen=listen, found=incumbent.found)
+    work = partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=covers, calm=calm)
+    try:
+        answer = within(moment, work)
+    except api.UnusableSnapshot:
+        raise
+    except Exception as error:
+        if incumbent.latest is None:
+            raise
+        incumbent.failed("improving the plan", error)
+        return _cut_short(incumbent.latest, api.CutShort.DEFECT)
+    if incumbent.latest and isinstance(answer, Ended | api.NotFound):
+        return _cut_short(incumbent.latest, CUT_SHORT.get(answer.reason, api.CutShort.UNFINISHED))
+    return not_found(answer, now) if isinstance(answer, Ended) else answer
+
+
+def _cut_short(plan: api.Planned, why: api.CutShort) -> api.Planned:
+    return replace(plan, report=replace(plan.report.noting(why.note), cut_short=why))
+
+
+def not_found(ended: Ended, now: api.Progress) -> api.NotFound:
+    """A limit came before there was a plan, or a candidate for one; with the stage that was under way."""
+    engine = f" of the backend `{now.engine}`" if now.engine else ""
+    which = f" (round {now.round})" if now.round > 1 else ""
+    return api.NotFound(
+        ended.reason, f"{ended.during(now.stage)}{engine}{which}; no candidate was finished", api.Report()
+    )
+
+
+def _to_search(deadline: float, explain_limit: Seconds) -> float:
+    """Until when a search goes on that nothing but a plan or the deadline ends: some time is left to explain it."""
+    return deadline - min(explain_limit, KEPT_BACK * max(0.0, deadline - time.monotonic()))
+
+
+DEFAULT_TIME_LIMIT = Seconds(600.0)
+NO_EXPLANATION = Seconds(0.0)
+__all__ = [
+    "ANY_BACKEND",
+    "DEFAULT_MEMORY_LIMIT",
+    "DEFAULT_TIME_LIMIT",
+    "check",
+    "compile",
+    "live_session",
+    "monitor",
+    "plan",
+]
+
+
+def compile(
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    backend: str = "auto",
+    seed: int = 0,
+    time_limit: Seconds = DEFAULT_TIME_LIMIT,
+    memory_limit: int = DEFAULT_MEMORY_LIMIT,
+    options: Options | None = None,
+    limits: Limits | None = None,
+    listen: Callable[[api.Progress], None] = api.ignore,
+    keep: Callable[[bytes], object] | None = None,
+    resume: bytes | None = None,
+    exports: tuple[str, ...] = (),
+    throughout: Throughout = Throughout.WANTED,
+    explain_limit: Seconds = NO_EXPLANATION,
+    vehicle: str = "",
+    poses: Path | Source | None = None,
+    alternatives: int = 1,
+) -> Compiled:
+    """``check``; then, where there is no error, ``plan``.
+
+    Args:
+        file: as for ``check``.
+        overrides: as for ``check``.
+        backend: as for ``check``.
+        limits: as for ``check``.
+        vehicle: as for ``check``.
+        poses: as for ``check``.
+        seed: of everything drawn at random.
+        time_limit: seconds from now, of the whole compilation. A search ends so early that its plan can be verified and
+            written; whatever else is late is interrupted, in the main thread.
+        memory_limit: bytes, of this process and of what a solver takes beside it.
+        options: choices only a backend understands.
+        listen: is told where a backend is.
+        keep: is given, as the run goes on, the bytes of a checkpoint.
+        resume: those of an interrupted run of the same mission, seed and options; it ends as that would have ended.
+        exports: names of ``missionc.output.export.formats.FORMATS``, to be written as well.
+        throughout: as for ``plan``.
+        explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
+        alternatives: as for ``plan``.
+    """
+    budget = api.Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
+    checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle, poses=poses)
+    if not isinstance(checked, Checked):
+        return checked
+    return plan(
+        checked,
+        options or Options(),
+        budget,
+        Checkpoints(keep, resume),
+        exports,
+        throughout,
+        explain_limit,
+        alternatives,
+    )
+
+
+def check_within(
+    budget: api.Budget,
+    file: str | Path | Source,
+    *,
+    overrides: Mapping[str, str],
+    backend: str,
+    vehicle: str,
+    poses: Path | Source | None = None,
+) -> Checked | Compiled:
+    """``check`` within the time and memory of a compilation; the end of that compilation, where they do not suffice."""
+
+    def work() -> Checked:
+        return check(file, overrides=overrides, backend=backend, limits=budget.limits, vehicle=vehicle, poses=poses)
+
+    with limited(budget.memory_bytes):
+        checked = within(last_call(budget.deadline), work)
+    if isinstance(checked, Checked):
+        return checked
+    name = file.name if isinstance(file, Source) else str(file)
+    outcome = not_found(checked, api.Progress("check"))
+    unread = Checked(name, ())
+    return Compiled(unread, outcome, (no_plan.not_found(unread, outcome, None),), ())
+
+
+def plan(
+    checked: Checked,
+    options: Options,
+    budget: api.Budget,
+    checkpoints: Checkpoints | None = None,
+    exports: tuple[str, ...] = (),
+    throughout: Throughout = Throughout.WANTED,
+    explain_limit: Seconds = NO_EXPLANATION,
+    alternatives: int = 1,
+    secure: Callable[[Compiled], object] = discard,
+) -> Compiled:
+    """A verified plan of a checked mission, or what stands in its way.
+
+    A backend is never believed: what it returns is a plan only after ``verify``
+    has passed it, and ``flight`` the polynomials made of it.
+
+    Args:
+        checkpoints: of the run, and of the one that it takes up again.
+        exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
+        throughout: whether requirements are wanted, or have, to hold between the steps too; where one does not, further
+            plans are asked for (``plan_throughout``), without checkpoints.
+        explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
+        alternatives: how many plans are wanted that differ from each other; there may be fewer.
+        secure: receives each verified plan as soon as it exists, each one better than the one before. The last of them
+            is the answer, whatever becomes of the steps that follow it.
+
+    Raises:
+        ValueError: several plans are wanted, and slower ones.
+    """
+    if alternatives > 1 and options.stretch != 1:
+        raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
+    began = time.monotonic()
+    engines = checked.choice.engines if checked.choice else ()
+    if checked.mission and engines == ("smt",) and is_published(engines, options):
+        lacking = check_preset(checked.mission, options, alternatives) if checked.ok else []
+        if lacking:
+            return Compiled(checked, Refused(), (*checked.findings, *lacking), checked.seconds)
+        explain_limit = NO_EXPLANATION
+
+    def keep(compiled: Compiled) -> None:
+        if isinstance(compiled.outcome, Verified) and acceptable(compiled.outcome, throughout):
+            secure(cut_short(compiled, api.CutShort.UNFINISHED))
+
+    with limited(budget.memory_bytes):
+        first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, explain_limit, secure=keep)
+        again = partial(_plan, checkpoints=Checkpoints(), exports=exports, explain_limit=NO_EXPLANATION)
+        first, calm = plan_calmly(first, checked, again, options, budget, began)
+        if falls_short(first, throughout):
+            keep(first)
+        plan_again = partial(again, calm=calm)
+        further = partial(plan_throughout, first, checked, plan_again, options, budget, throughout, began)
+        first = improved("planning for the time between the samples", first, further)
+        if alternatives == 1 or not isinstance(first.outcome, Verified):
+            return first
+        keep(first)
+        from missionc.compiler.alternatives.search_alternatives import with_alternatives  # for those who ask for them
+
+        more = partial(with_alternatives, first, alternatives, options, budget, exports, throughout)
+        return improved("planning alternatives", first, more)
+
+
+def plan_by(
+    checked: Checked, backend: api.Backend, options: Options, budget: api.Budget, exports: tuple[str, ...] = ()
+) -> Compiled:
+    """A verified plan of a checked mission by one backend, whichever the mission has chosen; or why there is none."""
+    with limited(budget.memory_bytes):
+        return _plan(checked, options, budget, Checkpoints(), exports, NO_EXPLANATION, only=backend)
+
+
+def _plan(
+    checked: Checked,
+    options: Options,
+    budget: api.Budget,
+    checkpoints: Checkpoints,
+    exports: tuple[str, ...],
+    explain_limit: Seconds,
+    asked_for: Kernel | None = None,
+    only: api.Backend | None = None,
+    calm: float = 1.0,
+    secure: Callable[[Compiled], object] = discard,
+) -> Compiled:
+    """``plan``, once. A plan that does not pass verification ends the engine that found it; the others go on."""
+    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for, only, calm, secure)
+    choice, refused = checked.choice, first.outcome
+    if choice is None or not isinstance(refused, Unverified):
+        return first
+    others = tuple(name for name in choice.engines if name != refused.report.engine)
+    if others in ((), choice.engines) or checkpoints.asked or asked() or time.monotonic() >= budget.deadline:
+        return first
+    rest = replace(checked, choice=replace(choice, engines=others))
+    retry = _plan(rest, options, budget, checkpoints, exports, NO_EXPLANATION, asked_for, calm=calm, secure=secure)
+    if not isinstance(retry.outcome, Verified):
+        return first
+    report, planner = retry.outcome.report, retry.outcome.plan.backend
+    alone = api.Tried(planner, 1, report.work, Seconds(sum(seconds for _, seconds in report.seconds)), "a plan")
+    ended = (replace(each, says=UNVERIFIED) for each in refused.report.tried if each.engine == refused.report.engine)
+    note = f"`{refused.report.engine}` found {UNVERIFIED}: a defect of the compiler"
+    report = replace(report.noting(note), tried=(*ended, *(report.tried or (alone,))))
+    whole = replace(retry.checked, choice=choice)
+    return replace(retry, checked=whole, outcome=replace(retry.outcome, report=report))
+
+
+def _plan_by_all(
+    checked: Checked,
+    options: Options,
+    budget: api.Budget,
+    checkpoints: Checkpoints,
+    exports: tuple[str, ...],
+    explain_limit: Seconds,
+    asked_for: Kernel | None,
+    only: api.Backend | None,
+    calm: float,
+    secure: Callable[[Compiled], object],
+) -> Compiled:
+    """``plan``, once, by all engines that were chosen, or by another one.
+
+    They are asked for the other kernel, where there is one, and for a plan that is slower, where it is to be ``calm``:
+    that nothing keeps to that is of no interest.
+    """
+    watch = Stopwatch(list(checked.seconds))
+
+    def ended(outcome: CompileOutcome, *findings: Diagnostic, checked: Checked = checked) -> Compiled:
+        return Compiled(checked, outcome, (*checked.findings, *findings), tuple(watch.seconds))
+
+    mission, kernel, choice = checked.mission, checked.kernel, checked.choice
+    if mission is None or kernel is None or choice is None or not checked.ok:
+        return ended(Refused())
+    backend = only or load_backend(choice.engines, options, checkpoints.asked)
+    if isinstance(backend, Diagnostic):
+        return ended(Refused(), backend)
+    run_budget = with_checkpoints(checked, options, budget, checkpoints)
+    if isinstance(run_budget, Diagnostic):
+        return ended(Refused(), run_budget)
+    moment = last_call(run_budget.deadline)
+    left = run_budget.deadline - time.monotonic()
+    from missionc.verification.flight.way_missions import has_risen  # for those who plan
+
+    reserved = reserved_time(len(mission.agents), mission.steps, left, has_risen(mission))
+    whole = replace(run_budget, deadline=run_budget.deadline - reserved)
+    bound = BoundSide(mission, kernel, options, whole)
+    whole = replace(whole, enough=bound.enough)
+
+    def certified(planned: api.Planned, stages: Stopwatch, bound: BoundSide | None) -> Compiled:
+        home = certify_plan(checked, planned, options, run_budget, stages, exports, bound)
+        return ended(home.outcome, *home.findings, checked=home.checked)
+
+    incumbent = Incumbent(lambda planned: certified(planned, Stopwatch(), None), secure)
+    published = is_published(choice.engines, options)
+    try:
+        covers = asked_for is None and calm == 1 and not published
+        asked_of = partial(ask_backend, backend, mission, asked_for or kernel, options, whole, explain_limit, moment)
+        outcome = asked_of(incumbent, covers=covers, calm=calm)
+    except api.UnusableSnapshot as wrong:
+        return ended(Refused(), unusable(checkpoints.name, wrong))
+    watch.seconds.extend(outcome.report.seconds)
+    if isinstance(outcome, api.Planned):
+        hold()
+
+        def brought_home(planned: api.Planned) -> Compiled:
+            home = within(moment, partial(incumbent.timed, planned, lambda each: certified(each, watch, bound)))
+            if isinstance(home, Ended):
+                late = no_plan.not_brought_home(home, planned, watch.seconds)
+                home = ended(late, no_plan.not_found(checked, late, None))
+            return home
+
+        compares = weighs_options(mission, outcome, choice) and not published
+        home = improved("certifying a later plan", incumbent.best, partial(brought_home, outcome))
+        home = incumbent.keep(home, final=not compares)
+        if compares and not isinstance(home.outcome, api.NotFound):
+            from missionc.compiler.alternatives.compare_options import with_best_option  # for those who have any
+
+            to_compare = replace(whole, deadline=run_budget.deadline - incumbent.reserve(reserved))
+            planner = outcome.report.engine or choice.backend
+            compare = partial(
+                with_best_option, home, checked, outcome, brought_home, planner, options, to_compare, moment, watch
+            )
+            home = incumbent.keep(improved("comparing options", incumbent.best, compare), final=True)
+        return replace(home, findings=(*home.findings, *incumbent.findings))
+    explained = None
+    if explain_limit > 0 and (isinstance(outcome, api.Impossible) or outcome.best is not None):
+        hold()
+        from missionc.compiler.relax.search_relaxations import explain
+
+        try:
+            with watch.stage("explain"):
+                asked_next = _for_trials(backend, outcome, options)
+                why = within(moment, partial(explain, checked, outcome, asked_next, options, whole, explain_limit))
+            explained = None if isinstance(why, Ended) else why
+        except Exception as error:
+            incumbent.failed("explaining the result", error)
+    finding = (
+        no_plan.impossible(mission, outcome, explained)
+        if isinstance(outcome, api.Impossible)
+        else no_plan.not_found(checked, outcome, explained)
+    )
+    return with_manifest(replace(ended(outcome, finding, *incumbent.findings), explained=explained), options)
+
+
+def _for_trials(backend: api.Backend, outcome: api.Impossible | api.NotFound, options: Options) -> api.Backend:
+    """Who is asked about variants, many and soon: of a portfolio the engine that refused, or came nearest."""
+    engine = load_backend((outcome.report.engine,), options) if outcome.report.engine else backend
+    return backend if isinstance(engine, Diagnostic) else engine
+
+
+UNVERIFIED = "a plan that does not pass verification"
+"""What an engine says whose plan was refused."""
+
+
+def weighs_options(mission: Mission, planned: api.Planned, choice: Choice) -> bool:
+    """Whether the backend chose among options by an estimate, and the estimate is not what the mission asks for.
+
+    A schedule estimates lengths, and its ways see nothing of obstacles that move.
+    """
+    offer = OFFERS.get(planned.report.engine or choice.backend)
+    moving = any(not obstacle.constant for obstacle in mission.obstacles)
+    asked = mission.objective is not Objective.NONE or moving
+    return asked and offer is not None and not offer.weighs and planned.report.cut_short is None

@@ -1,0 +1,71 @@
+"""The whole flight of a verified mission from where its agents stand: its ways planned anew, the mission as it is.
+
+in   Mission, the texts of its verified polynomials, the file of the poses
+out  FlownFrom: the mission with those pads, its ways, and the files that say what was planned and proved
+says MC546 MC547 MC544 MC545 MC740, and what tables deserve
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from missionc.backends.api import Budget
+from missionc.base.diagnostics.model import Diagnostic, has_errors
+from missionc.base.limits import Limits
+from missionc.compiler.plan_ways import plan_ways
+from missionc.frontend.checks.check_pads import check_pads
+from missionc.frontend.resolve.measured_pads import with_measured_pads
+from missionc.frontend.syntax.read_file import read_data
+from missionc.ir import Mission
+from missionc.output.documents.certificate_json import certificate_json
+from missionc.output.documents.safe_end_json import safe_end_json
+from missionc.output.documents.whole_flight_json import whole_flight_json
+from missionc.output.folder.file_names import SAFE_END, WHOLE_FLIGHT
+from missionc.output.folder.manifest import sha256
+from missionc.output.output_files import WholeFlight
+
+LONGEST = 60.0
+"""Seconds of planning: somebody stands in a hall and waits."""
+PROOF = "whole_flight_certificate.json"
+"""What was proved of the ways and the columns."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlownFrom:
+    """``whole`` is absent where it cannot be flown from there; ``findings`` say why, or warn."""
+
+    mission: Mission
+    whole: WholeFlight | None
+    files: Mapping[str, bytes]
+    findings: tuple[Diagnostic, ...]
+
+
+def fly_from(mission: Mission, flown: Mapping[str, str], plan: bytes, poses: Path, limits: Limits) -> FlownFrom:
+    """The ways from where the agents were measured to stand, and back there.
+
+    Args:
+        flown: each agent's polynomials, by its name; they were verified.
+        plan: the file of the plan that they fly.
+    """
+    text = read_data(poses, str(poses), limits)
+    if isinstance(text, Diagnostic):
+        return FlownFrom(mission, None, {}, (text,))
+    placed, findings = with_measured_pads(mission, text, limits)
+    if placed is None:
+        return FlownFrom(mission, None, {}, tuple(findings))
+    findings += check_pads(placed)
+    if has_errors(findings):
+        return FlownFrom(placed, None, {}, tuple(findings))
+    whole = plan_ways(placed, flown, Budget(time.monotonic() + LONGEST, limits=limits))
+    if isinstance(whole, Diagnostic):
+        return FlownFrom(placed, None, {}, (*findings, whole))
+    assert whole is not None, "every agent has a pad"
+    files = {
+        SAFE_END: safe_end_json(placed, whole.stops).encode(),
+        WHOLE_FLIGHT: whole_flight_json(placed, flown, whole.ways).encode(),
+        PROOF: certificate_json(whole.certificate, sha256(plan)).encode(),
+    }
+    return FlownFrom(placed, whole, files, tuple(findings))

@@ -1,0 +1,150 @@
+"""Incumbent: the best verified plan of a compilation so far. Nothing that comes after it can lose it.
+
+in   the plans that a search goes on to improve, and what certifies one
+out  Compiled with a verified plan, once there is one
+says MC613
+
+A search that improves a plan for longer than ``PATIENCE`` is interrupted once in a while to certify what it has. What
+a search that ends by itself comes to does not depend on that. A plan that is given out instead of what was to follow
+it has ``cut_short`` in its report and its manifest.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from missionc.backends.api import CutShort, NotFound, Planned, Reason
+from missionc.base.diagnostics.defect import improvement_failed
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.signals import hold, stop_again
+from missionc.base.units import Seconds
+from missionc.compiler.results import Compiled, Unverified, Verified
+from missionc.output.folder.file_names import MANIFEST
+
+PATIENCE = Seconds(1.0)
+"""Seconds for which a search improves a plan before the plan is certified."""
+
+INTERVAL = 10.0
+"""A later plan is certified after this many times the seconds that the last certification took."""
+
+CUT_SHORT = {Reason.TIME: CutShort.TIME, Reason.MEMORY: CutShort.MEMORY}
+"""What ended a search, by the reason that it gives."""
+
+RESERVE = 1.5
+"""Seconds reserved for one certification, as a multiple of what the last one took."""
+
+
+def discard(compiled: Compiled) -> None:
+    """Ignore a verified plan that will be replaced by the result of the compilation."""
+
+
+@dataclass(slots=True, eq=False)
+class Incumbent:
+    """The latest plan of a search and the latest verified one.
+
+    Args:
+        certify: verifies a plan and makes its files.
+        secure: receives each verified plan as soon as it exists, for instance to write it.
+    """
+
+    certify: Callable[[Planned], Compiled]
+    secure: Callable[[Compiled], object] = discard
+    latest: Planned | None = None
+    best: Compiled | None = None
+    findings: list[Diagnostic] = field(default_factory=list)
+    """Defects that ended an improvement, or the explanation of a result."""
+    seconds: float = 0.0
+    """How long the last certification took; 0 before the first."""
+    _next: float = 0.0
+    _certified: Planned | None = None
+
+    def found(self, planned: Planned) -> None:
+        """Take a plan that the search goes on to improve."""
+        if self.latest is None:
+            self._next = time.monotonic() + PATIENCE
+        self.latest = planned
+        self.look()
+
+    def look(self) -> None:
+        """Certify the latest plan if the search has gone on for long enough."""
+        if self.latest is None or self.latest is self._certified or time.monotonic() < self._next:
+            return
+        self._certified = self.latest
+        self.keep(self.timed(self.latest, self.certify), final=False)
+        self._next = time.monotonic() + max(PATIENCE, INTERVAL * self.seconds)
+
+    def timed(self, planned: Planned, certify: Callable[[Planned], Compiled]) -> Compiled:
+        """Certify a plan and measure how long that takes."""
+        began = time.monotonic()
+        compiled = certify(planned)
+        self.seconds = time.monotonic() - began
+        return compiled
+
+    def keep(self, compiled: Compiled, *, final: bool) -> Compiled:
+        """A compilation as it is if its plan is verified; else the verified plan before it, if there is one.
+
+        Args:
+            final: whether nothing follows that may improve it.
+        """
+        if isinstance(compiled.outcome, Verified):
+            hold()
+            self.best = compiled
+            if not final:
+                self.secure(cut_short(compiled, CutShort.UNFINISHED))
+            return compiled
+        if self.best is None:
+            return compiled
+        match compiled.outcome:
+            case NotFound(reason=reason):
+                return cut_short(self.best, CUT_SHORT.get(reason, CutShort.UNFINISHED))
+            case Unverified():
+                note = "a later plan did not pass verification: a defect of the compiler"
+                return noted(cut_short(self.best, CutShort.DEFECT), note)
+            case _:
+                return noted(cut_short(self.best, CutShort.UNFINISHED), "a later plan cannot be flown")
+
+    def reserve(self, otherwise: Seconds) -> Seconds:
+        """Seconds to reserve for a certification: measured if there was one before."""
+        return Seconds(RESERVE * self.seconds) if self.seconds else otherwise
+
+    def failed(self, step: str, error: Exception) -> None:
+        """Record that an improvement ended with an error."""
+        stop_again()
+        self.findings.append(improvement_failed(step, error))
+
+
+def improved(step: str, before: Compiled | None, work: Callable[[], Compiled]) -> Compiled:
+    """Return the result of an improvement; if it fails, the verified plan before it, with a warning.
+
+    Args:
+        step: the improvement, as the subject of a sentence.
+        before: nothing replaces a failure if this has no verified plan.
+    """
+    if before is None or not isinstance(before.outcome, Verified):
+        return work()
+    try:
+        return work()
+    except Exception as error:
+        stop_again()
+        findings = (*before.findings, improvement_failed(step, error))
+        return replace(cut_short(before, CutShort.DEFECT), findings=findings)
+
+
+def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
+    """A verified plan whose search did not come to its end, as its report and its manifest state."""
+    from missionc.output.folder.manifest import relisted  # with the versions of packages, for those who have a plan
+
+    assert isinstance(compiled.outcome, Verified)
+    files, report = dict(compiled.outcome.files), compiled.outcome.report
+    files[MANIFEST] = relisted({**json.loads(files[MANIFEST]), "cut_short": why.value}, {})
+    report = replace(report, cut_short=why)
+    return replace(compiled, outcome=replace(compiled.outcome, files=tuple(files.items()), report=report))
+
+
+def noted(compiled: Compiled, note: str) -> Compiled:
+    """A compilation with one more note on its verified plan."""
+    assert isinstance(compiled.outcome, Verified)
+    return replace(compiled, outcome=replace(compiled.outcome, report=compiled.outcome.report.noting(note)))

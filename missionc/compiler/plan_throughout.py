@@ -1,0 +1,232 @@
+"""Planning of requirements that hold between the steps too: what fails there is asked for anew, with what was learnt.
+
+in   the first Compiled, how to plan again, Options, Budget
+out  Compiled: the first plan that holds throughout; else the first of all, refused where it has to
+says MC710
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence, Set
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Protocol
+
+from missionc.backends.api import Backend, Budget, forget
+from missionc.backends.load import load_repair, plans_on_roadmaps
+from missionc.backends.offers import is_published
+from missionc.backends.options import Options
+from missionc.base.diagnostics.code import NOT_TOLERATED
+from missionc.base.signals import asked
+from missionc.base.throughout import Throughout
+from missionc.base.units import Metres, Seconds
+from missionc.compiler import no_plan
+from missionc.compiler.front_end import Checked
+from missionc.compiler.incumbent import noted
+from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.ir import Mission
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.lower.tighten import tightened_alone
+
+LEAST_TIME, TIMES = Seconds(5.0), 3.0
+"""Seconds for further plans that are wanted, and need not be; or so many times what the first one took."""
+
+LEAST_WORK = 16.0
+"""Units of ``work`` for each of them, or so many ``TIMES`` what the first one took."""
+
+
+class PlanAgain(Protocol):
+    """Plans once more, for another kernel where one is given, and by the repair of a motion where there is one."""
+
+    def __call__(
+        self, checked: Checked, options: Options, budget: Budget, *, asked_for: Kernel | None, only: Backend | None
+    ) -> Compiled: ...
+
+
+class Whom(Enum):
+    """Which requirements are strengthened."""
+
+    NONE = "none"
+    FAILING = "those that failed between the steps of a plan"
+    ALL = "all"
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """One way to ask again.
+
+    ``repaired``: whether it begins at the first plan, and not anew. ``lasting``: whose parts have to last from step to
+    step (``hold_throughout``). ``share`` of how far the fastest agent goes in a step, the margin by which those that
+    failed have to hold. ``seed`` is added to that of the run, and ``others`` asks engines that did not have the first
+    plan.
+    """
+
+    lasting: Whom
+    share: float
+    seed: int
+    others: bool = False
+    repaired: bool = False
+
+
+REPAIRS = (
+    Attempt(Whom.NONE, 1 / 64, 0, repaired=True),
+    Attempt(Whom.FAILING, 0.0, 0, repaired=True),
+    Attempt(Whom.FAILING, 1 / 64, 0, repaired=True),
+    Attempt(Whom.NONE, 1 / 16, 0, repaired=True),
+)
+"""In turn, before anything is planned anew: each is a polish of the first plan."""
+
+ON_ROADMAPS = (
+    Attempt(Whom.FAILING, 0.0, 0),
+    Attempt(Whom.FAILING, 0.0, 1),
+    Attempt(Whom.ALL, 0.0, 0),
+    Attempt(Whom.NONE, 1 / 32, 0),
+    Attempt(Whom.FAILING, 1 / 64, 1),
+    Attempt(Whom.FAILING, 0.0, 2, others=True),
+    Attempt(Whom.NONE, 1 / 16, 1),
+    Attempt(Whom.FAILING, 1 / 16, 3),
+    Attempt(Whom.NONE, 1 / 4, 3),
+)
+"""In turn, after a plan from a roadmap, whose places are few: who leaves one as another comes."""
+
+IN_SPACE = (
+    Attempt(Whom.NONE, 1 / 16, 0),
+    Attempt(Whom.ALL, 0.0, 0),
+    Attempt(Whom.FAILING, 1 / 16, 1),
+    Attempt(Whom.NONE, 1 / 8, 1, others=True),
+    Attempt(Whom.ALL, 1 / 16, 2),
+    Attempt(Whom.FAILING, 0.0, 2, others=True),
+    Attempt(Whom.NONE, 1 / 4, 3),
+)
+"""Likewise, after one that moves in continuous space, and fails by a little."""
+
+SEEDS = tuple(Attempt(Whom.NONE, 0.0, seed, others=seed % 2 == 0) for seed in range(1, 8))
+"""Where it is delays that a plan does not tolerate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Short:
+    """What a plan is short of that is right otherwise, and what is said of several of them."""
+
+    no: str
+    none: str
+
+
+BETWEEN = Short("hold between its steps", "holds throughout")
+DELAYS = Short("tolerate the delays", "tolerates the delays, which says nothing about whether there is one")
+
+
+def falls_short(compiled: Compiled, throughout: Throughout) -> Short | None:
+    """What a plan is short of that keeps everything at the steps, with everybody on time."""
+    if isinstance(compiled.outcome, Verified):
+        wanted = throughout is not Throughout.AT_STEPS
+        return BETWEEN if wanted and compiled.outcome.certificate.at_steps_alone else None
+    return DELAYS if any(each.code is NOT_TOLERATED for each in compiled.findings) else None
+
+
+def acceptable(verified: Verified, throughout: Throughout) -> bool:
+    """Whether a verified plan may be given out as it is, should no better one be found."""
+    return throughout is not Throughout.REQUIRED or not verified.certificate.at_steps_alone
+
+
+def plan_throughout(
+    first: Compiled,
+    checked: Checked,
+    plan_again: PlanAgain,
+    options: Options,
+    budget: Budget,
+    throughout: Throughout,
+    began: float,
+) -> Compiled:
+    """The first plan of a checked mission, or a further one where it falls short and that one does not.
+
+    Args:
+        began: when the first one was asked for, on the clock of ``time.monotonic``.
+    """
+    short = falls_short(first, throughout)
+    mission, kernel, choice = checked.mission, checked.kernel, checked.choice
+    if short is None or mission is None or kernel is None or choice is None:
+        return first
+    engine = "" if isinstance(first.outcome, Refused) else first.outcome.report.engine or choice.backend
+    others = replace(choice, engines=tuple(name for name in choice.engines if name != engine) or choice.engines)
+    same = replace(choice, engines=(engine,))
+    found = first.outcome if isinstance(first.outcome, Verified) else None
+    repair = load_repair(found.plan.trace, found.report) if found else None
+    limited = _limited(first, budget, throughout, began)
+    failing, tried = _failing(first), 1
+    published = is_published(choice.engines, options)
+    for attempt in () if published else _attempts(short, engine, repair):
+        if asked() or time.monotonic() >= limited.deadline:
+            break
+        asked_for = _strengthened(mission, kernel, failing, attempt) if short is BETWEEN else None
+        by = replace(checked, choice=same if attempt.repaired else others if attempt.others else choice)
+        more = replace(limited, seed=budget.seed + attempt.seed, deadline=_until(limited.deadline))
+        near = repair if attempt.repaired else None
+        retry = plan_again(by, options, more, asked_for=asked_for, only=near)
+        tried += 1
+        if isinstance(retry.outcome, Verified) and falls_short(retry, throughout) is None:
+            note = f"the first plan does not {short.no}; {'repaired it' if attempt.repaired else 'this one'} does"
+            report = retry.outcome.report
+            outcome = replace(retry.outcome, report=replace(report, engine=report.engine or engine))
+            return noted(replace(retry, checked=replace(retry.checked, choice=choice), outcome=outcome), note)
+        failing |= _failing(retry)
+    asked_once = "the method of the preset gives one plan, and no other is tried"
+    note = asked_once if published else f"{tried} plans were asked for: none {short.none}"
+    return _fallen_short(first, short, throughout, note)
+
+
+def _failing(compiled: Compiled) -> frozenset[str]:
+    """The requirements that a plan does not keep between its steps."""
+    if not isinstance(compiled.outcome, Verified):
+        return frozenset()
+    return frozenset(each.requirement for each in compiled.outcome.certificate.at_steps_alone)
+
+
+def _limited(first: Compiled, budget: Budget, throughout: Throughout, began: float) -> Budget:
+    """What further plans may take: all that is left where one is required, little where it is wanted."""
+    quiet = replace(budget, keep=forget, resume=None)
+    if not isinstance(first.outcome, Verified) or throughout is not Throughout.WANTED:
+        return quiet
+    now = time.monotonic()
+    until = min(budget.deadline, now + max(LEAST_TIME, TIMES * (now - began)))
+    return replace(quiet, deadline=until, work=min(budget.work, max(LEAST_WORK, TIMES * first.outcome.report.work)))
+
+
+def _until(deadline: float) -> float:
+    """Half of the time that is left, or all where that is little: one attempt leaves something to the next."""
+    now = time.monotonic()
+    return min(deadline, now + max(LEAST_TIME, (deadline - now) / 2))
+
+
+def _attempts(short: Short, engine: str, repair: Backend | None) -> Sequence[Attempt]:
+    if short is DELAYS:
+        return SEEDS
+    anew = ON_ROADMAPS if plans_on_roadmaps(engine) else IN_SPACE
+    return anew if repair is None else (*REPAIRS, *anew)
+
+
+def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: Attempt) -> Kernel:
+    """What is asked for, of which a plan keeps what the kernel says."""
+    from missionc.ir.lower.hold_throughout import hold_throughout
+
+    furthest = mission.step * max(agent.dynamics.top_speed for agent in mission.agents)
+    tighter = tightened_alone(kernel, failing, Metres(attempt.share * furthest))
+    every = frozenset(goal.name for goal in kernel.requirements)
+    names = {Whom.NONE: frozenset[str](), Whom.FAILING: failing, Whom.ALL: every}[attempt.lasting]
+    return hold_throughout(mission, tighter, names)
+
+
+def _fallen_short(first: Compiled, short: Short, throughout: Throughout, note: str) -> Compiled:
+    """The first plan as it is given out, where no further one did better."""
+    outcome, mission = first.outcome, first.checked.mission
+    if not isinstance(outcome, Verified) or mission is None:
+        late = (
+            replace(each, notes=(*each.notes, note)) if each.code is NOT_TOLERATED else each for each in first.findings
+        )
+        return replace(first, findings=tuple(late))
+    if throughout is Throughout.REQUIRED:
+        refused = no_plan.not_between(mission, outcome.certificate)
+        with_note = (replace(each, notes=(*each.notes, note)) for each in refused)
+        return replace(first, outcome=Refused(), findings=(*first.checked.findings, *with_note))
+    return noted(first, note)

@@ -1,0 +1,293 @@
+"""Planning of the ways before and after a mission: from above the pads to the starts, and from the finishes home.
+
+in   Mission, the texts of the polynomials that fly it, Budget
+out  the texts of both ways; or why there is none
+says MC740
+
+All at once on straight lines first; where these meet each other or something that stands in the way, on a roadmap, by
+the planner of missions; and where no polynomials fly that, straight one after the other. Each is fitted and proved as a
+mission's flight is, and flown slower where vehicles need it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from missionc.backends.api import Budget, Planned, Progress, forget, ignore, unheard
+from missionc.backends.load import load
+from missionc.backends.options import Options
+from missionc.base.diagnostics.code import NEEDS_MORE_TIME, NO_WAY
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.trace import Array, Trace
+from missionc.base.units import Metres
+from missionc.compiler.plan_with_margin import plan_with_margin
+from missionc.flight.trajectories.crazyflie import Flyable, crazyflie
+from missionc.flight.trajectories.safe_end import safe_ends
+from missionc.ir import Mission
+from missionc.ir.wording import listed
+from missionc.output.output_files import WholeFlight
+from missionc.verification.certificate import TUBE, Certificate, Check
+from missionc.verification.flight.verify_polynomials import PIECE_BYTES
+from missionc.verification.flight.verify_safe_end import has_safe_end, verify_safe_end
+from missionc.verification.flight.verify_whole_flight import as_one, pieces_of, rest_to_rest, verify_whole_flight
+from missionc.verification.flight.way_missions import (
+    NOTHING_REQUIRED,
+    Stage,
+    Way,
+    Ways,
+    distance_of,
+    has_risen,
+    is_whole,
+    way_mission,
+    ways_of,
+)
+from missionc.verification.verify_plan import verify
+
+AT_ONCE = 2
+"""Steps of a way on straight lines."""
+QUICK = 0.6
+"""The share of its speed at which a vehicle goes on a roadmap: it has to come to that from rest."""
+BEFORE = (1.5, 2.5, 4.0)
+"""How many times the steps of the longest line a way on a roadmap may take."""
+ROOM = ((TUBE, TUBE), (TUBE, 0.0), (0.0, 0.0))
+"""Metres more that a plan keeps of obstacles, and of others: so that polynomials may leave it by that."""
+SLOWER, TIMES = 1.25, 8
+"""How many times slower a way is flown that is too fast, and how often at most."""
+FEWEST = 3
+"""Pieces of a way, where it can be flown in so few."""
+SEARCH, LONGEST = 8.0, 90.0
+"""Seconds for one search on roadmaps, and for a whole way."""
+IN_FLIGHT = 0.6
+"""The share of the time that is left which a way home may take in flight."""
+LEAST_STEP = 0.5
+"""Seconds of a step on roadmaps, at least."""
+UNLIMITED = 2.0
+"""m/s, of vehicles that say nothing of their own."""
+NO_WAYS: Ways = {}
+COLUMNS = ("column world", "column separation", "rise obstacle", "sink obstacle")
+"""What no way to the pads mends: whatever stands there stands in the way."""
+
+
+def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> WholeFlight | Diagnostic | None:
+    """The ways of a mission that comes from the floor, its safe ends, and what was verified of them.
+
+    A mission that begins in the air has no ways; one that names no vehicle either has nothing of all that.
+    """
+    if not is_whole(mission):
+        return _safe_end(mission, files, budget) if has_safe_end(mission) else None
+    flown = pieces_of(mission, files)
+    assert not isinstance(flown, Check), "polynomials that were verified can be read"
+    standing = replace(mission, obstacles=tuple(each for each in mission.obstacles if each.constant))
+    columns = [each for each in verify_whole_flight(standing, files, NO_WAYS).failures if each.name in COLUMNS]
+    if columns:
+        return _refused(mission, Certificate(mission.name, tuple(columns)))
+    found: dict[Stage, Mapping[str, str]] = {}
+    memory = min(agent.vehicle.memory for agent in mission.agents)
+    left = memory // PIECE_BYTES - next(iter(flown.values())).duration.size
+    for stage, way in ways_of(mission, flown).items():
+        if not way.needed:
+            continue
+        budget.listen(Progress("emit", detail=f"the way {stage.value}"))
+        own = _plan(mission, stage, way, budget, left)
+        if isinstance(own, Diagnostic):
+            return own
+        found[stage] = own
+    judged = verify_whole_flight(mission, files, found)
+    if not judged.passed:
+        return _refused(mission, judged)
+    ends = _safe_end(mission, files, budget, found)
+    joined = judged.joined(ends.certificate)
+    return replace(ends, certificate=joined) if joined.passed else _refused(mission, ends.certificate)
+
+
+def _safe_end(mission: Mission, files: Mapping[str, str], budget: Budget, ways: Ways = NO_WAYS) -> WholeFlight:
+    """The safe ends of a flight with its ways, which were verified."""
+    budget.listen(Progress("emit", detail="safe ends"))
+    whole, before, risen = as_one(mission, files, ways)
+    stops = safe_ends(mission, whole, before, risen)
+    judged = verify_safe_end(mission, whole, before, risen, stops)
+    if not judged.passed and not is_whole(mission):
+        # What is found and not proved is none: of a mission that begins in the air that is an answer, too.
+        stops = ()
+        judged = verify_safe_end(mission, whole, before, risen, stops)
+    return WholeFlight(ways, stops, judged)
+
+
+def _plan(mission: Mission, stage: Stage, way: Way, budget: Budget, left: int) -> Mapping[str, str] | Diagnostic:
+    """
+    Args:
+        left: pieces for which memories have room beside the mission's.
+    """
+    now = time.monotonic()
+    # In flight there has to be time left for a plan without a way home.
+    share = IN_FLIGHT if has_risen(mission) else 1.0
+    until = min(now + share * (budget.deadline - now), now + LONGEST)
+    nearest: Diagnostic | None = None
+    for position, seconds in _candidates(mission, stage, way, replace(budget, deadline=until)):
+        fitted = _flown(mission, stage, way, position, seconds, left)
+        if isinstance(fitted, Flyable):
+            return fitted.files
+        nearest = fitted
+        if time.monotonic() > until:
+            break
+    return _no_way(mission, stage, nearest)
+
+
+def _candidates(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Iterator[tuple[Array, float]]:
+    """Plans of a way that keep clear, (agents, steps + 1, dim) in metres, and the seconds that each lasts."""
+    lasts = _seconds(mission, way)
+    straight = _straight(mission, way)
+    if _clear(way_mission(mission, stage, way, lasts, AT_ONCE, math.inf), straight):
+        yield straight, lasts
+    yield from _on_roadmaps(mission, stage, way, budget)
+    turns = one_by_one(mission, stage, way, lasts)
+    if turns is not None:
+        yield turns, lasts * (turns.shape[1] - 1) / AT_ONCE
+
+
+def _on_roadmaps(mission: Mission, stage: Stage, way: Way, budget: Budget) -> Iterator[tuple[Array, float]]:
+    """On roadmaps, with more room between all at first, then less; each time with more time."""
+    backend = load("smt", Options())
+    assert not isinstance(backend, Diagnostic), "the roadmap planner needs nothing that may be missing"
+    speed, step = QUICK * _speed(mission), max(float(mission.step), LEAST_STEP)
+    least = max(1, math.ceil(distance_of(way) / (speed * step)))
+    for times, (clear, apart) in product(BEFORE, ROOM):
+        steps = math.ceil(times * least) + 2
+        asked = way_mission(mission, stage, way, steps * step, steps, speed)
+        asked = replace(asked, clearance=Metres(asked.clearance + clear), separation=Metres(asked.separation + apart))
+        deadline = min(budget.deadline, time.monotonic() + SEARCH)
+        own = replace(budget, deadline=deadline, keep=forget, resume=None, found=unheard, listen=ignore)
+        outcome = plan_with_margin(backend, asked, NOTHING_REQUIRED, Options(), own)
+        if isinstance(outcome, Planned):
+            yield outcome.trace.position, steps * step
+        if time.monotonic() > budget.deadline:
+            return
+
+
+def one_by_one(mission: Mission, stage: Stage, way: Way, lasts: float) -> Array | None:
+    """One after the other, each straight while all others stand; None where at some time nobody can go so."""
+    begin, end = (points[:, : mission.dimension] for points in (way.begin, way.end))
+    here, waiting = begin.copy(), list(range(len(begin)))
+    rows = [here.copy()]
+    while waiting:
+        for agent in waiting:
+            there = here.copy()
+            there[agent] = end[agent]
+            middle = (here + there) / 2
+            asked = way_mission(mission, stage, Way(_level(way, here), _level(way, there), way.yaw), lasts, 2, math.inf)
+            if _clear(asked, np.stack([here, middle, there], axis=1)):
+                rows += [middle, there]
+                here = there
+                waiting.remove(agent)
+                break
+        else:
+            return None
+    return np.stack(rows, axis=1)
+
+
+def _level(way: Way, points: Array) -> Array:
+    """(agents, 3): points of the mission's world at the heights of a way, where they have none."""
+    return points if points.shape[1] == 3 else np.column_stack([points, way.begin[:, 2]])
+
+
+def _clear(asked: Mission, position: Array) -> bool:
+    """Whether bodies on a plan of it keep clear of each other, of obstacles and of the world's border."""
+    judged = verify(asked, NOTHING_REQUIRED, _trace(asked, position))
+    return not {check.name for check in judged.failures} & {"world", "obstacle", "separation"}
+
+
+def _straight(mission: Mission, way: Way) -> Array:
+    """(agents, steps + 1, dim), metres: everybody straight ahead, in the same rhythm."""
+    share = np.linspace(0.0, 1.0, AT_ONCE + 1)[None, :, None]
+    begin, end = (points[:, None, : mission.dimension] for points in (way.begin, way.end))
+    return np.asarray(begin + share * (end - begin))
+
+
+def _seconds(mission: Mission, way: Way) -> float:
+    """The straight way takes so long, from rest to rest; up and down a vehicle may be slower."""
+    longest = []
+    for agent, begin, end in zip(mission.agents, way.begin, way.end, strict=True):
+        aside, up = float(np.linalg.norm(end[:2] - begin[:2])), float(abs(end[2] - begin[2]))
+        speed = min(agent.vehicle.speed, UNLIMITED)
+        vertical = min(agent.vehicle.vertical_speed, UNLIMITED)
+        acceleration = min(agent.vehicle.acceleration, UNLIMITED)
+        longest += [rest_to_rest(aside, speed, acceleration), rest_to_rest(up, vertical, acceleration)]
+    return math.ceil(10 * max(*longest, 2.0)) / 10
+
+
+def _speed(mission: Mission) -> float:
+    return min(min(agent.vehicle.speed, 2 * agent.vehicle.vertical_speed, UNLIMITED) for agent in mission.agents)
+
+
+def _flown(
+    mission: Mission, stage: Stage, way: Way, position: Array, seconds: float, left: int
+) -> Flyable | Diagnostic:
+    """Polynomials along a plan of a way, in few pieces where that can be, and else in as many as it takes."""
+    memory = min(agent.vehicle.memory for agent in mission.agents)
+    few = max(FEWEST, left // 2) * PIECE_BYTES
+    fitted = _fitted(mission, stage, way, position, seconds, min(few, memory))
+    return fitted if isinstance(fitted, Flyable) else _fitted(mission, stage, way, position, seconds, memory)
+
+
+def _fitted(
+    mission: Mission, stage: Stage, way: Way, position: Array, seconds: float, memory: int
+) -> Flyable | Diagnostic:
+    """Likewise within a memory, as slow as vehicles need it."""
+    steps = position.shape[1] - 1
+    for _ in range(TIMES):
+        asked = _with_memory(way_mission(mission, stage, way, seconds, steps, math.inf), memory)
+        fitted = crazyflie(asked, NOTHING_REQUIRED, _trace(asked, position))
+        if isinstance(fitted, Flyable) or fitted.code is not NEEDS_MORE_TIME:
+            return fitted
+        seconds *= SLOWER
+    return fitted
+
+
+def _trace(asked: Mission, position: Array) -> Trace:
+    velocity = np.diff(position, axis=1) / asked.step
+    velocity = np.concatenate([velocity, velocity[:, -1:]], axis=1)
+    return Trace(asked.step, position, velocity, np.zeros(position.shape[:2]))
+
+
+def _with_memory(mission: Mission, memory: int) -> Mission:
+    agents = (replace(agent, vehicle=replace(agent.vehicle, memory=memory)) for agent in mission.agents)
+    return replace(mission, agents=tuple(agents))
+
+
+# ------------------------------------------------------------------ messages
+
+WORDS = {Stage.OUT: "from above the pads to the starts", Stage.HOME: "back above the pads"}
+
+
+def _no_way(mission: Mission, stage: Stage, nearest: Diagnostic | None) -> Diagnostic:
+    return Diagnostic(
+        NO_WAY,
+        f"no way was found {WORDS[stage]}",
+        _where(mission),
+        notes=() if nearest is None else (nearest.message, *nearest.notes[:1]),
+        help="give the team other `pads`, or another height to `hover` at",
+    )
+
+
+def _refused(mission: Mission, judged: Certificate) -> Diagnostic:
+    """What of the whole flight cannot be proved."""
+    worst = judged.failures[0]
+    short = f", short by {-worst.margin:.3g} {worst.unit}".rstrip() if worst.margin < 0 else ""
+    who = f" of {listed([f'`{name}`' for name in worst.agents])}" if worst.agents else ""
+    return Diagnostic(
+        NO_WAY,
+        f"the flight from the floor to the floor is not proved: `{worst.name}`{who} fails{short}",
+        _where(mission),
+        notes=(worst.detail,),
+        help="give the team other `pads`, or another height to `hover` at",
+    )
+
+
+def _where(mission: Mission) -> Label:
+    return next(Label(agent.pad.span) for agent in mission.agents if agent.pad is not None)

@@ -1,0 +1,109 @@
+"""Provenance of what is written: the mission's files, and the options that change the plan."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, assert_never
+
+from missionc.backends.offers import AUTO, OFFERS, is_published
+from missionc.backends.options import DESCRIBED, Described, Options, Recorded
+from missionc.base.source import Source
+from missionc.compiler.front_end import Checked
+from missionc.compiler.results import Compiled
+from missionc.output.folder.file_names import MANIFEST, MISSION, NEAR_MISS, PROOF, input_name
+
+if TYPE_CHECKING:
+    from missionc.output.folder.manifest import Option
+
+
+POSES = "from"
+"""The option that names where agents were measured to stand, one of the inputs."""
+
+
+def inputs(checked: Checked) -> tuple[tuple[str, bytes], ...]:
+    """Every file of the mission, by its name relative to the mission's folder."""
+    folder = Path(checked.file).parent
+    return tuple(
+        (poses_name(checked) if source is checked.poses else input_name(source.name, folder), source.content)
+        for source in checked.sources
+    )
+
+
+def poses_name(checked: Checked) -> str:
+    """How the file of measured poses is called among the mission's, wherever it lies: no other of them is called so."""
+    assert checked.poses is not None
+    folder = Path(checked.file).parent
+    taken = {input_name(source.name, folder) for source in checked.sources if source is not checked.poses}
+    name = input_name(PurePath(checked.poses.name).name, PurePath())
+    while name in taken:
+        name = f"measured-{name}"
+    return name
+
+
+def input_name_of(checked: Checked, source: Source) -> str:
+    """What a file of the mission is called, relative to the mission's folder."""
+    return input_name(source.name, Path(checked.file).parent)
+
+
+def data(checked: Checked) -> frozenset[str]:
+    """The names of those that are no missions."""
+    return frozenset(name for name, _ in inputs(checked)) - {name for name, _ in texts(checked)}
+
+
+def texts(checked: Checked) -> tuple[tuple[str, str], ...]:
+    """The missions among them, as text."""
+    folder = Path(checked.file).parent
+    return tuple((input_name(each.name, folder), each.text) for each in checked.sources if each.data is None)
+
+
+def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
+    """What of the command line changes the plan; of a mission in flight that it lasts longer than it is written."""
+    options = replace(options, stretch=max(options.stretch, checked.stretch))
+    engines = checked.choice.engines if checked.choice is not None else ()
+    hears = frozenset({"preset"} if is_published(engines, options) else ()).union(
+        *(OFFERS[name].options for name in engines)
+    )
+    named = [(each.name, each.text(options)) for each in DESCRIBED.values() if _is_recorded(each, options, hears)]
+    named.extend([("backend", AUTO)] if len(engines) > 1 else [])
+    named.extend([("vehicle", checked.vehicle)] if checked.vehicle else [])
+    if checked.poses is not None:
+        named.append((POSES, poses_name(checked)))
+    return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
+
+
+def _is_recorded(option: Described, options: Options, hears: frozenset[str]) -> bool:
+    match option.recorded:
+        case Recorded.ALWAYS:
+            return True
+        case Recorded.BY_ITS_BACKENDS:
+            return option.name in hears
+        case Recorded.WHERE_GIVEN:
+            return option.name in hears and getattr(options, option.name) != option.default
+        case Recorded.NEVER:
+            return False
+        case _:
+            assert_never(option.recorded)
+
+
+def asked_for(exports: tuple[str, ...]) -> tuple[tuple[str, Option], ...]:
+    """What of the command line changes nothing but which files there are."""
+    return (("export", ",".join(dict.fromkeys(exports))),) if exports else ()
+
+
+def with_manifest(compiled: Compiled, options: Options) -> Compiled:
+    """A compilation that ended without a plan, with a manifest of the files that it leaves, if it leaves any.
+
+    Where there is a proof among them, the mission lies beside it, so that it can be judged from the folder alone.
+    """
+    files, mission = dict(compiled.files), compiled.checked.mission
+    if not files or mission is None:
+        return compiled
+    from missionc.output.folder.manifest import Provenance, without_plan  # loads what writes plans
+
+    if compiled.files == compiled.near_miss_files:
+        return replace(compiled, listing=((MANIFEST, without_plan(mission.name, NEAR_MISS, files).encode()),))
+    origin = Provenance(inputs(compiled.checked), given(compiled.checked, options))
+    own = tuple((f"{MISSION}/{name}", content) for name, content in origin.inputs)
+    text = without_plan(mission.name, PROOF, files | dict(own), origin)
+    return replace(compiled, listing=(*own, (MANIFEST, text.encode())))

@@ -1,0 +1,71 @@
+"""Relaxation advice for an infeasible mission: lines for people, and values for programs."""
+
+from __future__ import annotations
+
+from missionc.compiler.results import Compiled, Explained, Relaxation
+
+
+def explained_lines(compiled: Compiled) -> list[str]:
+    """What would give the mission a plan, smallest change first, each as lines before and after; the nearest miss."""
+    explained, mission = compiled.explained, compiled.checked.mission
+    if explained is None or mission is None:
+        return []
+    name = mission.name
+    cut = " (search stopped at its limit)" if explained.cut_short else ""
+    if explained.relaxations:
+        one = "this change works" if len(explained.relaxations) == 1 else "any one of these changes works"
+        lines = [f"{name}: {one}{cut}"]
+    else:
+        lines = [f"{name}: no change that was tried has a plan{cut}"]
+    for relaxation in explained.relaxations:
+        proven = f"; {relaxation.proven} is proven not to" if relaxation.proven else ""
+        less = "" if relaxation.smallest else "; less may do"
+        guards = "; it weakens what keeps others safe" if relaxation.guards else ""
+        lines.append(f"  {relaxation.says}{proven}{less}{guards}")
+        for change in relaxation.changes:
+            place = f"{change.line:>6} " if change.line else " " * 7
+            lines += [f"{place}- {line}" for line in change.before.splitlines()]
+            lines += [f"{place}+ {line}" for line in change.after.splitlines() if line.strip()]
+    missed = explained.near_miss
+    if missed is not None:
+        lines.append(f"{name}: closest attempt (not a plan): {missed.attempt.violation(mission.step)}")
+    return lines
+
+
+def explained_document(explained: Explained | None) -> dict[str, object]:
+    """Null and empty where nothing was tried."""
+    if explained is None:
+        return {"blame": None, "relaxations": [], "near_miss": None}
+    missed = explained.near_miss
+    return {
+        "blame": {
+            "on": explained.blame.value,
+            "trials": [{"change": trial.says, "outcome": trial.outcome} for trial in explained.trials],
+            "cut_short": explained.cut_short,
+        },
+        "relaxations": [_relaxation(relaxation) for relaxation in explained.relaxations],
+        "near_miss": missed
+        and {
+            "planned_for": missed.planned_for or None,
+            "violates": [each.as_record() for each in missed.attempt.violated],
+            "faults": [each.as_record() for each in missed.attempt.worst_faults()],
+        },
+    }
+
+
+def _relaxation(relaxation: Relaxation) -> dict[str, object]:
+    """The first place that changes; ``also`` has the others, where there are any."""
+    places = [
+        {"file": change.file or None, "line": change.line or None, "before": change.before, "after": change.after}
+        for change in relaxation.changes
+    ]
+    first, *others = places
+    return {
+        "change": relaxation.says,
+        **first,
+        "also": others,
+        "smallest": relaxation.smallest,
+        "proven": relaxation.proven or None,
+        "guards": relaxation.guards,
+        "verified": True,
+    }

@@ -1,0 +1,90 @@
+"""Parameters of conflicting requirements, and the direction in which each asks for less.
+
+in   kernel formulas
+out  ConflictTargets
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TypeVar
+
+from missionc.base.source import Span
+from missionc.ir.kernel.nodes import AtLeast, Atom, Node, Not
+from missionc.ir.kernel.walk import children, graph_of, route_bounds, window_of
+
+Key = TypeVar("Key", Span, str)
+
+
+class Way(Enum):
+    """What asks for less: more of the number, or less of it; EITHER where the formula needs it both ways."""
+
+    MORE = 1
+    LESS = -1
+    EITHER = 0
+
+
+@dataclass(slots=True)
+class ConflictTargets:
+    """Conflict targets, by the words of the formula or the name of the thing: which way asks for less.
+
+    ``windows``: the last step of the window, the length of a period. ``lengths``: the upper bound of a route.
+    ``counts``: of agents. ``comparisons``: what is compared with zero, as if it were a sum that has
+    to be positive.
+    """
+
+    windows: dict[Span, Way] = field(default_factory=dict)
+    lengths: dict[Span, Way] = field(default_factory=dict)
+    counts: dict[Span, Way] = field(default_factory=dict)
+    comparisons: dict[Span, Way] = field(default_factory=dict)
+    graphs: dict[str, Way] = field(default_factory=dict)
+    regions: dict[str, Way] = field(default_factory=dict)
+    formations: dict[str, Way] = field(default_factory=dict)
+
+
+def conflict_targets(formulas: Iterable[Node]) -> ConflictTargets:
+    """The targets in these formulas, each of which is to hold."""
+    found = ConflictTargets()
+    stack = [(formula, 1) for formula in formulas][::-1]
+    seen: set[tuple[Node, int]] = set()
+    while stack:
+        node, sign = stack.pop()
+        if (node, sign) in seen:
+            continue
+        seen.add((node, sign))
+        below = -sign if isinstance(node, Not) else sign
+        _note(found, node, sign)
+        stack.extend((child, below) for child in reversed(children(node)))
+    return found
+
+
+def _note(found: ConflictTargets, node: Node, sign: int) -> None:
+    span = node.span
+    match node:
+        case Atom(predicate):
+            if predicate.region:
+                _add(found.regions, predicate.region.name, sign)
+            elif predicate.formation:
+                _add(found.formations, predicate.formation.name, sign)
+            else:
+                _add(found.comparisons, span, sign)
+        case AtLeast():
+            # That too few hold is that enough of the others fail: the number that is written goes the other way.
+            _add(found.counts, span, sign if node.dual else -sign)
+        case _:
+            sign = -sign if node.every else sign
+            if (window := window_of(node)) and window[1] is not None:
+                _add(found.windows, span, sign)
+            if graph := graph_of(node):
+                # A wider graph has shorter ways, and links where there were none: how that bears on a bound is open.
+                _add(found.graphs, graph.name, sign if children(node) else 0)
+            if route_bounds(node):
+                _add(found.lengths, span, sign)
+
+
+def _add(ways: dict[Key, Way], key: Key | None, sign: int) -> None:
+    if key is not None:
+        way = Way(sign)
+        ways[key] = way if ways.get(key, way) is way else Way.EITHER

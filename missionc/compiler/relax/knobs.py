@@ -1,0 +1,69 @@
+"""Knobs: numbers of a mission that can be moved, notch by notch, away from what is asked now."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from missionc.compiler.relax.edits import Edit, Spot
+
+DOUBLINGS = 2
+"""A number grows to so many doublings of itself at most, where nothing else bounds it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Knob:
+    """Edits of one kind, the larger the later.
+
+    Args:
+        edit: the change by so many notches, from 1 to ``most``; None where the text cannot say it.
+        size: of a notch, relative to what is changed.
+        first: how many notches are tried first.
+        most: how many there are.
+    """
+
+    edit: Callable[[int], Edit | None]
+    size: float
+    first: int = 1
+    most: int = 1
+
+
+def notch(value: float) -> float:
+    """A step in which a number is moved: a tenth to a hundredth of it, with one digit."""
+    return float(10 ** (math.floor(math.log10(abs(value))) - 1)) if value else 0.1
+
+
+def more(spot: Spot, name: str, most: float = math.inf) -> Knob:
+    """The number grows, to four times its size or up to ``most``, in its own unit.
+
+    Args:
+        name: of the number, as in "the radius of `radio`".
+    """
+    by = notch(spot.value)
+    room = min(most - spot.value, max(abs(spot.value), 1.0) * (2**DOUBLINGS - 1))
+    return _moved(spot, name, by, max(0, math.floor(room / by + 1e-9)))
+
+
+def less(spot: Spot, name: str, least: float = 0.0) -> Knob:
+    """The number shrinks, down to ``least``, in its own unit."""
+    by = notch(spot.value)
+    return _moved(spot, name, -by, max(0, math.floor((spot.value - least) / by + 1e-9)))
+
+
+def whole(spot: Spot, name: str, most: int, by: int = 1) -> Knob:
+    """A whole number that grows, or shrinks where ``by`` is -1, one by one and ``most`` times."""
+    return Knob(_put(spot, name, by), 1 / max(1.0, abs(spot.value)), 1, most)
+
+
+def _moved(spot: Spot, name: str, by: float, most: int) -> Knob:
+    size = abs(by) / (abs(spot.value) or 1.0)
+    return Knob(_put(spot, name, by), size, min(most, max(1, round(1 / size))), most)
+
+
+def _put(spot: Spot, name: str, by: float) -> Callable[[int], Edit]:
+    def edit(notches: int) -> Edit:
+        value = spot.value + notches * by
+        return spot.put(value, f"{name} {spot.written(value)} instead of {spot.written(spot.value)}")
+
+    return edit

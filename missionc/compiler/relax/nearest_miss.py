@@ -1,0 +1,137 @@
+"""The nearest miss: of the motions at hand, the one that violates the mission as written the least.
+
+in   Mission as written, its kernel, motions that are plans of relaxed missions, a search's best candidate
+out  NearMiss, where one of them breaks nothing but one requirement, or there is a candidate
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import PurePath
+
+from missionc.backends.api import Attempt, Scope
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.trace import Plan, Trace
+from missionc.compiler.front_end import Checked
+from missionc.compiler.provenance import texts
+from missionc.compiler.results import NearMiss, Relaxation, Trial
+from missionc.ir import Mission
+from missionc.ir.kernel.nodes import Kernel
+from missionc.output.documents.near_miss_json import near_miss_json
+from missionc.output.folder.manifest import sha256
+from missionc.output.plot.plot import plot
+from missionc.output.report.report_html import Plotted, report
+from missionc.verification.verify_plan import verify
+
+MOST_PLAYED = 12
+"""Changes whose plans the page can play; of more it shows the words alone."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Remedy:
+    """A relaxed mission, and a plan of it that passed ``verify``."""
+
+    checked: Checked
+    trace: Trace
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Advice:
+    """What the page says of the refusal: the requirements in conflict, and what was tried to know who is to blame."""
+
+    conflict: tuple[str, ...] = ()
+    trials: tuple[Trial, ...] = ()
+
+
+def near_miss(
+    checked: Checked,
+    backend: str,
+    seed: int,
+    relaxations: Sequence[tuple[Relaxation, Remedy]],
+    best: Attempt | None = None,
+    scope: Scope | None = None,
+    advice: Advice | None = None,
+) -> NearMiss | None:
+    """With its files: ``near_miss.json``, ``near_miss.html``, and ``near_miss.svg`` where maps can be drawn.
+
+    Args:
+        backend, seed: what planned the motions, and with which seed.
+        best: the candidate of a search that found no plan.
+        scope: of the refusal, where there is one.
+    """
+    mission, kernel = checked.valid_mission, checked.valid_kernel
+    motions = [(each.says, remedy.trace) for each, remedy in relaxations] + ([("", best.trace)] if best else [])
+    misses = [(_miss(mission, kernel, trace), says) for says, trace in motions]
+    near = [(miss, says) for miss, says in misses if miss is not None]
+    if near:
+        miss, says = max(near, key=lambda each: _by(each[0]))
+    elif best is not None:
+        miss, says = best, ""
+    else:
+        return None
+    document = near_miss_json(mission, miss, says, scope).encode()
+    plan = Plan(mission.name, backend, seed, miss.trace, miss.requirements)
+    certificate = verify(mission, kernel, miss.trace)
+    violation = miss.violation(mission.step)
+    shown = Plotted(mission, kernel, plan, certificate, {}, texts(checked), violation, digest=sha256(document))
+    told = _told(advice or Advice(), violation, [relaxation for relaxation, _ in relaxations])
+    page = report(shown, advice=(told, [_played(each, backend, seed) for _, each in relaxations[:MOST_PLAYED]]))
+    files = [("near_miss.json", document), ("near_miss.html", page)]
+    picture = plot(mission, miss.trace, backend, "svg", miss)
+    if not isinstance(picture, Diagnostic):
+        files.append(("near_miss.svg", picture))
+    return NearMiss(miss, says, tuple(files))
+
+
+def _miss(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt | None:
+    """What a motion of this mission comes to that breaks one requirement, and nothing else."""
+    if trace.position.shape[:2] != (len(mission.agents), mission.steps + 1):
+        return None
+    certificate = verify(mission, kernel, trace)
+    if [failure.name for failure in certificate.failures] != ["requirement"]:
+        return None
+    miss = Attempt(certificate.judgements, (), trace)
+    return miss if len(miss.violated) == 1 else None
+
+
+def _by(miss: Attempt) -> float:
+    robustness = miss.violated[0].robustness
+    return robustness if math.isfinite(robustness) else -math.inf
+
+
+def _played(remedy: Remedy, backend: str, seed: int) -> Plotted:
+    """The plan of a relaxed mission, which has no polynomials yet."""
+    mission, kernel = remedy.checked.valid_mission, remedy.checked.valid_kernel
+    certificate = verify(mission, kernel, remedy.trace)
+    plan = Plan(mission.name, backend, seed, remedy.trace, certificate.judgements)
+    return Plotted(mission, kernel, plan, certificate, {}, texts(remedy.checked))
+
+
+def _told(advice: Advice, violation: str, relaxations: Sequence[Relaxation]) -> dict[str, object]:
+    """The advice as the page reads it; the plan of a change has its rank after the nearest miss."""
+    return {
+        "conflict": list(advice.conflict),
+        "trials": [{"change": trial.says, "outcome": trial.outcome} for trial in advice.trials],
+        "miss": violation,
+        "changes": [
+            {
+                "change": each.says,
+                "edits": [
+                    {
+                        "file": PurePath(edit.file).name,
+                        "line": edit.line,
+                        "before": edit.before,
+                        "after": edit.after,
+                    }
+                    for edit in each.changes
+                ],
+                "smallest": each.smallest,
+                "proven": each.proven,
+                "guards": each.guards,
+                "plan": rank if rank <= MOST_PLAYED + 1 else None,
+            }
+            for rank, each in enumerate(relaxations, 2)
+        ],
+    }

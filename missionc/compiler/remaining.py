@@ -1,0 +1,153 @@
+"""The rest of a mission of which something was flown: checked, progressed, and ready to be planned or verified.
+
+in   Checked, the Past
+out  Checked of the rest: its mission begins where the past ends
+says MC719 MC723
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from missionc.base.diagnostics.code import NOT_SAID, PAST_DOES_NOT_FIT
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.limits import Limits
+from missionc.base.trace import Trace
+from missionc.compiler.front_end import ANY_BACKEND, Checked, check
+from missionc.compiler.provenance import inputs
+from missionc.frontend.syntax.read_file import held
+from missionc.ir import Mission
+from missionc.planning.progression.formula_progression import TooEntangledError
+from missionc.planning.progression.past_document import Past
+from missionc.planning.progression.stretches import Remaining, after
+from missionc.verification.certificate import Certificate
+
+if TYPE_CHECKING:
+    from missionc.verification.flight.verify_stops import Stops
+
+
+def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnostic:
+    """The checked mission with the past taken off.
+
+    What is said of it is in ``rest``; ``mission`` and ``kernel`` are what is left to be planned.
+
+    Args:
+        checked: the mission as it is written now, whole.
+    """
+    written: list[Mission] = []
+    rest: Remaining | None = None
+    for flown in past.flown:
+        then = earlier(checked, flown.texts, limits) if flown.texts else checked
+        if then.mission is None or then.kernel is None:
+            return unfit("its mission, as it was then, has errors")
+        written.append(then.mission)
+        rest = rest or Remaining(then.mission, then.kernel)
+    assert rest is not None
+    for number, flown in enumerate(past.flown):
+        if flown.agents != tuple(agent.name for agent in rest.mission.agents):
+            return unfit("it has other agents than the mission")
+        if abs(flown.stretch.trace.step - rest.mission.step) > 1e-9 or flown.stretch.steps >= rest.mission.steps:
+            return unfit("it has other steps than the mission, or leaves none")
+        if flown.stretch.trace.position.shape[2] != rest.mission.dimension:
+            return unfit("its states have other coordinates than the mission")
+        now = written[number + 1] if number + 1 < len(written) else checked.valid_mission
+        if wrong := _differ(rest.mission, now):
+            return unfit(wrong)
+        try:
+            rest = after(rest, flown.stretch, now)
+        except TooEntangledError as error:
+            return not_said(error)
+    same = not any(each.stretch.lost or each.stretch.given_up or each.stretch.slow or each.texts for each in past.flown)
+    if same and checked.kernel is not None:
+        rest = replace(
+            rest, whole=(checked.valid_mission, checked.kernel), seen=tuple(each.stretch.trace for each in past.flown)
+        )
+    return replace(checked, mission=rest.mission, kernel=rest.kernel, rest=rest, past=past)
+
+
+def without_home(checked: Checked) -> Checked:
+    """The rest of a mission from which nobody goes back to its pad: it ends in the air."""
+    mission, past = checked.valid_mission, checked.past
+    assert past is not None
+    last = past.flown[-1]
+    last = replace(last, stretch=replace(last.stretch, stays=True))
+    agents = tuple(replace(agent, pad=None) for agent in mission.agents)
+    return replace(checked, mission=replace(mission, agents=agents), past=replace(past, flown=(*past.flown[:-1], last)))
+
+
+def whole_checks(rest: Remaining | None, plan: Trace) -> Certificate | None:
+    """The requirements over what was flown and the plan together; nothing where there is no mission of both."""
+    if rest is None or rest.whole is None:
+        return None
+    from missionc.verification.plan.whole_requirements import check_whole  # what judges plans loads scipy
+
+    mission, kernel = rest.whole
+    return Certificate(mission.name, tuple(check_whole(mission, kernel, rest.seen, plan)))
+
+
+def stops_of(checked: Checked, files: Mapping[str, str]) -> Stops | None:
+    """The stops before the rest of a mission, given the text of each agent's polynomials; none of a whole mission."""
+    if checked.past is None or checked.rest is None or checked.rest.stopping is None:
+        return None
+    from missionc.verification.flight.verify_stops import Stops
+
+    mission, last = checked.rest.stopping, checked.past.flown[-1]
+    rows = [last.agents.index(agent.name) for agent in mission.agents]
+    told = last.stretch.trace.part(rows, 0, last.stretch.steps)
+    return Stops(mission, told, last.until, last.begins, files)
+
+
+def earlier(checked: Checked, texts: Mapping[str, str], limits: Limits) -> Checked:
+    """The mission as it was read when some of its files had other texts."""
+    own = dict(inputs(checked))
+    main = next(iter(own))
+    own.update({name: text.encode() for name, text in texts.items() if name in own})
+    source, load = held(main, str(Path(checked.file).parent), own, limits)
+    if isinstance(source, Diagnostic):
+        return Checked(checked.file, (source,))
+    return check(
+        source,
+        overrides=checked.overrides,
+        backend=ANY_BACKEND,
+        limits=limits,
+        stretch=checked.stretch,
+        vehicle=checked.vehicle,
+        poses=checked.poses,
+        load=load,
+        begun=True,
+    )
+
+
+def _differ(before: Mission, now: Mission) -> str:
+    """In what a mission cannot go on as the other one; empty where it can."""
+    names = {agent.name for agent in now.agents}
+    if any(agent.name not in names for agent in before.agents):
+        return "the mission has no longer all of its agents"
+    if before.step != now.step or before.dimension != now.dimension:
+        return "the mission has another step or another world since"
+    return ""
+
+
+def unfit(why: str) -> Diagnostic:
+    """What to say of a past that is none of this mission."""
+    return Diagnostic(
+        PAST_DOES_NOT_FIT,
+        f"what was flown is no past of this mission: {why}",
+        None,
+        help="replan from the folder that was flown, with what was flown of it",
+    )
+
+
+def not_said(error: TooEntangledError) -> Diagnostic:
+    """What to say where no formula tells what is left of a requirement."""
+    span = getattr(error.node, "span", None)
+    return Diagnostic(
+        NOT_SAID,
+        "what is left of this cannot be said: it asks for a route at a step that is over, along agents of whom "
+        "something is still to come",
+        None if span is None else Label(span),
+        help="ask for the route, and for what is to come, in requirements of their own",
+    )

@@ -1,0 +1,87 @@
+"""Diagnostics for a flight that cannot go on as the mission wants it: which requirement, since when, and what can.
+
+says MC720 MC722 MC724
+"""
+
+from __future__ import annotations
+
+from missionc.backends.api import Impossible
+from missionc.base.diagnostics.code import NO_LONGER_KEPT, NO_SAFE_STOP, NOT_BY_THEN
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.compiler.front_end import Checked
+from missionc.compiler.replan.request import Request
+from missionc.compiler.results import Compiled
+from missionc.ir import Mission
+from missionc.verification.certificate import Check
+from missionc.verification.monitoring.live.first_violations import first_violations
+
+HOVER = "until then everybody can stop, which is proven: `--format json` has the polynomials of the stops"
+
+
+def no_longer_kept(before: Checked, rest: Checked, request: Request) -> list[Diagnostic]:
+    """Each requirement that no continuation keeps, with the moment since when."""
+    assert rest.rest is not None
+    spans = {each.name: each.span for each in before.valid_mission.requirements}
+    since = _since(before, request)
+    findings = []
+    for name in (*rest.rest.violated, *rest.rest.nobodys):
+        lost = name in rest.rest.nobodys
+        when = f"since {since[name]:g} s" if name in since else "with the world and the team as they are now"
+        why = f"only those could keep it who are lost: {', '.join(request.lost)}" if lost else f"that is so {when}"
+        findings.append(
+            Diagnostic(
+                NO_LONGER_KEPT,
+                f"`{name}` can no longer be kept",
+                Label(spans[name]) if name in spans else None,
+                notes=(why,),
+                help=f"plan for everything else with `--give-up {_word(name)}`",
+            )
+        )
+    return findings
+
+
+def _word(name: str) -> str:
+    """A name as it is typed on a command line."""
+    return f"'{name}'" if " " in name else name
+
+
+def _since(before: Checked, request: Request) -> dict[str, float]:
+    """When each requirement was first certain to be violated, by what was flown: seconds."""
+    mission, kernel, trace = before.valid_mission, before.valid_kernel, request.so_far.trace
+    return {name: float(step * mission.step) for name, step in first_violations(mission, kernel, trace).items()}
+
+
+def no_safe_stop(mission: Mission, failed: tuple[Check, ...]) -> Diagnostic:
+    """No stop of the whole team was found in which nothing touches and every vehicle keeps its limits."""
+    worst = min(failed, key=lambda check: check.margin, default=None)
+    if worst is None:
+        message = "there is no time left to stop in before the plan is over"
+        return Diagnostic(NO_SAFE_STOP, message, Label(mission.span), help="fly on, or land")
+    who = ", ".join(worst.agents)
+    what, note = f"with which nobody touches anything: {who} at {worst.subject}", "they would overlap by"
+    if worst.name.startswith("flown"):
+        what, note = f"in which {worst.detail}: {who}", "it misses that by"
+    return Diagnostic(
+        NO_SAFE_STOP,
+        f"no stop of all agents was found {what}",
+        Label(mission.span),
+        notes=(f"{note} {-worst.margin:.2f} {worst.unit}",),
+        help="land those who are in the way, and name them with `--lost`",
+    )
+
+
+def nobody_left(mission: Mission) -> Diagnostic:
+    return Diagnostic(
+        NO_LONGER_KEPT, "all agents are lost: nobody is left to plan for", Label(mission.span), help="begin again"
+    )
+
+
+def no_plan_in_time(rest: Checked, compiled: Compiled) -> tuple[Diagnostic, ...]:
+    """What was found in the place of a plan; and that nothing comes of it."""
+    if isinstance(compiled.outcome, Impossible):
+        names = compiled.outcome.conflict
+        way = f"plan for everything else with `--give-up {_word(names[0])}`" if names else "land"
+    else:
+        way = "give it more time with `--within`, give a requirement up with `--give-up`, or land"
+    mine = Diagnostic(NOT_BY_THEN, "there is no other plan by then", None, notes=(HOVER,), help=way)
+    return (*(each for each in compiled.findings if not each.code.warning), mine)

@@ -1,0 +1,129 @@
+"""Patches: declarations that take the place of a mission's own while it is flown, as an edit of its text.
+
+in   Checked, the text of the patch
+out  the mission's files with the changes made
+says MC721
+
+A declaration with the name of one that is there takes its place: of a team, line by line. One with a new name is
+added, if it is a place. What is asked, whom of, and the time stay what they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+from missionc.base.diagnostics.code import NOT_TO_BE_CHANGED
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.compiler.front_end import Checked
+from missionc.compiler.provenance import input_name_of, texts
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.parse import parse
+
+PLACES = (ast.Region, ast.Obstacle, ast.Beacon)
+"""Declarations that a patch may add, or put in the place of others of their names."""
+ALONE = (ast.Separation, ast.Clearance)
+"""Those of which there is one."""
+OTHERS = (ast.Param, ast.Graph)
+"""Those that may take the place of others, and not be added."""
+CHANGEABLE = "regions, obstacles, beacons, parameters, graphs, the `separation`, the `clearance`, and lines of a team"
+
+Change: TypeAlias = tuple[Span, str]
+
+
+def patched(checked: Checked, patch: Source, limits: Limits) -> Mapping[str, str] | list[Diagnostic]:
+    """The texts of the mission's files after the patch, by their names; or everything that keeps it from being one."""
+    program, findings = parse(patch, limits, _no_file)
+    if program is None:
+        return findings
+    assert checked.program is not None
+    changes: list[Change] = []
+    added: list[str] = []
+    for item in program.declarations:
+        before = _before(checked.program, item)
+        match item:
+            case ast.Team() if isinstance(before, ast.Team):
+                made = _team(before, item)
+                findings += [made] if isinstance(made, Diagnostic) else []
+                changes += made if isinstance(made, list) else []
+            case ast.Region() | ast.Obstacle() | ast.Beacon() if before is None:
+                added.append(item.span.text)
+            case _ if before is not None and isinstance(item, (*PLACES, *ALONE, *OTHERS)):
+                changes.append((before.span, item.span.text))
+            case ast.Separation() | ast.Clearance():
+                added.append(item.span.text)
+            case _:
+                findings.append(_refused(item))
+    if findings:
+        return findings
+    return _edited(checked, changes, added)
+
+
+def _no_file(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
+    """A patch is one text, whatever lies beside it."""
+    return _said(span, f"a patch reads no other file, and not `{written}`", "write its declarations into the patch")
+
+
+def _before(program: ast.Program, item: ast.Declaration) -> ast.Declaration | None:
+    """The declaration whose place this one takes."""
+    for each in program.declarations:
+        if type(each) is type(item) and (isinstance(item, ALONE) or _name(each) == _name(item) != ""):
+            return each
+    return None
+
+
+def _name(item: ast.Declaration) -> str:
+    name = getattr(item, "name", None)
+    return name.text if isinstance(name, ast.Name) else ""
+
+
+def _team(before: ast.Team, now: ast.Team) -> list[Change] | Diagnostic:
+    """The lines of a team that take the place of those of their kind, and those that are new."""
+    if (before.size is None) != (now.size is None) or (
+        now.size is not None and before.size is not None and now.size.span.text != before.size.span.text
+    ):
+        return _said(now.span, "a patch cannot change how many agents a team has", "name who is lost with `--lost`")
+    changes: list[Change] = []
+    for item in now.items:
+        own = next((each for each in before.items if type(each) is type(item) and _same(each, item)), None)
+        if isinstance(item, ast.Start):
+            return _said(item.span, "agents have started already", "leave their `start` out of the patch")
+        if own is not None:
+            changes.append((own.span, item.span.text))
+        else:
+            end = before.span.end - 1
+            changes.append((Span(before.span.source, end, end), f"  {item.span.text}\n"))
+    return changes
+
+
+def _same(one: object, other: object) -> bool:
+    """Whether both set the same thing, where lines of a kind set several."""
+    names = [getattr(each, "name", None) for each in (one, other)]
+    if isinstance(one, ast.Setting):
+        return all(isinstance(each, ast.Name) for each in names) and names[0].text == names[1].text  # type: ignore[union-attr]
+    return True
+
+
+def _refused(item: ast.Declaration) -> Diagnostic:
+    word = item.span.text.split(maxsplit=1)[0]
+    if isinstance(item, (*OTHERS, ast.Team)):
+        return _said(item.span, f"the mission has no `{_name(item)}` whose place this could take", "look at its name")
+    return _said(item.span, f"`{word}` cannot be changed in flight", f"a patch may change {CHANGEABLE}")
+
+
+def _said(span: Span, message: str, help: str) -> Diagnostic:
+    return Diagnostic(NOT_TO_BE_CHANGED, message, Label(span), help=help)
+
+
+def _edited(checked: Checked, changes: list[Change], added: list[str]) -> dict[str, str]:
+    found = dict(texts(checked))
+    names = {source.name: input_name_of(checked, source) for source in checked.sources}
+    for span, text in sorted(changes, key=lambda change: change[0].start, reverse=True):
+        name = names[span.source.name]
+        found[name] = found[name][: span.start] + text + found[name][span.end :]
+    if added:
+        main = names[checked.sources[0].name]
+        found[main] = found[main].rstrip("\n") + "\n\n" + "\n".join(added) + "\n"
+    return found

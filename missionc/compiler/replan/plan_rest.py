@@ -1,0 +1,285 @@
+"""Planning of the rest of a mission: by few agents near the flown plan, else by all agents from rest.
+
+    in   the rest of a mission, the motion until it begins, the flown plan
+    out  Replanned
+
+Few agents change in motion while all others keep to their plan. Candidates near the flown plan bring all remaining
+agents back onto it, or put one of them in the place of a lost one. A candidate returns to the plan as soon as its
+agent can, straight ahead, with no other test. The candidate that keeps most comes first; none of them need satisfy
+anything.
+
+All libraries that replanning takes are loaded before the clock runs, since that takes seconds.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from missionc.backends.acceptance import attempt
+from missionc.backends.api import Budget, Impossible
+from missionc.backends.choose_backend import choose_backend
+from missionc.backends.load import load_engines, load_repair, load_roadmaps, load_straighten
+from missionc.backends.offers import OFFERS
+from missionc.backends.smt.offer import SMT
+from missionc.base.limits import Limits
+from missionc.base.trace import Array, Trace
+from missionc.compiler import driver
+from missionc.compiler.ask_cover import CoverSide
+from missionc.compiler.front_end import Checked
+from missionc.compiler.no_plan import impossible
+from missionc.compiler.replan.cannot_replan import no_plan_in_time
+from missionc.compiler.replan.request import Flying, Replanned, Request, Way
+from missionc.compiler.replan.stop_all import Stopped
+from missionc.compiler.results import Compiled, Verified
+from missionc.geometry.curves.piecewise_polynomials import written
+from missionc.ir import Exactly, Mission
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.operator import TooLarge
+from missionc.ir.lower.unroll_past import looking_ahead
+from missionc.planning.progression.rest_of_mission import slowed
+from missionc.verification.monitoring.monitor import monitor
+
+MOST = 60
+"""Motions that are compared."""
+
+
+def near_motions(
+    mission: Mission, kernel: Kernel, plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array
+) -> list[Trace]:
+    """The motions, those first of which fewer requirements fail, and then the ones whose worst fails by less.
+
+    Args:
+        plan: of all agents of the plan that was flown, lost ones too, in the steps that are left.
+        left, lost: their indices.
+        starts: (agents that are left, dim), metres.
+    """
+    own = [_way(mission, index, plan.position[row], starts) for index, row in enumerate(left)]
+    found = [_motion(plan, left, own)]
+    for index, gone in _substitutes(plan, left, lost, starts):
+        rows, ways = list(left), list(own)
+        rows[index], ways[index] = gone, _way(mission, index, plan.position[gone], starts)
+        found.append(_motion(plan, rows, ways))
+    return sorted(found, key=lambda trace: _failing(mission, kernel, trace)) if len(found) > 1 else found
+
+
+def _substitutes(plan: Trace, left: Sequence[int], lost: Sequence[int], starts: Array) -> list[tuple[int, int]]:
+    """Who, of those that are left, may go the way of which lost one, the nearest first."""
+    pairs = [(index, gone) for gone in lost for index in range(len(left))]
+    pairs.sort(key=lambda pair: float(np.linalg.norm(starts[pair[0]] - plan.position[pair[1], 0])))
+    return pairs[: MOST - 1]
+
+
+def _way(mission: Mission, index: int, wanted: Array, starts: Array) -> Array:
+    """(steps, dim): from where an agent is onto a way, (steps, dim), as fast as it goes, and on along it."""
+    reach = mission.agents[index].dynamics.top_speed * float(mission.step)
+    position = wanted.copy()
+    position[0] = starts[index]
+    for step in range(1, len(position)):
+        way = wanted[step] - position[step - 1]
+        far = float(np.linalg.norm(way))
+        position[step] = position[step - 1] + way * min(1.0, reach / far if far else 1.0)
+    return position
+
+
+def _motion(plan: Trace, rows: Sequence[int], ways: Sequence[Array]) -> Trace:
+    """Everybody on these ways, with the headings of the agents of the plan whose ways they are."""
+    position = np.stack(ways)
+    velocity = np.zeros_like(position)
+    velocity[:, :-1] = np.diff(position, axis=1) / plan.step
+    return Trace(plan.step, position, velocity, plan.heading[list(rows)])
+
+
+def _failing(mission: Mission, kernel: Kernel, trace: Trace) -> tuple[int, float]:
+    judged = monitor(mission, kernel, trace).requirements
+    return sum(not each.satisfied for each in judged), -min((each.robustness for each in judged), default=0.0)
+
+
+def get_ready(flying: Flying) -> None:
+    """Load the engines that may be asked, what polishes their plans, and what fits and writes flights."""
+    choice, _ = choose_backend(flying.checked.valid_mission, None)
+    for engine in choice.engines if choice else ():
+        load_engines((engine,))
+        if engine in OFFERS:
+            load_straighten(engine)
+    load_repair(flying.trace)
+    import missionc.backends.smt.backend
+    import missionc.flight.trajectories.crazyflie
+    import missionc.output.output_files  # noqa: F401
+
+
+QUICK, QUICKLY = 0.1, 0.3
+"""Units of work in which covers may show that no motion is a plan, before one is looked for; and a share of the time.
+"""
+SAME = 1e-6
+"""Metres: who is no further from its plan keeps to it."""
+REPAIRED = 2
+"""Motions near the plan that are repaired, one after the other."""
+ROADMAPS, REPAIR = 0.6, 0.4
+"""The share of the time that roadmaps may take; and of what is left then a repair, before all engines are asked."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RestPlanner:
+    """Plans what is left.
+
+    Args:
+        plan: what was flown, from its beginning: (agents, steps + 1).
+        names: of its agents.
+        left: the indices of those who are left.
+        deadline: on the clock of ``time.monotonic``.
+    """
+
+    plan: Trace
+    names: tuple[str, ...]
+    left: tuple[int, ...]
+    request: Request
+    limits: Limits
+    deadline: float
+
+    @property
+    def budget(self) -> Budget:
+        return Budget(self.deadline, seed=self.request.seed, limits=self.limits, urgent=True)
+
+    def by_few(self, rest: Checked, stopped: Stopped, share: float) -> Replanned | None:
+        """A plan in which few change what they do, and are in motion as it begins; or that no motion is one.
+
+        None where neither is found within a share of the time.
+        """
+        rest = _told(rest, self.stops(stopped))
+        refused = self._refuted(rest)
+        if refused is not None:
+            return self._ended(Way.NONE, rest, refused, stopped)
+        now = time.monotonic()
+        until = now + share * (self.deadline - now)
+        tried: list[frozenset[int]] = []
+        near = self._near(rest, stopped)[:REPAIRED]
+        for number, motion in enumerate(near):
+            free = self._changing(rest, motion, self._ahead(stopped))
+            asked = _with_courses(rest, motion, free)
+            for backend in (load_repair(motion), load_roadmaps() if len(free) < len(self.left) else None):
+                now = time.monotonic()
+                if backend is None or free in tried or now >= until:
+                    continue
+                budget = replace(self.budget, deadline=now + (until - now) / (len(near) - number + 1))
+                compiled = driver.plan_by(asked, backend, self.request.options, budget, self.request.exports)
+                if isinstance(compiled.outcome, Verified):
+                    return self._ended(Way.REPAIRED, rest, compiled, stopped, free)
+            tried.append(free)
+        return None
+
+    def _changing(self, rest: Checked, motion: Trace, before: Trace) -> frozenset[int]:
+        """Who does something else in a motion than before, or breaks something in it: their places among the left."""
+        come_to = attempt(rest.valid_mission, rest.valid_kernel, motion)
+        named = {name for fault in come_to.faults for name in fault.agents}
+        named |= {name for judged in come_to.violated for name in judged.agents}
+        off = np.abs(motion.position - before.position[list(self.left)]).max(axis=(1, 2))
+        return frozenset(
+            agent.index for agent in rest.valid_mission.agents if agent.name in named or off[agent.index] > SAME
+        )
+
+    def by_all(self, rest: Checked, stopped: Stopped, *, refute: bool) -> Replanned:
+        """A plan for everybody, who rests as it begins: near the old one, or anew."""
+        rest = _told(rest, self.stops(stopped))
+        refused = self._refuted(rest) if refute else None
+        if refused is not None:
+            return self._ended(Way.NONE, rest, refused, stopped)
+        soon = self._on_roadmaps(rest)
+        if soon is not None and (isinstance(soon.outcome, Verified) or self.request.hurried):
+            return self._ended(Way.ANEW, rest, soon, stopped)
+        way, compiled = Way.REPAIRED, self._repaired(rest, stopped)
+        if compiled is None:
+            way = Way.ANEW
+            compiled = driver.plan(rest, self.request.options, self.budget, exports=self.request.exports)
+        return self._ended(way, rest, compiled, stopped)
+
+    def stops(self, stopped: Stopped) -> dict[str, str]:
+        """The text of what each agent flies until the rest begins."""
+        return {self.names[agent]: written(own) for agent, own in zip(self.left, stopped.pieces, strict=True)}
+
+    def _ended(
+        self, way: Way, rest: Checked, compiled: Compiled, stopped: Stopped, changed: Collection[int] | None = None
+    ) -> Replanned:
+        stops = self.stops(stopped)
+        if isinstance(compiled.outcome, Verified):
+            rows = range(len(self.left)) if changed is None else sorted(changed)
+            who = tuple(self.names[self.left[row]] for row in rows)
+            return Replanned(way, compiled.findings, rest, None, compiled, stopped.until, who, stops)
+        findings, outcome = no_plan_in_time(rest, compiled), compiled.outcome
+        cannot = outcome.conflict[:1] if isinstance(outcome, Impossible) else ()
+        ended = Replanned(Way.NONE, findings, rest, compiled=compiled, begins=stopped.until)
+        return replace(ended, stops=stops, cannot=cannot)
+
+    def _refuted(self, rest: Checked) -> Compiled | None:
+        """That no motion is a plan, where little work shows it: there is no time to search for one then."""
+        ahead = looking_ahead(rest.valid_mission, rest.valid_kernel, self.limits.formula_nodes)
+        if isinstance(ahead, TooLarge):
+            return None
+        now = time.monotonic()
+        soon = replace(self.budget, deadline=now + QUICKLY * (self.deadline - now))
+        refused = CoverSide(rest.valid_mission, ahead, rest.valid_kernel, self.request.options, soon).refusal(QUICK)
+        if refused is None:
+            return None
+        return Compiled(rest, refused, (*rest.findings, impossible(rest.valid_mission, refused, None)), ())
+
+    def _on_roadmaps(self, rest: Checked) -> Compiled | None:
+        """A plan on roadmaps, or that they hold none, where that is known in a share of the time; else nothing."""
+        if rest.choice is None or SMT.name not in rest.choice.engines:
+            return None
+        now = time.monotonic()
+        soon = replace(self.budget, deadline=now + ROADMAPS * (self.deadline - now))
+        compiled = driver.plan_by(rest, load_roadmaps(), self.request.options, soon, self.request.exports)
+        return compiled if isinstance(compiled.outcome, Verified | Impossible) else None
+
+    def _repaired(self, rest: Checked, stopped: Stopped) -> Compiled | None:
+        """A motion near the old plan from where everybody stopped, polished until it keeps what is left."""
+        now = time.monotonic()
+        until = now + REPAIR * (self.deadline - now)
+        for motion in self._near(rest, stopped)[:REPAIRED]:
+            now = time.monotonic()
+            more = replace(self.budget, deadline=now + (until - now) / 2 if self._lost else until)
+            backend = load_repair(motion)
+            if backend is None:
+                return None
+            compiled = driver.plan_by(rest, backend, self.request.options, more, self.request.exports)
+            if isinstance(compiled.outcome, Verified):
+                return compiled
+        return None
+
+    @property
+    def _lost(self) -> list[int]:
+        return [agent for agent in range(len(self.names)) if agent not in self.left]
+
+    def _ahead(self, stopped: Stopped) -> Trace:
+        """The plan that was flown, from when the rest begins."""
+        return self.plan.part(range(len(self.names)), stopped.step, self.plan.position.shape[1] - 1)
+
+    def _near(self, rest: Checked, stopped: Stopped) -> list[Trace]:
+        """Motions near the old plan from where everybody is as the rest begins."""
+        starts = np.array(
+            [agent.start.point for agent in rest.valid_mission.agents if isinstance(agent.start, Exactly)]
+        )
+        return near_motions(rest.valid_mission, rest.valid_kernel, self._ahead(stopped), self.left, self._lost, starts)
+
+
+def _with_courses(rest: Checked, motion: Trace, free: Collection[int]) -> Checked:
+    """The rest, in which all others do what they do in a motion."""
+    agents = tuple(
+        agent
+        if agent.index in free
+        else replace(agent, course=tuple(map(tuple, motion.position[agent.index].tolist())))
+        for agent in rest.valid_mission.agents
+    )
+    return replace(rest, mission=replace(rest.valid_mission, agents=agents))
+
+
+def _told(rest: Checked, stops: Mapping[str, str]) -> Checked:
+    """The rest with what is flown until it begins; agents are no faster than their vehicles.
+
+    There is no time to find that a plan is too fast.
+    """
+    speeds = {agent.name: agent.vehicle.speed for agent in rest.valid_mission.agents}
+    return replace(rest, mission=slowed(rest.valid_mission, speeds), stops=tuple(stops.items()))

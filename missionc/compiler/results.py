@@ -1,0 +1,288 @@
+"""Results of the pipeline as values; no failure among them is a bare None.
+
+``Compiled`` comes of ``compile``, ``Monitored`` of ``monitor``; ``Checked``, of ``check``, is in ``checked``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, TypeAlias, assert_never
+
+from missionc.backends.api import Attempt, Impossible, NotFound, Report
+from missionc.base.constraint import Constraint, NotJudged, all_satisfied, constraint_lines
+from missionc.base.diagnostics.model import Diagnostic, has_errors
+from missionc.base.diagnostics.render import counts
+from missionc.base.judgement import judgement_lines
+from missionc.base.notebook import framed, printed, shown
+from missionc.base.units import Seconds
+from missionc.compiler.front_end import Checked, below
+from missionc.output.folder.file_names import REPORT
+
+if TYPE_CHECKING:
+    from missionc.base.judgement import Judgement
+    from missionc.base.trace import Plan, Trace
+    from missionc.output.documents.alternatives_json import AlternativeRow
+    from missionc.verification.certificate import Between, Certificate
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The mission, or what it needs of the installation, has errors: they are among the findings.
+
+    ``plan`` is the verified motion that cannot be flown, where there is one.
+    """
+
+    plan: Trace | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verified:
+    """A plan that passed every check of the certificate."""
+
+    plan: Plan
+    certificate: Certificate
+    report: Report
+    files: tuple[tuple[str, bytes], ...]
+    """What belongs into the output folder: relative path and content."""
+
+    def __str__(self) -> str:
+        return str(self.plan)
+
+    _repr_pretty_ = printed
+
+    def _repr_html_(self) -> str:
+        return framed(self.page, str(self))
+
+    @property
+    def page(self) -> str:
+        """The report."""
+        return dict(self.files)[REPORT].decode("utf-8")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alternative:
+    """One of several plans that differ, by its rank.
+
+    Args:
+        row: its rank, where its files are, what is different from the best one, and its figures.
+    """
+
+    row: AlternativeRow
+    verified: Verified
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unverified:
+    """A plan that failed a check of the certificate: a defect of the compiler, never given out as a plan."""
+
+    certificate: Certificate
+    report: Report
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Lines of a mission's file, from ``line`` on, as they are and as they would be; without line ends.
+
+    A value given on the command line is in no file, and on line 0.
+    """
+
+    file: str
+    line: int
+    before: str
+    after: str
+
+
+@dataclass(frozen=True, slots=True)
+class Relaxation:
+    """A change with which the mission, compiled from its text on, has a plan that passed ``verify``.
+
+    ``smallest``: the next smaller change of its kind was refused on the roadmap; where it is False, less may do.
+    """
+
+    says: str
+    changes: tuple[Change, ...]
+    size: float
+    """The size of the change, relative to what it changes; infinite where something is left out."""
+    smallest: bool
+    proven: str = ""
+    """A smaller change of its kind that is proven not to do, the largest that a cover refused; empty where none is."""
+    guards: bool = False
+    """With it the motion breaks, of the mission as written, what keeps others safe: what always is to be or not to be,
+    or the room between bodies."""
+
+
+class Blame(Enum):
+    """What an infeasible mission owes its refusal to, as far as trials tell."""
+
+    REQUIREMENTS = "requirements"
+    HORIZON = "horizon"
+    ROADMAP = "roadmap"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A variant, solved to know who is to blame; ``outcome`` is ``planned``, ``impossible`` or ``undecided``."""
+
+    says: str
+    outcome: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearMiss:
+    """A motion that comes nearest to being a plan. It is none.
+
+    Of an infeasible mission it breaks one requirement and keeps everything else. Of a mission for which no plan was
+    found it may be the best candidate, which may break more.
+    """
+
+    attempt: Attempt
+    planned_for: str
+    """The change of the mission with which the motion is a plan; empty of a best candidate."""
+    files: tuple[tuple[str, bytes], ...]
+    """What shows it: relative path and content."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """Why a mission has no plan, and what would help. ``relaxations`` have the smallest change first."""
+
+    blame: Blame
+    """Who is to blame; unknown of a mission that is not known to be infeasible."""
+    trials: tuple[Trial, ...] = ()
+    relaxations: tuple[Relaxation, ...] = ()
+    near_miss: NearMiss | None = None
+    cut_short: bool = False
+    """Time was up before everything had been tried."""
+
+
+CompileOutcome: TypeAlias = Refused | Verified | Unverified | Impossible | NotFound
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Compiled:
+    """How far a mission came. ``findings`` are those of ``checked``, and what planning adds."""
+
+    checked: Checked
+    outcome: CompileOutcome
+    findings: tuple[Diagnostic, ...]
+    seconds: tuple[tuple[str, Seconds], ...]
+    explained: Explained | None = None
+    """The explanation of a mission that is impossible, or has a best candidate at least, where that was asked for."""
+    listing: tuple[tuple[str, bytes], ...] = ()
+    """The manifest of the files that there are without a plan; nothing where there are none."""
+    alternatives: tuple[Alternative, ...] = ()
+    """The plans that were asked for, the best first, which is the outcome; nothing where one was to do."""
+
+    @property
+    def files(self) -> tuple[tuple[str, bytes], ...]:
+        """Files of the output folder: those of a plan, of a proof, or of the near miss; and their manifest.
+
+        A folder with a proof has no near miss: ``verify`` checks every file, and could not check that one.
+        """
+        match self.outcome:
+            case Verified(files=files):
+                return files
+            case Impossible(report=report) | NotFound(report=report):
+                return (report.files or self.near_miss_files) + self.listing
+            case Refused() | Unverified():
+                return ()
+            case _:
+                assert_never(self.outcome)
+
+    @property
+    def near_miss_files(self) -> tuple[tuple[str, bytes], ...]:
+        """Files that show the near miss, written or not; empty if there is none."""
+        missed = self.explained.near_miss if self.explained else None
+        return missed.files if missed else ()
+
+    @property
+    def word(self) -> str | None:
+        """The outcome in one word, as documents have it; None where a sound mission was not to be planned."""
+        match self.outcome:
+            case Verified():
+                return "planned"
+            case Impossible():
+                return "impossible"
+            case NotFound():
+                return "undecided"
+            case Unverified():
+                return "unverified"
+            case Refused():
+                return "refused" if has_errors(list(self.findings)) else None
+            case _:
+                assert_never(self.outcome)
+
+    def __str__(self) -> str:
+        match self.outcome:
+            case Verified():
+                return below(self.findings, str(self.outcome))
+            case Impossible() | NotFound():
+                changes = [f"  {each.says}" for each in self.explained.relaxations] if self.explained else []
+                return below(self.findings, *(["any one of these changes works"] if changes else []), *changes)
+            case Refused() | Unverified():
+                return below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
+            case _:
+                assert_never(self.outcome)
+
+    _repr_pretty_ = printed
+
+    def _repr_html_(self) -> str:
+        """The report, or what stands in the way of one, with the nearest miss where there is one."""
+        if isinstance(self.outcome, Verified):
+            return framed(self.outcome.page, str(self))
+        missed = [content.decode("utf-8") for name, content in self.near_miss_files if name == "near_miss.html"]
+        return shown(self) + "".join(framed(page, "the nearest miss") for page in missed)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Monitored:
+    """The judgement of a trace. If there are errors among the findings, nothing was judged.
+
+    ``between`` says for each satisfied requirement whether it holds between the steps, if that was asked.
+    ``constraints`` has the verdicts on what the mission implies beside its requirements: separation, clearance, speed.
+    """
+
+    checked: Checked
+    requirements: tuple[Judgement, ...]
+    preferences: tuple[Judgement, ...]
+    findings: tuple[Diagnostic, ...]
+    between: tuple[Between, ...] = ()
+    constraints: tuple[Constraint, ...] = ()
+    not_judged: tuple[NotJudged, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether mission and trace could be read, and fit each other; findings about planning are warnings."""
+        return not has_errors(list(self.findings))
+
+    @property
+    def satisfied(self) -> bool | None:
+        """Whether every requirement and constraint is satisfied; between the steps too, if that was asked.
+
+        None if nothing was judged, and if nothing is violated but something is not decided.
+        """
+        if not self.ok:
+            return None
+        kept = all_satisfied(self.constraints)
+        violated = kept is False or any(each.fails for each in self.between)
+        if violated or not all(each.satisfied for each in self.requirements):
+            return False
+        return True if kept and all(each.holds for each in self.between) else None
+
+    @property
+    def verdict(self) -> str:
+        """The answer in words: ``satisfied``, ``violated`` or ``not decided``."""
+        return {True: "satisfied", False: "violated", None: "not decided"}[self.satisfied]
+
+    def __str__(self) -> str:
+        mission = self.checked.mission
+        if not self.ok or mission is None:
+            return below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
+        lines = judgement_lines(self.requirements, mission.step)
+        lines += constraint_lines(self.constraints, self.not_judged)
+        return below(self.findings, f"{mission.name}: {self.verdict}", *lines)
+
+    _repr_pretty_ = printed
+    _repr_html_ = shown

@@ -1,1 +1,0 @@
-"""Data that ships with the compiler: vehicle profiles and the missions that `init` begins with."""

@@ -1,0 +1,218 @@
+"""Disturbances of a flight: the air, the vehicle, its estimates, and its setpoints, as the firmware computes them.
+
+Every flight draws from a generator of its own, made from the seed and the flight's number: the same whichever other
+flights there are. Setpoints are computed from polynomials in float32, as on board of a Crazyflie.
+
+Source:
+    crazyflie-firmware, src/modules/src/pptraj.c: ``piecewise_eval`` and ``poly4d_eval``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.base.trace import Array
+from missionc.geometry.curves.piecewise_polynomials import Pieces
+
+GRAVITY = 9.81
+"""m/s²"""
+
+SETPOINTS_PER_SECOND = 100
+"""How often the firmware evaluates a trajectory; in between it holds the last setpoint (RATE_HL_COMMANDER)."""
+
+POSITION, VELOCITY, ACCELERATION, RATES, YAW = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12), 12
+"""The rows of setpoints: m, m/s, m/s², body rates in rad/s, rad."""
+
+Float32 = NDArray[np.float32]
+
+
+def setpoints(pieces: Pieces, times: Array) -> Array:
+    """What the controller is told at times since the start, seconds: (...) -> (13, ...).
+
+    Before the start and after the end the vehicle is told to stand where the
+    trajectory begins and ends.
+    """
+    first, last = times < 0, times > pieces.duration.sum()
+    index, local = _piece(pieces.duration.astype(np.float32), np.maximum(times, 0.0).astype(np.float32))
+    coefficients = np.moveaxis(pieces.coefficients.astype(np.float32)[index], (-2, -1), (0, 1))
+    position = _horner(coefficients, local)
+    slope = _derivative(coefficients)
+    velocity = _horner(slope, local)
+    bend = _derivative(slope)
+    acceleration = _horner(bend, local)
+    jerk = _horner(_derivative(bend), local)
+    rates = _rates(acceleration[:3], jerk[:3], position[3], velocity[3])
+    reference: Float32 = np.concatenate([position[:3], velocity[:3], acceleration[:3], rates, position[3:]])
+    reference[3:12, first | last] = 0.0
+    return reference.astype(np.float64)
+
+
+def _piece(durations: Float32, times: Float32) -> tuple[NDArray[np.int64], Float32]:
+    """Which piece a time falls in, and the time since that began; past the end, the last moment of the last piece."""
+    index, local = np.zeros(times.shape, dtype=np.int64), times.copy()
+    for piece, duration in enumerate(durations[:-1].tolist()):
+        beyond = (index == piece) & (local > np.float32(duration))
+        index[beyond] += 1
+        local[beyond] -= np.float32(duration)
+    return index, np.minimum(local, durations[-1], out=local, where=index == durations.size - 1)
+
+
+def _horner(coefficients: Float32, local: Float32) -> Float32:
+    """(4, powers, ...), (...) -> (4, ...)."""
+    value = coefficients[:, -1]
+    for power in range(coefficients.shape[1] - 2, -1, -1):
+        value = value * local + coefficients[:, power]
+    return value
+
+
+def _derivative(coefficients: Float32) -> Float32:
+    powers = np.arange(1, coefficients.shape[1], dtype=np.float32)
+    return coefficients[:, 1:] * powers.reshape(1, -1, *[1] * (coefficients.ndim - 2))
+
+
+def _rates(acceleration: Float32, jerk: Float32, yaw: Float32, yaw_rate: Float32) -> Float32:
+    """Body rates by flatness, rad/s: (3, ...).
+
+    Source:
+        Mellinger and Kumar, "Minimum Snap Trajectory Generation and Control for Quadrotors" (2011), section III.
+    """
+    thrust = acceleration.copy()
+    thrust[2] += np.float32(GRAVITY)
+    size = np.sqrt((thrust**2).sum(axis=0))
+    up = thrust / size
+    ahead = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)])
+    left = np.cross(up, ahead, axis=0)
+    left /= np.sqrt((left**2).sum(axis=0))
+    ahead = np.cross(left, up, axis=0)
+    turning = (jerk - (jerk * up).sum(axis=0) * up) / size
+    return np.stack([-(turning * left).sum(axis=0), (turning * ahead).sum(axis=0), up[2] * yaw_rate])
+
+
+GUST_SECONDS = 0.5
+"""After so long a gust has lost all but 37 % of itself: chosen as quick as a Crazyflie's answer to its position."""
+NOISE_SECONDS = 0.2
+"""Likewise of the estimator's error: chosen; an estimate that is filtered wanders, and does not jump."""
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """How much of everything; nothing where nothing is given.
+
+    Args:
+        wind: speed of the constant wind, m/s; level, and from anywhere.
+        gust: standard deviation along each axis of what is added to it, m/s; for each agent an Ornstein-Uhlenbeck
+            process of its own.
+        mass: a vehicle weighs up to this share more or less than its controller thinks.
+        start: it begins up to so far beside its start, along x and along y, m.
+        clock: it begins up to so late, s.
+        noise: standard deviation along each axis of the error of the position that its controller is shown, m; for each
+            agent an Ornstein-Uhlenbeck process of its own.
+        latency: position and velocity are shown so late, s.
+        packets: this share of the position updates is lost; from one that came, the controller goes on at the velocity
+            that it had.
+        missed: this share of the vehicles never hears the start, and hovers where it began.
+        battery: the most that a motor gives falls by this share until the end of the flight.
+        motor: one motor of each vehicle gives up to this share less than it is told.
+        downwash: who is below another one is pushed down by so many times the force of a published model
+            (``downwash.push``).
+        lose: whose motors stop, and when, s.
+    """
+
+    wind: float = 0.0
+    gust: float = 0.0
+    mass: float = 0.0
+    start: float = 0.0
+    clock: float = 0.0
+    noise: float = 0.0
+    latency: float = 0.0
+    packets: float = 0.0
+    missed: float = 0.0
+    battery: float = 0.0
+    motor: float = 0.0
+    downwash: float = 0.0
+    lose: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def random(self) -> bool:
+        """Flights differ: something is drawn for each. Otherwise all of them are one and the same."""
+        drawn = self.wind, self.gust, self.mass, self.start, self.clock, self.noise, self.packets, self.missed
+        return any((*drawn, self.motor))
+
+
+UNDISTURBED = Disturbance()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """What was drawn for some flights. A tick is the time between two setpoints.
+
+    Args:
+        mass: (flights, agents), factors.
+        start: (flights, agents, 3), m.
+        clock: (flights, agents), s; infinite where the start is never heard.
+        motors: (flights, agents, 4), the share that each motor gives of what it is told.
+        wind: (flights, agents, ticks, 3), m/s.
+        noise: (flights, agents, ticks, 3), m: how far beside its position each is shown.
+        stale: (flights, agents, ticks): no position update comes.
+    """
+
+    mass: Array
+    start: Array
+    clock: Array
+    motors: Array
+    wind: Array
+    noise: Array | None = None
+    stale: NDArray[np.bool_] | None = None
+
+
+def drawn(disturbance: Disturbance, seed: int, flights: range, agents: int, ticks: int) -> Drawn:
+    """For the flights with these numbers."""
+    each = [np.random.default_rng([seed, flight]) for flight in flights]
+    shape = (len(flights), agents)
+
+    def uniform(low: float, high: float, *more: int) -> Array:
+        return np.stack([random.uniform(low, high, (agents, *more)) for random in each])
+
+    mass = 1 + disturbance.mass * uniform(-1, 1)
+    beside = disturbance.start * uniform(-1, 1, 2)
+    clock = disturbance.clock * uniform(0, 1)
+    angle = np.array([random.uniform(0, 2 * math.pi) for random in each])
+    level = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+    weak = np.stack([random.integers(4, size=agents) for random in each])
+    given = 1 - disturbance.motor * uniform(0, 1)
+    clock[uniform(0, 1) < disturbance.missed] = math.inf
+    wind = np.broadcast_to((disturbance.wind * level)[:, None, None], (*shape, ticks, 3))
+    if disturbance.gust:
+        wind = wind + disturbance.gust * _wandering(each, agents, ticks, GUST_SECONDS)
+    stale = None
+    if disturbance.packets:
+        stale = np.stack([random.uniform(size=(agents, ticks)) < disturbance.packets for random in each])
+    return Drawn(
+        mass,
+        np.concatenate([beside, np.zeros((*shape, 1))], axis=-1),
+        clock,
+        np.where(np.arange(4) == weak[..., None], given[..., None], 1.0),
+        wind,
+        disturbance.noise * _wandering(each, agents, ticks, NOISE_SECONDS) if disturbance.noise else None,
+        stale,
+    )
+
+
+def _wandering(each: list[np.random.Generator], agents: int, ticks: int, seconds: float) -> Array:
+    """Ornstein-Uhlenbeck processes of variance one, exact at their ticks: (flights, agents, ticks, 3).
+
+    Args:
+        seconds: after which one has lost all but 37 % of itself.
+    """
+    noise = np.empty((ticks, len(each), agents, 3))
+    for flight, random in enumerate(each):
+        noise[:, flight] = random.standard_normal((ticks, agents, 3))
+    stays = math.exp(-1 / (SETPOINTS_PER_SECOND * seconds))
+    noise[1:] *= math.sqrt(1 - stays**2)
+    for tick in range(1, ticks):
+        noise[tick] += stays * noise[tick - 1]
+    return np.moveaxis(noise, 0, 2)

@@ -1,0 +1,55 @@
+"""Simulation engines: the one that is always there, or one that is installed on request.
+
+Other engines bring their own vehicle and controller. What they are told is
+what a Crazyflie's firmware would tell its controller.
+
+    says MC404
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TypeAlias
+
+from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.flight.simulation.default_engine import Flown
+from missionc.flight.simulation.trial_bounds import OTHERS, QUADROTOR
+from missionc.geometry.curves.piecewise_polynomials import Pieces
+
+LONGEST = 200
+"""Characters of what an engine says that a message repeats."""
+
+Engine: TypeAlias = Callable[[Sequence[Pieces], float], Flown]
+"""One undisturbed flight of so many seconds."""
+
+
+def missing(name: str) -> Diagnostic | None:
+    """What to say where an engine is not installed; absent where it is."""
+    if name not in OTHERS or find_spec(name):
+        return None
+    message = f"`--engine {name}` needs the package {name}, which is not installed"
+    help_ = f"install it with `pip install 'missionc[{name}]'`, or leave `--engine` out: {QUADROTOR} is always there"
+    return Diagnostic(EXTRA_MISSING, message, None, help=help_)
+
+
+class EngineError(Exception):
+    """An engine that is installed does not start, and says why."""
+
+
+def fly_with(name: str, pieces: Sequence[Pieces], seconds: float) -> Flown:
+    """A flight by an installed package's engine; what that has to say goes to standard error.
+
+    Raises:
+        EngineError: the package cannot be loaded, as where another one that it needs is missing.
+    """
+    with redirect_stdout(sys.stderr):
+        try:
+            engine: Engine = import_module(f"missionc.flight.simulation.engines.with_{name}").fly
+        except (ImportError, RuntimeError) as error:
+            raise EngineError(str(error).partition("\n")[0][:LONGEST]) from error
+        return engine(pieces, seconds)

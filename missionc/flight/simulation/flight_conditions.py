@@ -1,0 +1,120 @@
+"""The conditions of a simulated flight as a record, from which it can be flown again.
+
+in   Trial, the mission's length; or such a record
+out  the record; or Trial
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from importlib.metadata import PackageNotFoundError, version
+
+from missionc.base.strict_json import is_number
+from missionc.flight.simulation.controller import Gains
+from missionc.flight.simulation.default_engine import COMMANDS
+from missionc.flight.simulation.disturbance import (
+    GUST_SECONDS,
+    NOISE_SECONDS,
+    SETPOINTS_PER_SECOND,
+    UNDISTURBED,
+    Disturbance,
+)
+from missionc.flight.simulation.quadrotor import Vehicle
+from missionc.flight.simulation.trial_bounds import (
+    ENGINES,
+    LARGEST_SEED,
+    MOST,
+    MOST_FLIGHTS,
+    MOST_LOST,
+    OTHERS,
+    QUADROTOR,
+)
+from missionc.flight.simulation.trials import Trial
+from missionc.version import __version__
+
+BROUGHT = {
+    "rotorpy": ("rotorpy.vehicles.crazyflie_params", "rotorpy.controllers.quadrotor_control.SE3Control", 1),
+    "crazyflow": ("Drone.cf2x_L250, Dynamics.first_principles", "Control.state, hovering before the start", COMMANDS),
+}
+"""The other engines: what flies, what controls it, and how often for each setpoint."""
+
+
+def conditions(trial: Trial, seconds: float) -> dict[str, object]:
+    """Everything that a flight of so many seconds follows from, beside the polynomials; lengths of time in seconds."""
+    vehicle, controller, commands = BROUGHT.get(trial.engine, (asdict(Vehicle()), asdict(Gains()), COMMANDS))
+    setpoint = 1 / SETPOINTS_PER_SECOND
+    return {
+        "engine": trial.engine,
+        "versions": versions(trial.engine),
+        "seed": trial.seed,
+        "flights": trial.flights,
+        "disturbance": asdict(trial.disturbance),
+        "seconds": {
+            "flight": seconds,
+            "setpoint": setpoint,
+            "command": setpoint / commands,
+            "gust": GUST_SECONDS,
+            "noise": NOISE_SECONDS,
+        },
+        "vehicle": vehicle,
+        "controller": controller,
+    }
+
+
+def versions(engine: str) -> dict[str, str]:
+    """The version of this package, and that of another engine; ``unknown`` where that does not say its own."""
+    try:
+        own = {engine: version(engine)} if engine in OTHERS else {}
+    except PackageNotFoundError:
+        own = {engine: "unknown"}
+    return {"missionc": __version__, **own}
+
+
+def trial_of(record: Mapping[str, object]) -> Trial | str:
+    """How to fly what a record tells; or the name of the first entry that cannot be."""
+    engine, flights, seed = record.get("engine"), record.get("flights"), record.get("seed")
+    if not (isinstance(engine, str) and engine in ENGINES):
+        return "engine"
+    if not _whole(flights, 1, MOST_FLIGHTS):
+        return "flights"
+    if not _whole(seed, 0, LARGEST_SEED):
+        return "seed"
+    disturbance = _disturbance(record.get("disturbance"))
+    if disturbance is None or (engine != QUADROTOR and (flights != 1 or disturbance != UNDISTURBED)):
+        return "disturbance"
+    assert isinstance(flights, int)
+    assert isinstance(seed, int)
+    return Trial(engine, flights, disturbance, seed)
+
+
+def _disturbance(record: object) -> Disturbance | None:
+    names = [field.name for field in fields(Disturbance)]
+    if not isinstance(record, dict) or sorted(record) != sorted(names):
+        return None
+    lose = _lose(record["lose"])
+    amounts = [name for name in names if name != "lose"]
+    if lose is None or not all(_within(record[name], MOST[name]) for name in amounts):
+        return None
+    return Disturbance(**{name: float(record[name]) for name in amounts}, lose=lose)
+
+
+def _lose(record: object) -> tuple[tuple[str, float], ...] | None:
+    """Pairs of a name and a moment, every name once."""
+    if not isinstance(record, list) or len(record) > MOST_LOST:
+        return None
+    found = []
+    for each in record:
+        if not (isinstance(each, list) and len(each) == 2 and isinstance(each[0], str) and _within(each[1], math.inf)):
+            return None
+        found.append((each[0], float(each[1])))
+    return tuple(found) if len({name for name, _ in found}) == len(found) else None
+
+
+def _within(value: object, most: float) -> bool:
+    return is_number(value) and 0 <= value <= most
+
+
+def _whole(value: object, least: int, most: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and least <= value <= most

@@ -1,0 +1,137 @@
+"""Quadrotor dynamics: a rigid body that four rotors lift and turn, in moving air.
+
+State, (17, bodies): position (m), velocity (m/s), attitude (unit quaternion
+w, x, y, z, body to world), body rates (rad/s), thrust of each motor (N). World
+axes: z up. Body axes: x ahead, y to the left; motors as a Crazyflie's: front
+right, back right, back left, front left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.flight.simulation.disturbance import GRAVITY
+
+POSITION, VELOCITY, ATTITUDE, RATES, THRUST = slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13), slice(13, 17)
+"""The rows of a state."""
+
+TURNS = np.array([[-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, -1.0], [-1.0, 1.0, -1.0, 1.0]])
+"""Which way each motor's thrust turns the body about x, y and z."""
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """A quadrotor's figures; those of a Crazyflie 2.1 where none are given.
+
+    Args:
+        mass: kg.
+        inertia: about x, y and z, kg m².
+        arm: of a motor's thrust about x and about y, m.
+        twist: torque about z for each newton of thrust, m.
+        strongest: thrust of one motor, N.
+        lag: time constant of a motor's thrust, s; 0 for none.
+        drag: across and along the rotors' axis, N for each m/s through the air.
+
+    Source:
+        crazyflie-firmware, ``platform_defaults_cf2.h``: mass, thrust of the standard motors. Förster, "System
+        Identification of the Crazyflie 2.0 Nano Quadrocopter" (ETH Zurich, 2015): inertia, arm (0.046 m along the
+        diagonal), twist. Eschmann et al., "Data-Driven System Identification of Quadrotors Subject to Motor Delays"
+        (2024): lag. rotorpy 3.0.0, ``crazyflie_params.py``, after Förster: 1.025e-6 and 7.55e-7 N for each rad/s and
+        m/s; four rotors hover at 1758 rad/s.
+    """
+
+    mass: float = 0.029
+    inertia: tuple[float, float, float] = (16.57e-6, 16.66e-6, 29.26e-6)
+    arm: float = 0.0325
+    twist: float = 0.00596
+    strongest: float = 0.1125
+    lag: float = 0.072
+    drag: tuple[float, float] = (7.2e-3, 5.3e-3)
+
+
+def at_rest(vehicle: Vehicle, position: Array, yaw: Array) -> Array:
+    """Bodies that hover: (3, bodies), (bodies,) -> (17, bodies). Their thrust is what the vehicle should weigh."""
+    state = np.zeros((17, position.shape[1]))
+    state[POSITION] = position
+    state[6], state[9] = np.cos(yaw / 2), np.sin(yaw / 2)
+    state[THRUST] = vehicle.mass * GRAVITY / 4
+    return state
+
+
+def axes(attitude: Array) -> tuple[Array, Array, Array]:
+    """The body's x, y and z in the world: (4, bodies) -> (3, bodies) thrice."""
+    w, x, y, z = attitude
+    ahead = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)])
+    left = np.array([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)])
+    return ahead, left, upward(attitude)
+
+
+def upward(attitude: Array) -> Array:
+    """The axis along which the rotors push, in the world: (4, bodies) -> (3, bodies)."""
+    w, x, y, z = attitude
+    return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+
+
+def heading(attitude: Array) -> Array:
+    """(4, ...) -> (...), rad."""
+    w, x, y, z = attitude
+    return np.asarray(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
+
+
+def change(vehicle: Vehicle, mass: Array, state: Array, thrust: Array, wind: Array, down: Array | None = None) -> Array:
+    """The state's derivative.
+
+    Args:
+        mass: of each body, (bodies,), kg.
+        state: (17, bodies).
+        thrust: what each motor is told, (4, bodies), N.
+        wind: (3, bodies), m/s.
+        down: what else pushes each down, (bodies,), N.
+    """
+    w, x, y, z = state[ATTITUDE]
+    p, q, r = state[RATES]
+    motors = state[THRUST] if vehicle.lag else thrust
+    up = upward(state[ATTITUDE])
+    across, along = vehicle.drag
+    through = state[VELOCITY] - wind
+    lift = motors[0] + motors[1] + motors[2] + motors[3]
+    push = lift - (along - across) * (up[0] * through[0] + up[1] * through[1] + up[2] * through[2])
+    result = np.empty_like(state)
+    result[POSITION] = state[VELOCITY]
+    result[VELOCITY] = (push * up - across * through) / mass
+    result[5] -= GRAVITY if down is None else GRAVITY + down / mass
+    result[6] = -(x * p + y * q + z * r) / 2
+    result[7] = (w * p + y * r - z * q) / 2
+    result[8] = (w * q + z * p - x * r) / 2
+    result[9] = (w * r + x * q - y * p) / 2
+    about_x, about_y, about_z = vehicle.inertia
+    turns = TURNS @ motors
+    result[10] = (vehicle.arm * turns[0] - (about_z - about_y) * q * r) / about_x
+    result[11] = (vehicle.arm * turns[1] - (about_x - about_z) * r * p) / about_y
+    result[12] = (vehicle.twist * turns[2] - (about_y - about_x) * p * q) / about_z
+    result[THRUST] = (thrust - motors) / vehicle.lag if vehicle.lag else 0.0
+    return result
+
+
+def moved(
+    vehicle: Vehicle,
+    mass: Array,
+    state: Array,
+    thrust: Array,
+    wind: Array,
+    seconds: float,
+    down: Array | None = None,
+) -> Array:
+    """The state a moment later, by the midpoint method; its attitude is a rotation again: (17, bodies).
+
+    The arrays are those that ``change`` takes.
+    At 500 steps a second a flight differs from one by a method of order four by hundredths of a millimetre.
+    """
+    half = state + seconds / 2 * change(vehicle, mass, state, thrust, wind, down)
+    result: Array = state + seconds * change(vehicle, mass, half, thrust, wind, down)
+    w, x, y, z = result[ATTITUDE]
+    result[ATTITUDE] /= np.sqrt(w * w + x * x + y * y + z * z)
+    return result

@@ -1,0 +1,134 @@
+"""Diagnostics for plans that cannot be flown: no polynomials were found, or the vehicles would need more time.
+
+says MC703 MC711
+"""
+
+from __future__ import annotations
+
+import math
+
+from missionc.base.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.judgement import Judgement
+from missionc.flight.trajectories.vehicle_limits import Peak
+from missionc.ir import PLAIN, Mission
+from missionc.verification.certificate import TUBE, Certificate, Check
+
+NEARLY_WHOLE = 1.25
+"""A whole stretch keeps the plan's corners, so it is proposed if it is longer by no more than this."""
+GRID = 20
+"""Other stretches are proposed in so many parts of one."""
+MOST_REASONS = 4
+
+
+def not_flyable(mission: Mission, tried: list[Check]) -> Diagnostic:
+    """What failed in the attempt that came nearest; ``tried`` has the worst of each that led to polynomials."""
+    failed = max(tried, key=lambda check: (check.at is not None, check.margin), default=None)
+    plain = all(agent.vehicle == PLAIN for agent in mission.agents)
+    spans = {agent.name: agent.span for agent in mission.agents}
+    names = failed.agents if failed and failed.agents else (mission.agents[0].name,)
+    who = " and ".join(f"`{name}`" for name in names)
+    message, why = f"no polynomials fly the plan of {who}", "no curve was found that stays near the plan"
+    help_ = "give the agents more time for their ways: a larger `step`, or slower `dynamics`"
+    match failed:
+        case Check(name="flown obstacle", subject=obstacle, margin=margin, at=float(at)) if plain:
+            message += f" clear of `{obstacle}`: they would touch at {at:.2f} s"
+            why = f"the best that was found overlaps by {-margin - mission.clearance:.3g} m there"
+            help_ = f"give the plan more room there: a `clearance` above {mission.clearance:g} m, or another start"
+        case Check(name="flown separation", margin=margin, at=float(at)) if plain:
+            message += f": they would touch at {at:.2f} s"
+            why = f"the best that was found overlaps by {-margin - mission.separation:.3g} m there"
+            help_ = f"give the plan more room there: a `separation` above {mission.separation:g} m, or other starts"
+        case Check(name=name, margin=margin, unit=unit, at=float(at)):
+            message += f" at {at:.2f} s"
+            why = f"in the best that was found `{name}` fails by {-margin:.3g} {unit}".rstrip()
+            if name in ("flown downwash", "flown separation"):
+                help_ = "give the plan more room there: a larger `separation`, or other starts"
+        case _:
+            pass
+    return Diagnostic(
+        NOT_FLYABLE,
+        message,
+        Label(spans[names[0]]),
+        notes=(why, f"they start and end at rest, and stay within {TUBE:g} m of the verified motion"),
+        help=help_,
+    )
+
+
+def too_fast(mission: Mission, peaks: tuple[tuple[str, Peak], ...], stretch: float) -> Diagnostic:
+    """Which agents exceed what, in the flight that exceeds it least, and how much longer it would have to take.
+
+    Args:
+        peaks: by the agents' names; at least one.
+        stretch: by which the plan has been stretched already.
+    """
+    worst: dict[str, tuple[str, Peak]] = {}
+    for name, peak in sorted(peaks, key=lambda entry: -entry[1].stretch):
+        worst.setdefault(peak.limit.name, (name, peak))
+    (first, most), *others = worst.values()
+    agent = next(agent for agent in mission.agents if agent.name == first)
+    needed = stretch * most.stretch
+    return Diagnostic(
+        NEEDS_MORE_TIME,
+        f"the plan is too fast for `{first}`: {_reached(most)} at {most.at:.2f} s, and `{agent.vehicle.name}` "
+        f"allows {_allowed(most)}",
+        Label(agent.span),
+        notes=(
+            *(f"{_reached(peak)} of `{name}` at {peak.at:.2f} s; {_allowed(peak)} allowed" for name, peak in others),
+            f"of the flights that were found this one exceeds least; {needed:.3g} times slower it keeps to all limits",
+        ),
+        help=f"fly the plan slower with `--stretch {proposed(needed):g}`, if the mission's windows allow it; "
+        "or have it planned slower, with less speed in `dynamics`",
+    )
+
+
+def proposed(needed: float) -> float:
+    """A stretch of at least ``needed`` that is easy to write."""
+    whole = float(math.ceil(needed))
+    return whole if whole <= NEARLY_WHOLE * needed else math.ceil(needed * GRID) / GRID
+
+
+def not_slower(
+    mission: Mission, certificate: Certificate, judgements: tuple[Judgement, ...], stretch: float
+) -> Diagnostic:
+    """Which requirements the stretched plan breaks; or what else about it is not as the mission has it."""
+    broken = [each for each in judgements if not each.satisfied]
+    spans = {requirement.name: requirement.span for requirement in mission.requirements}
+    names = " and ".join(f"`{each.name}`" for each in broken)
+    other = [check for check in certificate.failures if check.name != "requirement"]
+    what = f"no longer does what {names} ask{'s' if len(broken) == 1 else ''}" if broken else "is no plan any more"
+    if broken:
+        help_ = f"give {names} a later or wider window"
+    elif any(check.name == "speed" for check in other):
+        help_ = "allow slower motion in `dynamics`"
+    else:
+        help_ = "try a whole number" if stretch % 1 else "try another number"
+    return Diagnostic(
+        NEEDS_MORE_TIME,
+        f"flown {stretch:g} times slower, the plan {what}",
+        Label(spans[broken[0].name]) if broken else Label(mission.time_span or mission.span),
+        tuple(Label(spans[each.name], "and this") for each in broken[1:]),
+        notes=(
+            *(f"`{each.name}` is missed by {each.short}{_when(mission, each)}" for each in broken),
+            *map(_failure, other[:MOST_REASONS]),
+        ),
+        help=f"{help_}; or leave `--stretch` out and have the mission planned slower, with less speed in `dynamics`",
+    )
+
+
+def _reached(peak: Peak) -> str:
+    return f"{peak.limit.name} {peak.reading:.3g} {peak.limit.unit}"
+
+
+def _allowed(peak: Peak) -> str:
+    side = "at least" if peak.limit.name == "least thrust" else "at most"
+    return f"{side} {peak.limit.most:.3g} {peak.limit.unit}"
+
+
+def _when(mission: Mission, judgement: Judgement) -> str:
+    return "" if judgement.step is None else f" at {judgement.step * mission.step:g} s"
+
+
+def _failure(check: Check) -> str:
+    when = f" at {check.at:.2f} s" if check.at is not None else ""
+    return f"{check.name} of {check.subject} fails by {-check.margin:.3g} {check.unit}{when}: {check.detail}"

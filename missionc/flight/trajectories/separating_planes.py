@@ -1,0 +1,250 @@
+"""Separating planes, where polynomials come too close: each curve is kept on its side.
+
+The verified motion of two agents within a step is straight, so at its closest
+approach there is a plane between them that it never crosses: if the control
+points respect it, the polynomials keep the distance too. The same holds for a
+convex obstacle. Only planes that are needed are made.
+
+Source:
+    Hönig, Preiss, Kumar, Sukhatme, Ayanian, "Trajectory Planning for Quadrotor Swarms" (2018), section V.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from missionc.base.trace import Array, Flags
+from missionc.flight.trajectories.fit_polynomials import Course, Plane
+from missionc.geometry.curves.piecewise_polynomials import Curves, extents, refined, values
+from missionc.geometry.curves.smooth_splines import DEGREE
+from missionc.geometry.displacement import displaced
+from missionc.ir import Mission, Obstacle, Shape, Union
+from missionc.verification.certificate import ROUNDING
+from missionc.verification.plan.clearances import margins, near_pairs, pair_margins
+from missionc.verification.plan.obstacle_bodies import Distance, solid
+
+LENIENT = 2e-6
+"""Metres: a plane is never tighter than the verified motion by this, or bodies that start in touch had no room."""
+
+
+NARROWEST = 1e-3
+"""Metres: a tube is not halved below this."""
+SMALLEST = 1 / 8
+"""The smallest part of a leg that a moving obstacle's planes are for, but for what its own turns leave."""
+
+
+@dataclass(frozen=True, slots=True)
+class Near:
+    """Two agents, or one agent and an obstacle, too close in a leg, from ``begin`` to ``end`` (seconds)."""
+
+    leg: int
+    begin: float
+    end: float
+    first: int
+    other: int | Obstacle
+    short: float = field(compare=False)
+    """Metres: by how much at least."""
+
+    @property
+    def agents(self) -> tuple[int, ...]:
+        return (self.first, self.other) if isinstance(self.other, int) else (self.first,)
+
+    @property
+    def moving(self) -> bool:
+        return isinstance(self.other, Obstacle) and not self.other.constant
+
+
+Held: TypeAlias = dict[Near, list[Plane]]
+"""The planes that are to end each conflict."""
+
+
+def conflicts(mission: Mission, level: Curves, held: Held) -> list[Near]:
+    """All places where the curves keep less than the mission's separation or clearance.
+
+    Beside obstacles that move or grow, the parts of legs are looked at that planes were made for.
+
+    Args:
+        level: cut at the joints of the legs.
+    """
+    near_misses: list[Near] = []
+    for leg, first, second in near_pairs(mission, level, spare=0.0):
+        lower, upper, _ = pair_margins(mission, level, leg, first, second, 0.0)
+        begin, end = level.times[leg : leg + 2].tolist()
+        near_misses += [
+            Near(leg, begin, end, int(first[index]), int(second[index]), -float(upper[index]))
+            for index in np.flatnonzero(_close(lower, upper)).tolist()
+        ]
+    around = extents(level)
+    cuts = np.array([time for near in held if near.moving for time in (near.begin, near.end)])
+    for obstacle in mission.obstacles:
+        flown = level if obstacle.constant else refined(level, cuts)
+        seen, bounds = margins(mission, flown, around, obstacle, ROUNDING, 0.0)
+        parts = seen.times.size - 1
+        for index in np.flatnonzero(_close(bounds.lower, bounds.upper)).tolist():
+            agent, part = divmod(index, parts)
+            begin, end = seen.times[part : part + 2].tolist()
+            leg = int(np.searchsorted(level.times, begin, side="right")) - 1
+            near_misses.append(Near(leg, begin, end, agent, obstacle, -float(bounds.upper[index])))
+    return near_misses
+
+
+def _close(lower: Array, upper: Array) -> Flags:
+    return np.asarray((upper < -ROUNDING / 2) | (lower < -2 * ROUNDING))
+
+
+def held_apart(mission: Mission, course: Course, held: Held, near_misses: list[Near], level: Curves) -> Held:
+    """The planes, and those that end the near misses.
+
+    The verified motion lays them. Where those did not help beside a moving obstacle, its time is halved; and
+    where that is short already, the curve lays them as it was found.
+    """
+    more = dict(held)
+    for near in near_misses:
+        if near not in held:
+            for wider in [each for each in more if each.moving and _contains(each, near)]:
+                del more[wider]
+            more[near] = _planes(mission, course, near, None)
+        elif near.moving and near.end - near.begin > SMALLEST * (course.times[near.leg + 1] - course.times[near.leg]):
+            del more[near]
+            middle = (near.begin + near.end) / 2
+            for half in (replace(near, end=middle), replace(near, begin=middle)):
+                more[half] = _planes(mission, course, half, None)
+        elif near.moving:
+            more[near] = _planes(mission, course, near, level)
+    return more
+
+
+def _contains(wide: Near, near: Near) -> bool:
+    same = (wide.leg, wide.first, wide.other) == (near.leg, near.first, near.other)
+    return same and wide.begin <= near.begin and near.end <= wide.end
+
+
+def _planes(mission: Mission, course: Course, near: Near, level: Curves | None) -> list[Plane]:
+    """Laid by the verified motion, and only as far as it respects them; or by the curve that was found."""
+    match near.other:
+        case int(second):
+            ends = np.stack([course.start[:, near.leg], course.end[:, near.leg]], axis=1)
+            return _between(mission, near, second, ends[near.first] - ends[second], course.safe)
+        case Obstacle(constant=True) as obstacle:
+            ends = np.stack([course.start[near.first, near.leg], course.end[near.first, near.leg]])
+            return _beside(mission, near, obstacle, (0.0, 1.0), ends, np.zeros(2), True, course.safe)
+        case Obstacle() as obstacle:
+            begin, end = course.times[near.leg : near.leg + 2]
+            when = np.array([near.begin, near.end])
+            share = np.clip((when - begin) / (end - begin), 0.0, 1.0)
+            if level is None:
+                first, last = course.joint[near.first, near.leg : near.leg + 2]
+                ends = first + share[:, None] * (last - first)
+            else:
+                ends = values(level.coefficients[near.first, [near.leg] * 2], when - begin)
+            part = (float(share[0]), float(share[1]))
+            return _beside(mission, near, obstacle, part, ends, when, level is None, course.safe)
+        case _:
+            raise AssertionError(near)
+
+
+def _between(mission: Mission, near: Near, second: int, relative: Array, safe: float) -> list[Plane]:
+    """``relative``: (2, dim), the first agent as the second sees it, at both ends of its straight motion."""
+    spacing = mission.spacing(near.first, second)
+    # Where two keep an ellipsoid from each other, it is a ball in this metric, and the plane touches it.
+    metric = np.array([1.0, 1.0, spacing.flatness])[: relative.shape[1]]
+    start, along = relative[0] * metric, (relative[1] - relative[0]) * metric
+    square = float(along @ along)
+    share = float(np.clip(-float(start @ along) / square, 0.0, 1.0)) if square > 0 else 0.0
+    closest = start + share * along
+    distance = float(np.linalg.norm(closest))
+    if distance <= LENIENT:
+        return []
+    offset = np.full(DEGREE + 1, min(spacing.sideways + safe, distance - LENIENT))
+    return [Plane(near.leg, (0.0, 1.0), near.first, second, closest / distance * metric, offset)]
+
+
+def _beside(
+    mission: Mission,
+    near: Near,
+    obstacle: Obstacle,
+    share: tuple[float, float],
+    ends: Array,
+    when: Array,
+    relax: bool,
+    safe: float,
+) -> list[Plane]:
+    """One plane for each part of the shape; ``ends``, (2, dim), are where the agent is at two times, (2,), seconds."""
+    need = mission.agents[near.first].radius + mission.clearance
+    shift = np.array([displaced(obstacle, time, mission.dimension) for time in when])
+    grown = np.array([obstacle.grown(time) for time in when])
+    seen, share_of = ends - shift, np.linspace(0.0, 1.0, DEGREE + 1)
+    drift = shift[0] + share_of[:, None] * (shift[1] - shift[0])
+    swelling = grown[0] + share_of * (grown[1] - grown[0])
+    planes = []
+    for part in _parts(obstacle.shape):
+        distance = solid(part, mission.dimension)
+        point = _closest(distance, seen, grown)
+        normal = _gradient(distance, point)
+        level = float(normal @ point) - float(distance(point)) + need + safe
+        if relax:
+            # The verified motion itself must be on this side, or nothing could be.
+            level = min(level, float((seen @ normal - grown).min()) - LENIENT)
+        planes.append(Plane(near.leg, share, near.first, near.first, normal, level + swelling + drift @ normal))
+    return planes
+
+
+def _parts(shape: Shape) -> list[Shape]:
+    match shape:
+        case Union(left, right):
+            return _parts(left) + _parts(right)
+        case _:
+            return [shape]
+
+
+def _closest(distance: Distance, seen: Array, grown: Array) -> Array:
+    """The point of the segment nearest to the shape, which grows as it is passed, to a ten-thousandth of its length."""
+    low, high = 0.0, 1.0
+    for _ in range(2):
+        share = np.linspace(low, high, 201)
+        points = seen[0] + share[:, None] * (seen[1] - seen[0])
+        best = int((distance(points) - grown[0] - share * (grown[1] - grown[0])).argmin())
+        low, high = float(share[max(0, best - 1)]), float(share[min(200, best + 1)])
+    return np.asarray(points[best])
+
+
+def _gradient(distance: Distance, point: Array) -> Array:
+    """The direction away from the shape."""
+    small = 1e-6 * np.eye(point.size)
+    slope = distance(point + small) - distance(point - small)
+    return np.asarray(slope / max(float(np.linalg.norm(slope)), 1e-300))
+
+
+def groups(planes: list[Plane], stale: set[int]) -> list[list[int]]:
+    """The agents to be fitted together: those that are ``stale``, each with all that planes tie it to."""
+    root = {index: index for index in stale}
+    for plane in planes:
+        for index in (plane.first, plane.second):
+            root.setdefault(index, index)
+
+    def find(index: int) -> int:
+        while root[index] != index:
+            root[index] = root[root[index]]
+            index = root[index]
+        return index
+
+    for plane in planes:
+        first, second = sorted((find(plane.first), find(plane.second)))
+        root[second] = first
+    groups: dict[int, list[int]] = {}
+    for index in sorted(root):
+        groups.setdefault(find(index), []).append(index)
+    return [group for group in groups.values() if stale.intersection(group)]
+
+
+def narrowed(radius: Array, again: list[Near]) -> Array:
+    """(agents, legs), metres: tubes halved where planes did not end these conflicts (a shape that is not convex)."""
+    radius = radius.copy()
+    for near in again:
+        for index in (near.first, near.other):
+            if isinstance(index, int):
+                radius[index, near.leg] = max(NARROWEST, radius[index, near.leg] / 2)
+    return radius

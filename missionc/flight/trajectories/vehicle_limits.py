@@ -1,0 +1,231 @@
+"""Vehicle limits as gauges of a flight's derivatives: where they are exceeded, and cutting planes that end it.
+
+The gauge of a limit is 1 at the limit and twice as much for twice the
+derivative, so a flight that takes s times as long has the gauge over s**order.
+It is convex: where a control point of a derivative is beyond the limit, the
+half-space that holds all that is within is ``slope @ derivative <= 1``.
+
+Source:
+    Rockafellar, "Convex Analysis" (1970), section 15, of gauges; Kelley, "The Cutting-Plane Method" (1960).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.flight.trajectories.fit_polynomials import Course, Cut
+from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
+from missionc.geometry.curves.smooth_splines import DEGREE, part_of
+from missionc.ir import Mission, Vehicle
+from missionc.verification.flight.verify_polynomials import GRAVITY
+from missionc.verification.plan.conservative_advancement import least
+
+SHARE = 0.98
+"""The share of a limit that a fit may use: the rest is for rounding, and for what cuts leave over."""
+PARTS = 4
+"""A piece's control points are looked at in so many parts of it: nearer to the curve than those of the whole."""
+EXACT = 1e-3
+"""The share of a limit to which a peak beyond it is found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """One figure of a vehicle, about the derivative of an order; vectors (..., 3) in SI units.
+
+    Args:
+        most: the figure, in its unit.
+        gauge: (..., 3) to (...).
+        slope: of the gauge: (..., 3) to (..., 3).
+        steepest: the largest norm of a slope.
+        reading: what the vehicle does, to be compared with ``most``: (3,) to a number.
+    """
+
+    name: str
+    unit: str
+    order: int
+    most: float
+    gauge: Callable[[Array], Array]
+    slope: Callable[[Array], Array]
+    steepest: float
+    reading: Callable[[Array], float]
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """A limit that is exceeded: where the gauge is largest, what is done there, and when (seconds)."""
+
+    limit: Limit
+    gauge: float
+    reading: float
+    at: float
+
+    @property
+    def stretch(self) -> float:
+        """How many times as long the flight would have to take."""
+        return float(self.gauge ** (1 / self.limit.order))
+
+
+def limits_of(vehicle: Vehicle) -> list[Limit]:
+    """The limits of a vehicle's motion, but those that are infinite."""
+    level, height, full = np.array([1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.ones(3)
+    limits = [
+        _length("speed", "m/s", 1, vehicle.speed, level),
+        _length("vertical speed", "m/s", 1, vehicle.vertical_speed, height),
+        _length("acceleration", "m/s^2", 2, vehicle.acceleration, full),
+        _length("jerk", "m/s^3", 3, vehicle.jerk, full),
+    ]
+    if vehicle.tilt < math.pi / 2:
+        limits.append(_tilt(vehicle.tilt))
+    if math.isfinite(vehicle.thrust.high):
+        limits.append(_strongest(vehicle.thrust.high))
+    if vehicle.thrust.low > 0:
+        limits.append(_weakest(vehicle.thrust.low))
+    return [limit for limit in limits if math.isfinite(limit.most)]
+
+
+def _length(name: str, unit: str, order: int, most: float, axes: Array) -> Limit:
+    def gauge(vector: Array) -> Array:
+        return np.asarray(np.linalg.norm(vector * axes, axis=-1) / most)
+
+    def slope(vector: Array) -> Array:
+        return np.asarray(_unit(vector * axes) / most)
+
+    return Limit(name, unit, order, most, gauge, slope, 1 / most, lambda vector: float(gauge(vector)) * most)
+
+
+def _tilt(most: float) -> Limit:
+    """The thrust leans by at most an angle: ``|a sideways| - tan(angle) a_z <= tan(angle) g``."""
+    level, up = np.array([1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    tangent = math.tan(most)
+
+    def gauge(vector: Array) -> Array:
+        sideways = np.linalg.norm(vector * level, axis=-1)
+        return np.asarray(np.maximum(sideways / tangent - vector[..., 2], 0.0) / GRAVITY)
+
+    def slope(vector: Array) -> Array:
+        return np.asarray((_unit(vector * level) / tangent - up) / GRAVITY)
+
+    def reading(vector: Array) -> float:
+        return math.degrees(math.atan2(float(np.linalg.norm(vector[:2])), float(vector[2]) + GRAVITY))
+
+    steepest = 1 / (GRAVITY * math.sin(most))
+    return Limit("tilt", "deg", 2, math.degrees(most), gauge, slope, steepest, reading)
+
+
+def _strongest(most: float) -> Limit:
+    """``|a + g| <= most * g``: the gauge u solves ``|a / u + g| = most * g``."""
+    up, room = np.array([0.0, 0.0, 1.0]), most**2 - 1
+
+    def root(vector: Array) -> Array:
+        return np.asarray(np.sqrt(vector[..., 2] ** 2 + room * (vector**2).sum(axis=-1)))
+
+    def gauge(vector: Array) -> Array:
+        return np.asarray((vector[..., 2] + root(vector)) / (GRAVITY * room))
+
+    def slope(vector: Array) -> Array:
+        bend = vector[..., 2:] * up + room * vector
+        return np.asarray((up + bend / np.maximum(root(vector), 1e-300)[..., None]) / (GRAVITY * room))
+
+    return Limit("thrust", "times the weight", 2, most, gauge, slope, 1 / (GRAVITY * (most - 1)), _thrust)
+
+
+def _weakest(least: float) -> Limit:
+    """The part of the thrust that points up is at least so much: then so is the thrust."""
+    down, room = np.array([0.0, 0.0, -1.0]), GRAVITY * (1 - least)
+
+    def gauge(vector: Array) -> Array:
+        return np.asarray(np.maximum(-vector[..., 2], 0.0) / room)
+
+    def slope(vector: Array) -> Array:
+        return np.broadcast_to(down / room, vector.shape)
+
+    def reading(vector: Array) -> float:
+        return 1 + float(vector[2]) / GRAVITY
+
+    return Limit("least thrust", "times the weight", 2, least, gauge, slope, 1 / room, reading)
+
+
+def _thrust(vector: Array) -> float:
+    return float(np.linalg.norm(vector + np.array([0.0, 0.0, GRAVITY]))) / GRAVITY
+
+
+def _unit(vector: Array) -> Array:
+    return np.asarray(vector / np.maximum(np.linalg.norm(vector, axis=-1, keepdims=True), 1e-300))
+
+
+def peaks(limits: list[Limit], flight: Curves) -> list[Peak]:
+    """The limits that one agent's flight exceeds.
+
+    Args:
+        flight: of one agent: (1, pieces, dim, 8).
+    """
+    maxima = []
+    for limit in limits:
+        derived = flight
+        for _ in range(limit.order):
+            derived = derived.derivative()
+        coefficients = derived.coefficients[0]
+
+        def margin(item: Indices, local: Array, limit: Limit = limit, own: Array = coefficients) -> Array:
+            return -limit.gauge(_in_space(values(own[item], local)))
+
+        changes = speed_bounds(derived)[0] * limit.steepest
+        bounds = least(margin, changes, derived.durations, EXACT, ceiling=EXACT - 1)
+        worst = int(bounds.lower.argmin())
+        if bounds.lower[worst] < -1:
+            local = bounds.at[[worst]]
+            vector = _in_space(values(coefficients[[worst]], local))[0]
+            when = float(derived.times[worst] + local[0])
+            maxima.append(Peak(limit, -float(bounds.lower[worst]), limit.reading(vector), when))
+    return maxima
+
+
+def cuts(limits: list[Limit], agent: int, points: Array, durations: Array) -> list[Cut]:
+    """One for each control point of a derivative, in a part of a piece, that is beyond a limit.
+
+    Args:
+        points: (pieces, dim, 8), metres.
+        durations: (pieces,), seconds.
+    """
+    dim = points.shape[1]
+    constraints = []
+    for limit in limits:
+        form = in_parts(limit.order)
+        scale = durations ** -float(limit.order)
+        hull = _in_space(np.swapaxes(points @ form.T, 1, 2) * scale[:, None, None])
+        for piece, which in np.argwhere(limit.gauge(hull) > SHARE).tolist():
+            slope = limit.slope(hull[piece, which])[:dim]
+            constraints.append(Cut(agent, piece, np.outer(slope, form[which]) * (scale[piece] / SHARE)))
+    return constraints
+
+
+def in_parts(order: int) -> Array:
+    """(PARTS * (8 - order), 8): a piece's control points to those of a derivative in all parts; times in pieces."""
+    difference = np.diff(np.eye(DEGREE + 1), n=order, axis=0) * math.perm(DEGREE, order)
+    borders = [(part / PARTS, (part + 1) / PARTS) for part in range(PARTS)]
+    return np.concatenate([difference @ part_of(*border) * PARTS**order for border in borders])
+
+
+def _in_space(vectors: Array) -> Array:
+    """(..., dim) to (..., 3): what moves in a plane does not climb."""
+    missing = 3 - vectors.shape[-1]
+    return np.pad(vectors, [(0, 0)] * (vectors.ndim - 1) + [(0, missing)]) if missing else vectors
+
+
+def room(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
+    """Opposite corners of each leg's room, (agents, legs, dim).
+
+    Where the plan itself is beyond that, the flight goes no further than the plan; never out of the world.
+    """
+    corners = np.array([mission.room(index) for index in group])
+    low, high = corners[:, 0], corners[:, 1]
+    least, most = np.minimum(course.start, course.end), np.maximum(course.start, course.end)
+    return (
+        np.maximum(np.minimum(low[:, None], least), mission.world.low),
+        np.minimum(np.maximum(high[:, None], most), mission.world.high),
+    )

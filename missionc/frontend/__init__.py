@@ -1,0 +1,1 @@
+"""Text to the mission as meant, and findings about it."""

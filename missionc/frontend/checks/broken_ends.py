@@ -1,0 +1,193 @@
+"""Requirements that starts or finishes surely break by interval robustness, and the part that breaks.
+
+The intervals of every formula are worked out with arrays, so this is loaded only
+for missions of which ``check_ends`` has not found without that nothing is broken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from missionc.base.diagnostics.code import CONTRADICTION
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.frontend.checks.free_space import FreeSpace
+from missionc.ir import BeaconCover, Exactly, Mission, Place, Sight
+from missionc.ir.distances.signed_distance import distance_between
+from missionc.ir.kernel.analysis import reads_lengths
+from missionc.ir.kernel.nodes import Atom, Goal, Kernel, Node, Not, says_opposite
+from missionc.ir.kernel.walk import asks, children, graph_of, window_of
+from missionc.ir.pair_ranges import range_of
+from missionc.ir.wording import listed, metres, seconds
+from missionc.verification.monitoring.end_columns import FIRST
+from missionc.verification.monitoring.interval_robustness import Interval, Intervals
+
+ROUNDING = 1e-9
+"""Metres: what is missed by less may be rounding, unless it is exactly at a border that is not its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Culprit:
+    """The smallest part that decides it, at an agent and a known step; ``upper``: by the most that it can be worth.
+
+    ``words``: those that it came from, or what asks for it.
+    """
+
+    node: Node
+    agent: int
+    column: int
+    upper: bool
+    words: Span | None = None
+
+
+def broken_ends(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
+    """One finding for each requirement that no plan can satisfy, because of where it begins or ends."""
+    intervals = Intervals(mission, ground.atlas)
+    known = intervals.of(goal.formula for goal in kernel.requirements)
+    return [
+        _finding(mission, goal, _culprit(intervals, known, goal.formula), intervals, known)
+        for goal in kernel.requirements
+        if goal.formula in known and _surely_false(float(known[goal.formula].most[0, FIRST]))
+    ]
+
+
+def _surely_false(most: float) -> bool:
+    return most < -ROUNDING or -1e-300 < most < 0
+
+
+def _bound(known: dict[Node, Interval], place: Culprit) -> float:
+    one = known[place.node]
+    values = one.most if place.upper else one.least
+    return float(values[place.agent if len(values) > 1 else 0, place.column])
+
+
+def _culprit(intervals: Intervals, known: dict[Node, Interval], root: Node) -> Culprit:
+    """Down from a requirement to what its bound is the bound of."""
+    place = Culprit(root, 0, FIRST, True, root.span)
+    while True:
+        wanted = -_bound(known, place) if isinstance(place.node, Not) else _bound(known, place)
+        below = (each for each in _below(intervals, place) if _bound(known, each) == wanted)
+        following = next(below, None)
+        if following is None:
+            return place
+        place = replace(following, words=following.node.span or place.words)
+
+
+def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
+    """The places that a node's bound may be that of."""
+    node, upper = place.node, place.upper is not isinstance(place.node, Not)
+    if graph_of(node) is not None:
+        return
+    for ask in asks(node):
+        agent = place.agent if ask.of_itself else ask.agents[0]
+        steps = intervals.columns(ask.low, ask.high, place.column)[0]
+        if window_of(node) and ask.node is not children(node)[-1]:
+            steps = [place.column]  # whatever comes later, what holds up to it has to hold now
+        yield from (Culprit(ask.node, agent, step, upper) for step in steps)
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _finding(
+    mission: Mission, goal: Goal, culprit: Culprit, intervals: Intervals, known: dict[Node, Interval]
+) -> Diagnostic:
+    amount = abs(_bound(known, culprit))
+    if amount == np.inf:
+        return _whatever_the_motion(mission, goal, culprit)
+    verb, step = ("start", 0) if culprit.column == FIRST else ("finish", mission.steps)
+    agents, notes = _because(mission, culprit, intervals, amount)
+    names = [f"`{mission.agents[agent].name}`" for agent in agents]
+    places = {agent: _place(mission, agent, culprit.column) for agent in agents}
+    written: dict[object, list[str]] = {}
+    for agent, place in places.items():
+        if place is not None:
+            written.setdefault(place.span, []).append(f"`{mission.agents[agent].name}`")
+    by = f", by {metres(amount)}" if amount > ROUNDING else ""
+    spread = any(intervals.radius[agent, culprit.column] > 0 for agent in agents)
+    at_best = " at best, wherever in their regions they are" if spread and by else ""
+    verdict = _verdict(culprit)
+    finishing = listed(names) + (f" {verb}es" if verb == "finish" else f" {verb}s") if len(names) == 1 else ""
+    return Diagnostic(
+        CONTRADICTION,
+        f"requirement `{goal.name}` contradicts where {finishing or f'{listed(names)} {verb}'}",
+        Label(culprit.words or goal.span, f"{verdict} at {seconds(mission, step)}{by}{at_best}"),
+        tuple(
+            Label(place.span, f"{listed(written[place.span])} {verb}{_s(verb, written[place.span])} here")
+            for place in {each.span: each for each in places.values() if each is not None}.values()
+        ),
+        tuple(notes),
+        f"{verb} elsewhere, or let the requirement's window leave out {seconds(mission, step)}",
+    )
+
+
+def _verdict(culprit: Culprit) -> str:
+    return "false" if culprit.upper is not says_opposite(culprit.node) else "true, which it must not be,"
+
+
+def _whatever_the_motion(mission: Mission, goal: Goal, culprit: Culprit) -> Diagnostic:
+    """A requirement that does not depend on the motion, such as one about the number of agents."""
+    step = 0 if culprit.column == FIRST else mission.steps
+    return Diagnostic(
+        CONTRADICTION,
+        f"requirement `{goal.name}` cannot be satisfied, whatever the motion",
+        Label(culprit.words or goal.span, f"{_verdict(culprit)} at {seconds(mission, step)}, whatever the agents do"),
+        help=f"let the requirement's window leave out {seconds(mission, step)}, or drop this part",
+    )
+
+
+def _s(verb: str, names: list[str]) -> str:
+    return "" if len(names) > 1 else "es" if verb == "finish" else "s"
+
+
+def _place(mission: Mission, agent: int, column: int) -> Place | None:
+    return mission.agents[agent].start if column == FIRST else mission.agents[agent].finish
+
+
+def _because(
+    mission: Mission, culprit: Culprit, intervals: Intervals, amount: float
+) -> tuple[tuple[int, ...], list[str]]:
+    """Whose places decide it, and how far apart they are."""
+    position = intervals.position[:, culprit.column]
+
+    def apart(first: int, second: int) -> str:
+        names = f"`{mission.agents[first].name}` and `{mission.agents[second].name}`"
+        length = float(distance_between(np, position[first], position[second]))
+        exact = all(isinstance(_place(mission, each, culprit.column), Exactly) for each in (first, second))
+        return f"{names} are {metres(length)} apart" + ("" if exact else " from the middle of one place to the other's")
+
+    match culprit.node:
+        case Atom(predicate) if (formation := predicate.formation) and formation.edges:
+            edge = intervals.worst_edge(formation, culprit.column)
+            wanted = (
+                f"; `{formation.name}` has them {metres(edge.target)} apart" if isinstance(edge.target, float) else ""
+            )
+            return (edge.first, edge.second), [apart(edge.first, edge.second) + wanted]
+        case Atom(predicate) if pairs := predicate.pairs_of(culprit.agent):
+            return pairs[0], [apart(*pairs[0])]
+        case node if (graph := graph_of(node)) and not reads_lengths(node):
+            bounds = intervals.links(graph)
+            most = culprit.upper is not culprit.node.every
+            links = (bounds.most if most else bounds.least)[culprit.column].copy()
+            np.fill_diagonal(links, 0.0)
+            worst_links = np.argwhere((np.abs(links) == amount) & (links != 0))
+            if len(worst_links) == 0 or isinstance(graph, BeaconCover):
+                return (culprit.agent,), []
+            first, second = (graph.agents[place] for place in worst_links[0].tolist())
+            radius = range_of(graph, first, second)
+            near = float(distance_between(np, position[first], position[second])) < radius
+            blocked = ", and an obstacle is in the way" if near and isinstance(graph, Sight) and culprit.upper else ""
+            names = [f"`{mission.agents[agent].name}`" for agent in (first, second)]
+            what = (
+                f"range of `{graph.name}` from {names[0]} to {names[1]}"
+                if graph.ranges
+                else f"radius of `{graph.name}`"
+            )
+            reach = f"the {what} is {metres(radius)}{blocked}"
+            return (first, second), [f"{apart(first, second)}; {reach}"]
+        case _:
+            return (culprit.agent,), []

@@ -1,0 +1,299 @@
+"""Causes of death: the figures that show by themselves that a formula cannot hold, and what is said of each.
+
+A goal too far, two sides of an `until` further apart than a step, a stay shorter than the lowest speed allows, more
+agents than there is room for, a formation that fits nowhere. Each is said of outer bounds of where centres can be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import field
+from functools import reduce
+from itertools import combinations
+from typing import TypeAlias
+
+from missionc.base.diagnostics.code import BARRED, CROWDED, JUMP, NO_FIT, RESTLESS, TOO_FAR, Code
+from missionc.base.diagnostics.model import Label
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.frontend.checks.check_goals import WIDEN, Journey, begins, figures
+from missionc.frontend.checks.free_space import FreeSpace
+from missionc.frontend.checks.least_ways import reach
+from missionc.geometry.configuration_space import Area, common
+from missionc.ir import Agent, Formation, Mission, Predicate
+from missionc.ir.kernel.nodes import Node, UntilNode
+from missionc.ir.language.walk_formulas import bits_of
+from missionc.ir.wording import listed, metres, seconds, speed
+
+ROUNDING = 1e-9
+
+Areas: TypeAlias = frozenset[Area]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cause:
+    """Why a formula cannot hold of these agents: a headline, the figure at its words, other places, a way out.
+
+    ``bits`` are those of the agents.
+    """
+
+    code: Code
+    bits: int
+    headline: str
+    span: Span | None
+    figure: str
+    labels: tuple[Label, ...]
+    help: str
+
+
+@dataclass(slots=True, eq=False)
+class Causes:
+    """The causes that are found in a mission.
+
+    Args:
+        suspecting: a cause is whatever no place shows to be none, so that no geometry is asked; nothing is said of it.
+    """
+
+    ground: FreeSpace
+    suspecting: bool = False
+    sets: dict[Areas, Area] = field(default_factory=dict)
+    unions: dict[tuple[Areas, ...], Areas] = field(default_factory=dict)
+    formations: dict[Formation, str | None] = field(default_factory=dict)
+
+    @property
+    def mission(self) -> Mission:
+        return self.ground.mission
+
+    def common(self, areas: Areas) -> Area:
+        """The places in each of the sets, of which there is one at least."""
+        if areas not in self.sets:
+            self.sets[areas] = reduce(common, areas)
+        return self.sets[areas]
+
+    def either(self, alternatives: Sequence[Areas]) -> Areas:
+        """The sets that a centre is in which is in those of one of the alternatives."""
+        key = tuple(alternatives)
+        if not key or not all(key):
+            return frozenset()
+        if len(set(key)) == 1:
+            return key[0]
+        if key not in self.unions:
+            whole = self.ground.atlas.union([self.common(each) for each in key])
+            self.unions[key] = frozenset.intersection(*key) | {whole}
+        return self.unions[key]
+
+    # -------------------------------------------------------------- too far, too near
+
+    def far(self, node: Node, area: Area, steps: Mapping[int, int]) -> Cause | None:
+        """Those who cannot be there by the step given for each; that somebody is elsewhere at the first is not said."""
+        if self.suspecting:
+            return _suspect(self.away((area,), {agent: by for agent, by in steps.items() if by > 0}))
+        journeys = []
+        for agent, by in sorted(steps.items()):
+            if by > 0 and (journey := self._journey(self.mission.agents[agent], area, by)):
+                journeys.append(journey)
+        if not journeys:
+            return None
+        nearest = min(journeys, key=lambda journey: journey.distance)
+        by = max(steps[journey.agent.index] for journey in journeys)
+        when = "" if nearest.barred else f" by {seconds(self.mission, by)}"
+        return Cause(
+            BARRED if nearest.barred else TOO_FAR,
+            _bits([journey.agent for journey in journeys]),
+            f"{_nobody([journey.agent for journey in journeys])} {_satisfy(node.span)}{when}",
+            node.span,
+            figures(self.mission, nearest),
+            (begins(nearest),),
+            WIDEN if nearest.barred else "give it more time, raise the top speed, or start nearer",
+        )
+
+    def away(self, areas: Collection[Area], steps: Mapping[int, int]) -> int:
+        """The agents that cannot be in all of these sets by the step given for each, not even at the first."""
+        if not areas:
+            return 0
+        area = self.common(frozenset(areas))
+        late = [self.mission.agents[agent] for agent, by in steps.items() if self._late(agent, area, by)]
+        return _bits(late)
+
+    def _late(self, agent: int, area: Area, by: int) -> bool:
+        who, ways = self.mission.agents[agent], self.ground.ways
+        asked = who, ways.start(who), area, reach(self.mission, who, by)
+        return not ways.shown(*asked) and (self.suspecting or ways.too_long(*asked) is not None)
+
+    def _journey(self, agent: Agent, area: Area, by: int) -> Journey | None:
+        ways = self.ground.ways
+        start = ways.start(agent)
+        way = ways.too_long(agent, start, area, reach(self.mission, agent, by))
+        if way is None:
+            return None
+        return Journey(agent, way.length, way.bent, ways.passage(agent, start, area) if math.isinf(way.length) else 0.0)
+
+    def jump(self, node: UntilNode, hold: Areas, end: Areas, steps: Mapping[int, int]) -> Cause | None:
+        """Those who cannot go in one step from where the left side holds to where the right one does."""
+        if not hold or not end or hold & end:
+            return None
+        here, there, ways = self.common(hold), self.common(end), self.ground.ways
+        agents = [self.mission.agents[each] for each in sorted(steps)]
+        if self.suspecting:
+            jumping = [each for each in agents if not ways.shown(each, here, there, reach(self.mission, each, 1))]
+            return _suspect(_bits(jumping))
+        tried = [(agent, ways.too_long(agent, here, there, reach(self.mission, agent, 1))) for agent in agents]
+        found = [(agent, way) for agent, way in tried if way is not None]
+        if not found:
+            return None
+        agent, way = min(found, key=lambda pair: pair[1].length)
+        apart = "no way from one to the other" if math.isinf(way.length) else f"{metres(way.length)} apart"
+        far = metres(agent.dynamics.top_speed * self.mission.step)
+        return Cause(
+            JUMP,
+            _bits([agent for agent, _ in found]),
+            f"{_nobody([agent for agent, _ in found])} get from one side of this `until` to the other in a step",
+            node.end.span or node.span,
+            f"{apart}{' round the obstacles' if way.bent and math.isfinite(way.length) else ''}, {far} in a step",
+            (Label(node.hold.span, "from here"),) if node.hold.span else (),
+            "let the left side hold on the way there, or raise the top speed",
+        )
+
+    # ------------------------------------------------------------------ stays
+
+    def restless(self, node: Node, areas: Areas, moves: Mapping[int, int]) -> Cause | None:
+        """Those whom their lowest speed takes further than a set is wide, in the moves that each has to stay for."""
+        fast = {each: count for each, count in moves.items() if count > 0 and self._least(each, 1) > 0}
+        if not areas or not fast:
+            return None
+        needed = {each: max(self._least(each, few) for few in range(1, count + 1)) for each, count in fast.items()}
+        area = self.common(areas)
+        if area.holds_ball(max(needed.values()) / 2):
+            return None
+        if self.suspecting:
+            return _suspect(bits_of(tuple(sorted(fast))))
+        wide = self.ground.atlas.diameter(area)
+        stuck = [each for each, far in sorted(needed.items()) if far > wide * (1 + ROUNDING) + ROUNDING]
+        if not stuck:
+            return None
+        agent = self.mission.agents[stuck[0]]
+        few = next(few for few in range(1, fast[stuck[0]] + 1) if self._least(agent.index, few) > wide + ROUNDING)
+        far = metres(self._least(agent.index, few))
+        turns = "" if few == 1 else f", turning by {_turn(self.mission, agent)} at most in each"
+        return Cause(
+            RESTLESS,
+            _bits([self.mission.agents[each] for each in stuck]),
+            f"{_nobody([self.mission.agents[each] for each in stuck])} stay there for"
+            f" {seconds(self.mission, fast[stuck[0]])}",
+            node.span,
+            f"{metres(wide)} across at most; at {speed(agent.dynamics.lowest_speed)} or more it is {far} away after"
+            f" {few} {'step' if few == 1 else 'steps'}{turns}",
+            (Label(agent.span, "its lowest speed"),),
+            "make the region larger, let it be left, or lower the lowest speed",
+        )
+
+    def _least(self, agent: int, moves: int) -> float:
+        """How far apart the two ends of so many moves are at least, metres; 0 where it may turn back.
+
+        With headings that differ by at most ``turn`` from one move to the next, each move has at least its cosine to
+        the middle one along that one's direction, as long as none is at a right angle to it.
+        """
+        dynamics = self.mission.agents[agent].dynamics
+        length = dynamics.lowest_speed * self.mission.step
+        if moves == 1 or length <= 0:
+            return length
+        turn = dynamics.top_turn * self.mission.step
+        if self.mission.dimension != 2 or not (moves - 1) * turn <= math.pi:
+            return 0.0
+        return length * math.sin(moves * turn / 2) / math.sin(turn / 2) if turn > 0 else length * moves
+
+    # ------------------------------------------------------------------ room
+
+    def crowded(self, node: Node, count: int, parts: Sequence[Mapping[int, Areas]]) -> Cause | None:
+        """A set with room for fewer than have to be in it, where so many of the parts hold."""
+        agents = [frozenset(part) for part in parts]
+        sets = {area: None for part in parts for areas in part.values() for area in areas}
+        for area in sets:
+            inside = [frozenset(each for each in part if area in part[each]) for part in parts]
+            there = frozenset[int]().union(*inside)
+            if count < len(parts):
+                if sum(map(len, agents)) != len(frozenset[int]().union(*agents)):
+                    continue  # one agent may be what several parts count
+                number = count - sum(not each for each in inside)
+            else:
+                number = len(there)
+            if number > 1 and (found := self._no_room(node, area, number, sorted(there))):
+                return found
+        return None
+
+    def _no_room(self, node: Node, area: Area, number: int, there: Sequence[int]) -> Cause | None:
+        agents = [self.mission.agents[each] for each in there]
+        spacing = _least_spacing(self.mission, there)
+        across = math.ceil(math.sqrt(number)) - 1
+        if spacing <= ROUNDING:
+            return None
+        free = common(area, self.ground.free(min(agent.radius for agent in agents)))
+        if free.holds_ball(across * spacing / math.sqrt(2)):
+            return None
+        if self.suspecting:
+            return _suspect(-1)
+        room = self.ground.atlas.capacity(free, spacing * (1 - ROUNDING) - ROUNDING)
+        if room >= number:
+            return None
+        most = "no agent" if room == 0 else "one agent" if room == 1 else f"{room:,} agents"
+        return Cause(
+            CROWDED,
+            -1,
+            f"there is no room for {number:,} agents at once",
+            node.span,
+            f"room for {most} at most, whose centres are {metres(spacing)} apart",
+            (),
+            "make the region larger, ask for fewer at once, or for smaller bodies and separation",
+        )
+
+    def no_fit(self, node: Node, predicate: Predicate) -> Cause | None:
+        """A formation that has no place in the world."""
+        formation = predicate.formation
+        if formation is None:
+            return None
+        if formation not in self.formations:
+            from missionc.frontend.checks.formation_room import nowhere
+
+            self.formations[formation] = nowhere(self.ground, formation, suspecting=self.suspecting)
+        figure = self.formations[formation]
+        if figure is None:
+            return None
+        return Cause(
+            NO_FIT,
+            -1,
+            f"formation `{formation.name}` fits nowhere",
+            node.span,
+            figure,
+            (Label(formation.span, f"with its tolerance of {metres(formation.tolerance)}"),),
+            "make the formation smaller, its tolerance larger, or move the obstacles",
+        )
+
+
+def _suspect(bits: int) -> Cause | None:
+    return Cause(TOO_FAR, bits, "", None, "", (), "") if bits else None
+
+
+def _least_spacing(mission: Mission, agents: Sequence[int]) -> float:
+    """How far apart two of the agents have to be, at least: the least of all pairs, or less where they are many."""
+    if len(agents) <= 32:
+        return min(mission.spacing(*pair).least for pair in combinations(agents, 2))
+    return 2 * min(mission.agents[each].radius for each in agents) + mission.separation
+
+
+def _bits(agents: Sequence[Agent]) -> int:
+    return bits_of(tuple(sorted(agent.index for agent in agents)))
+
+
+def _nobody(agents: Sequence[Agent]) -> str:
+    names = listed([f"`{agent.name}`" for agent in agents])
+    return f"{names} cannot" if len(agents) == 1 else f"none of {names} can"
+
+
+def _satisfy(span: Span | None) -> str:
+    words = " ".join(span.text.split()) if span else "this"
+    return f"be in `{words}`" if words.isidentifier() else f"satisfy `{words}`"
+
+
+def _turn(mission: Mission, agent: Agent) -> str:
+    return f"{round(agent.dynamics.top_turn * mission.step, 4):g} rad"

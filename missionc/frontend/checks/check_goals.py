@@ -1,0 +1,229 @@
+"""Reachability of goals: those that no agent can reach in the time at its top speed, and those no passage leads to.
+
+    says MC509 MC551
+
+The shortest way to the goal, on a straight line or round the obstacles that stand, is a lower bound, so nothing is said
+of a mission that some plan satisfies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from missionc.base.diagnostics.code import BARRED, TOO_FAR
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.frontend.checks.free_space import FreeSpace
+from missionc.frontend.checks.least_ways import ROUNDING, reach
+from missionc.frontend.checks.literals import Literal, Unbounded
+from missionc.frontend.checks.necessary_conditions import Fact, NecessaryConditions
+from missionc.frontend.syntax.tokens import MOST_FINDINGS
+from missionc.geometry.configuration_space import MANY, SURE, Area, disjoint, empty
+from missionc.ir import Agent, Anywhere, Exactly, Mission, Region
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.wording import listed, metres, seconds, speed
+
+THIN = 1e-3
+"""Metres: a passage narrower than that is none."""
+
+WIDEN = "widen a passage, make the body smaller, or start on its other side"
+
+
+@dataclass(frozen=True, slots=True)
+class Journey:
+    """An agent that is at least ``distance`` metres from where it has to be.
+
+    Args:
+        bent: because of obstacles; infinite where there is no way.
+        passage: metres of room that the widest passage there leaves a centre, where it is too narrow.
+    """
+
+    agent: Agent
+    distance: float
+    bent: bool = False
+    passage: float = 0.0
+
+    @property
+    def barred(self) -> bool:
+        """Whether there is no way at all."""
+        return math.isinf(self.distance)
+
+
+def check_goals(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
+    """Finishes out of reach of their starts, and requirements out of reach of theirs."""
+    return [*_finishes(mission, ground), *requirements_out_of_reach(mission, kernel, ground, mission.steps)]
+
+
+def _finishes(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
+    by_place: dict[Span, list[Agent]] = {}
+    for agent in mission.agents:
+        if agent.finish is not None:
+            by_place.setdefault(agent.finish.span, []).append(agent)
+    findings = []
+    for span, agents in by_place.items():
+        late = _late_to_finish(ground, agents)
+        if late:
+            findings.append(_finish_too_far(mission, span, late))
+    return findings
+
+
+def _late_to_finish(ground: FreeSpace, agents: list[Agent]) -> list[Journey]:
+    """From the start to the finish of each agent that cannot be there in time."""
+    finish, atlas, steps = agents[0].finish, ground.atlas, ground.mission.steps
+    if isinstance(finish, Anywhere):
+        return _late(ground, agents, atlas.outer(finish.region.shape), steps)
+    return [journey for agent in agents if (journey := _late_to_point(ground, agent, steps))]
+
+
+def _late_to_point(ground: FreeSpace, agent: Agent, steps: int) -> Journey | None:
+    """From the start of an agent to the point where it finishes; None where it may be there in time."""
+    assert isinstance(agent.finish, Exactly)
+    goal, far = agent.finish.point, reach(ground.mission, agent, steps)
+    if isinstance(agent.start, Exactly) and (apart := math.dist(agent.start.point, goal)) > far:
+        return Journey(agent, apart)
+    return next(iter(_late(ground, [agent], ground.atlas.point(goal), steps)), None)
+
+
+def requirements_out_of_reach(mission: Mission, kernel: Kernel, ground: FreeSpace, last: int) -> list[Diagnostic]:
+    """What requirements ask for up to a step, and nobody reaches by then."""
+    if not mission.agents:
+        return []
+    places, necessary = ground.places(mission.agents), NecessaryConditions.of(mission, kernel)
+    findings: list[Diagnostic] = []
+    for requirement in kernel.requirements:
+        if len(findings) >= MOST_FINDINGS:
+            break
+        seen: set[tuple[Literal, int]] = set()
+        for fact in sorted(necessary.of_requirement(requirement.formula).facts, key=lambda fact: fact.when.high):
+            if not 0 < fact.when.high <= last:
+                continue  # at 0, a contradiction with the start
+            area = places.rule(fact.literal).within
+            about = fact.literal, fact.who.bits
+            if isinstance(area, Unbounded) or not fact.who.agents or about in seen:
+                continue
+            if empty(area) or disjoint(area, ground.atlas.whole()):
+                continue
+            agents = [mission.agents[index] for index in fact.who.agents]
+            missed = _late(ground, agents, area, fact.when.high)
+            if len(agents) - len(missed) < fact.who.number:
+                seen.add(about)
+                findings.append(_too_far(mission, fact, missed, len(agents)))
+    return findings
+
+
+def _late(ground: FreeSpace, agents: Sequence[Agent], goal: Area, steps: int) -> list[Journey]:
+    """The agents that cannot be at a goal within so many steps, with how far, at least, each starts from it."""
+    mission, ways, few, open_ = ground.mission, ground.ways, len(agents) <= MANY, agents
+    if few:
+        open_ = [agent for agent in agents if not _in_time(ground, agent, goal, reach(mission, agent, steps))]
+    missed = {
+        journey.agent.index: journey
+        for journey in (journeys(ground, open_, goal) if open_ else ())
+        if journey.distance > reach(mission, journey.agent, steps)
+    }
+    others = [agent for agent in agents if agent.index not in missed] if few else ()
+    for agent in others:
+        start = ways.start(agent)
+        way = ways.bent(agent, start, goal, reach(mission, agent, steps))
+        if way is not None:
+            passage = ways.passage(agent, start, goal) if math.isinf(way.length) else 0.0
+            missed[agent.index] = Journey(agent, way.length, True, passage)
+    return [missed[agent.index] for agent in agents if agent.index in missed]
+
+
+def _in_time(ground: FreeSpace, agent: Agent, goal: Area, metres_: float) -> bool:
+    """Whether the goal is surely no further, on a straight line, than so much from where the agent is at the start."""
+    if isinstance(agent.start, Exactly):
+        return goal.depth(agent.start.point) > SURE - metres_
+    return ground.atlas.outer(agent.start.region.shape).witness(lambda place: goal.depth(place) + metres_)
+
+
+def journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Journey]:
+    """How far, at least, each agent starts from a goal."""
+    exact = [(agent, agent.start.point) for agent in agents if isinstance(agent.start, Exactly)]
+    by_agent = {}
+    if exact:
+        distances = ground.atlas.distances([point for _, point in exact], goal)
+        by_agent = {agent.index: distance for (agent, _), distance in zip(exact, distances, strict=True)}
+    by_region: dict[Region, float] = {}
+    for agent in agents:
+        if isinstance(agent.start, Anywhere):
+            region = agent.start.region
+            if region not in by_region:
+                by_region[region] = ground.atlas.distance(ground.atlas.outer(region.shape), goal)
+            by_agent[agent.index] = by_region[region]
+    return [Journey(agent, by_agent[agent.index]) for agent in agents if math.isfinite(by_agent[agent.index])]
+
+
+# ------------------------------------------------------------------ messages
+
+
+def figures(mission: Mission, journey: Journey) -> str:
+    """How far an agent starts from where it has to be, and what that takes."""
+    fastest = journey.agent.dynamics.top_speed
+    if journey.barred:
+        return _narrow(mission, journey)
+    if fastest <= 0:
+        return f"it is {metres(journey.distance)} away and does not move"
+    steps = math.ceil(journey.distance / fastest / mission.step - ROUNDING)
+    round_ = " round the obstacles" if journey.bent else ""
+    return f"{metres(journey.distance)} away{round_}, which takes {seconds(mission, steps)} at {speed(fastest)}"
+
+
+def _narrow(mission: Mission, journey: Journey) -> str:
+    needed = f"{metres(journey.agent.radius + mission.clearance)}{' with the clearance' if mission.clearance else ''}"
+    if journey.passage < THIN:
+        return f"obstacles leave no way there for its radius of {needed}"
+    return f"every way there leads within {metres(journey.passage)} of an obstacle; its radius is {needed}"
+
+
+def begins(journey: Journey) -> Label:
+    """Where the journey begins, and how it goes."""
+    how = "" if journey.barred else ", round the obstacles" if journey.bent else ", on a straight line"
+    return Label(journey.agent.start.span, f"from here{how}")
+
+
+def _others(missed: list[Journey]) -> tuple[str, ...]:
+    names = [f"`{journey.agent.name}`" for journey in missed[1:]]
+    return (f"neither can {listed(names)}",) if names else ()
+
+
+def _finish_too_far(mission: Mission, span: Span, missed: list[Journey]) -> Diagnostic:
+    first = missed[0]
+    return Diagnostic(
+        BARRED if first.barred else TOO_FAR,
+        f"`{first.agent.name}` cannot reach its finish"
+        + ("" if first.barred else f" by {seconds(mission, mission.steps)}"),
+        Label(span, figures(mission, first)),
+        (Label(first.agent.start.span, "from here"),),
+        _others(missed),
+        WIDEN if first.barred else "lengthen the horizon, raise the top speed, or move the finish nearer",
+    )
+
+
+def _too_far(mission: Mission, fact: Fact, missed: list[Journey], agents: int) -> Diagnostic:
+    nearest = min(missed, key=lambda journey: journey.distance)
+    words = " ".join(fact.span.text.split())
+    goal = f"be in `{words}`" if words.isidentifier() else f"satisfy `{words}`"
+    if fact.who.number == agents or agents == 1:
+        nearest = missed[0]
+        who = f"`{nearest.agent.name}` cannot"
+        notes = _others(missed)
+    elif len(missed) == agents:
+        who, notes = f"no agent of {_of(fact)} can", (f"`{nearest.agent.name}` is the nearest",)
+    else:
+        who, notes = f"only {agents - len(missed)} of the {agents} agents of {_of(fact)} can", ()
+    return Diagnostic(
+        BARRED if nearest.barred else TOO_FAR,
+        f"{who} {goal}" + ("" if nearest.barred else f" by {seconds(mission, fact.when.high)}"),
+        Label(fact.span, figures(mission, nearest)),
+        (begins(nearest),),
+        notes,
+        WIDEN if nearest.barred else "give it more time, raise the top speed, or start nearer",
+    )
+
+
+def _of(fact: Fact) -> str:
+    return fact.who.words[fact.who.words.index("`") :]

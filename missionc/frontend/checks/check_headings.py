@@ -1,0 +1,47 @@
+"""Check of headings: whoever is asked where it faces has a heading.
+
+    in   Mission
+    out  nothing but findings
+    says MC222
+
+The heading is a state of dynamics that move where they face. Of others nothing says where they face as they go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from missionc.base.diagnostics.code import NO_HEADING
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.source import Span
+from missionc.ir import Agent, Holds, Mission
+from missionc.ir.dynamics import DYNAMICS
+from missionc.ir.language.walk_formulas import asked_agents
+from missionc.ir.wording import all_listed, listed
+
+
+def check_headings(mission: Mission) -> list[Diagnostic]:
+    """Each question of headings that is asked of agents without one."""
+    return list(_without_heading(mission))
+
+
+def _without_heading(mission: Mission) -> Iterator[Diagnostic]:
+    said: set[Span] = set()
+    for formula, agents in asked_agents(mission):
+        if isinstance(formula, Holds) and formula.predicate.reads_heading and formula.span not in said:
+            lacking = [mission.agents[each] for each in agents if not mission.agents[each].dynamics.faces_ahead]
+            if lacking:
+                said.add(formula.span)
+                yield _no_heading(formula.span, lacking)
+
+
+def _no_heading(span: Span, lacking: list[Agent]) -> Diagnostic:
+    names = listed([f"`{agent.name}`" for agent in lacking])
+    word, able = lacking[0].dynamics.word, all_listed([f"`{kind.word}`" for kind in DYNAMICS if kind.faces_ahead])
+    return Diagnostic(
+        NO_HEADING,
+        f"{names} {'have' if len(lacking) > 1 else 'has'} no heading",
+        Label(span, "asked of them here" if len(lacking) > 1 else "asked of it here"),
+        labels=(Label(lacking[0].span, f"its dynamics, `{word}`, go any way whichever way they face"),),
+        help=f"give it dynamics that move where they face, {able}, or ask others",
+    )

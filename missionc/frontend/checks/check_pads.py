@@ -1,0 +1,125 @@
+"""Check of pads: room to rise above them all at once, clear of obstacles, inside what the vehicle flies in.
+
+    says MC544 MC545
+
+Where a pad is below a start that the compiler chooses, it is looked at once there is a plan.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+
+from missionc.base.diagnostics.code import PADS_TOO_NEAR, UNUSABLE_PAD
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.ir import Agent, Exactly, Mission, Obstacle, Vector
+from missionc.ir.wording import metres, number
+
+ROUNDING = 1e-6
+"""Metres by which two pads may seem too near and are not."""
+SLACK = 5e-3
+"""Metres by which a column may be nearer to an obstacle: flights need not begin nearer than this to where plans do."""
+
+
+def check_pads(mission: Mission) -> list[Diagnostic]:
+    """What is in the way of rising and landing; nothing of a mission that does not say that it comes from the floor."""
+    if all(agent.pad is None for agent in mission.agents):
+        return []
+    above = {agent.index: point for agent in mission.agents if (point := _above(mission, agent)) is not None}
+    findings = []
+    near = [pair for pair in combinations(above, 2) if _apart(above, pair) < mission.spacing(*pair).sideways - ROUNDING]
+    if near and not _in_turns(mission, above):
+        findings.append(_too_near(mission, above, near))
+    for index, point in above.items():
+        wrong = _wrong(mission, mission.agents[index], point)
+        if wrong is not None:
+            findings.append(wrong)
+            break
+    return findings
+
+
+def _above(mission: Mission, agent: Agent) -> Vector | None:
+    """Where it hovers, a point of the world; None where only a plan can tell."""
+    start = agent.start.point if isinstance(agent.start, Exactly) else None
+    pad = agent.pad
+    if pad is None:
+        return start
+    flat = pad.point if pad.point is not None else (start[:2] if start is not None else None)
+    if flat is None or mission.dimension < 3:
+        return flat
+    height = pad.hover if pad.hover is not None else (start[2] if start is not None else None)
+    return None if height is None else (*flat, height)
+
+
+def _in_turns(mission: Mission, above: dict[int, Vector]) -> bool:
+    """Whether all can rise from pads that are too near for that at once; not known where only a plan can tell."""
+    if len(above) < len(mission.agents):
+        return False
+    from missionc.verification.flight.verify_whole_flight import pads_suffice  # by arrays, which few missions need here
+
+    heights = [(*above[agent.index][:2], (*above[agent.index], agent.altitude)[2]) for agent in mission.agents]
+    return pads_suffice(mission, heights)
+
+
+def _apart(above: dict[int, Vector], pair: tuple[int, int]) -> float:
+    """Seen from above, metres."""
+    return math.dist(above[pair[0]][:2], above[pair[1]][:2])
+
+
+def _wrong(mission: Mission, agent: Agent, point: Vector) -> Diagnostic | None:
+    low, high = mission.room(agent.index)
+    sides = zip(low, point, high, strict=True)
+    if any(not a - ROUNDING <= value <= b + ROUNDING for a, value, b in sides):
+        return _outside(mission, agent, point)
+    from missionc.geometry.columns import column_clearance  # by arrays, which few missions need here
+
+    need = agent.radius + max(agent.vehicle.tracking, mission.clearance)
+    for verb, time in (("rise", 0.0), ("land", float(mission.horizon))):
+        for obstacle in mission.obstacles:
+            clear = column_clearance(obstacle, point, time, time)
+            if clear < need - SLACK:
+                return _blocked(agent, verb, obstacle, clear, need)
+    return None
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _label(agent: Agent) -> Label:
+    return Label(agent.pad.span if agent.pad is not None else agent.start.span)
+
+
+def _too_near(mission: Mission, above: dict[int, Vector], near: list[tuple[int, int]]) -> Diagnostic:
+    first, second = (mission.agents[index] for index in near[0])
+    apart, need = _apart(above, near[0]), mission.spacing(*near[0]).sideways
+    more = f"the same goes for {len(near) - 1} more {'pair' if len(near) == 2 else 'pairs'}"
+    return Diagnostic(
+        PADS_TOO_NEAR,
+        f"`{first.name}` and `{second.name}` cannot rise at once: their pads are {metres(apart)} apart, and need"
+        f" {metres(need)}",
+        _label(first),
+        notes=("nobody may be in the downwash of another", *((more,) if len(near) > 1 else ())),
+        help=f"give `flight` pads that are at least {metres(need)} apart",
+    )
+
+
+def _outside(mission: Mission, agent: Agent, point: Vector) -> Diagnostic:
+    low, high = (f"({', '.join(map(number, corner))})" for corner in mission.room(agent.index))
+    return Diagnostic(
+        UNUSABLE_PAD,
+        f"`{agent.name}` would hover above its pad at ({', '.join(map(number, point))}), outside its vehicle's room",
+        _label(agent),
+        notes=(f"that room is {low} to {high}",),
+        help="give `flight` other `pads`, or another height to `hover` at",
+    )
+
+
+def _blocked(agent: Agent, verb: str, obstacle: Obstacle, clear: float, need: float) -> Diagnostic:
+    return Diagnostic(
+        UNUSABLE_PAD,
+        f"`{agent.name}` cannot {verb} straight {'up from' if verb == 'rise' else 'down to'} its pad: `{obstacle.name}`"
+        f" is in the way",
+        _label(agent),
+        (Label(obstacle.span, f"within {max(clear, 0.0):.3g} m of the way up, which needs {need:.3g} m"),),
+        help="give `flight` other `pads`, or another height to `hover` at",
+    )

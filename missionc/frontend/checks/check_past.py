@@ -1,0 +1,78 @@
+"""Check of windows that reach back: those that hold no step, or step 0 alone, wherever they are asked.
+
+    in   Mission
+    out  nothing but findings
+    says MC308
+
+Before step 0 there are no steps: nothing was so ``once``, and anything ``historically``.
+"""
+
+from __future__ import annotations
+
+from missionc.base.diagnostics.code import BEFORE_START
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.ir import Apply, Formula, Mission
+from missionc.ir.kernel.nodes import UntilNode, WindowNode
+from missionc.ir.kernel.walk import range_asked
+from missionc.ir.language.walk_formulas import formulas, goals, meaning, operands, operator_words, reaches_back
+from missionc.ir.wording import seconds
+
+
+def check_past(mission: Mission) -> list[Diagnostic]:
+    """Each operator whose window lies before the mission's start."""
+    latest = _latest(mission)
+    findings = []
+    for formula in formulas(mission):
+        if formula not in latest or not reaches_back(formula):
+            continue
+        node, _ = meaning(formula)
+        assert isinstance(node, WindowNode | UntilNode)
+        assert node.high is not None
+        last = latest[formula] + node.high
+        if last < 0 or (last == 0 and node.low < node.high):
+            findings.append(_before_start(mission, formula, last, node.every, latest[formula]))
+    return findings
+
+
+def _latest(mission: Mission) -> dict[Formula, int]:
+    """The last step that each formula is asked at; one that is asked at none is left out."""
+    latest = {goal.formula: 0 for goal in goals(mission)}
+    for formula in reversed(formulas(mission)):
+        if formula not in latest:
+            continue
+        for operand, step in _below(formula, latest[formula], mission.steps):
+            latest[operand] = max(step, latest.get(operand, 0))
+    return latest
+
+
+def _below(formula: Formula, step: int, last: int) -> list[tuple[Formula, int]]:
+    """The operands of a formula that is asked up to a step, and up to which they are."""
+    below = operands(formula)
+    if not isinstance(formula, Apply) or formula.operator.spatial or len(below) > 2:  # a chain of `and` or `or`
+        return [(operand, step) for operand in below]
+    node, places = meaning(formula)
+    ranges = [(operand, range_asked(node, place, 0, step, last)) for operand, place in zip(below, places, strict=True)]
+    return [(operand, found[1]) for operand, found in ranges if found is not None]
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _before_start(mission: Mission, formula: Apply, nearest: int, every: bool, step: int) -> Diagnostic:
+    """``nearest`` is the last step of the window where it is asked at the last ``step``."""
+    word, last = formula.operator.name, formula.operands[-1]
+    asked = "is asked at 0 s alone" if step == 0 else f"is asked at {seconds(mission, step)} at the latest"
+    if nearest < 0:
+        message = f"this `{word}` is always {str(every).lower()}: its window lies before the mission's start"
+        says = f"{asked}, and looks back {seconds(mission, step - nearest)} or more"
+    else:
+        message = f"this `{word}` looks at 0 s alone: the rest of its window lies before the mission's start"
+        says = f"{asked}: it says no more than `{' '.join(last.span.text.split())}` at 0 s"
+    return Diagnostic(
+        BEFORE_START,
+        message,
+        Label(operator_words(formula), says),
+        notes=("a window that reaches back holds the steps that the mission has; before 0 s there is none",),
+        help=f"ask it later, as in `always[0, {seconds(mission, mission.steps)}] (f implies {word}[…] …)`,"
+        " or write an operator that looks ahead",
+    )

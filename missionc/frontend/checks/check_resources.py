@@ -1,0 +1,176 @@
+"""Check of resources: whoever is asked about one has it, and it lasts from where it is filled to where one has to be.
+
+    in   Mission, its Kernel
+    out  nothing but findings
+    says MC221 MC531
+
+Straight lines at the top speed are the least that any plan uses up, so nothing is said of a mission that some plan
+satisfies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from missionc.base.diagnostics.code import NOT_ITS_OWN, RUNS_OUT
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.frontend.checks.check_goals import journeys
+from missionc.frontend.checks.free_space import FreeSpace
+from missionc.frontend.checks.literals import Unbounded, comparison
+from missionc.frontend.checks.necessary_conditions import Fact, NecessaryConditions
+from missionc.geometry.configuration_space import Area, empty
+from missionc.ir import Agent, Compare, Holds, Level, Mission, Resource
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.language.walk_formulas import asked_agents
+from missionc.ir.wording import listed, metres, number, seconds
+
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """These agents keep so much of a resource throughout these steps."""
+
+    resource: Resource
+    least: float
+    agents: tuple[Agent, ...]
+    first: int
+    last: int
+    span: Span
+
+
+def check_resources(mission: Mission, kernel: Kernel, ground: FreeSpace) -> list[Diagnostic]:
+    """Comparisons of a resource that somebody does not have, and resources that no plan can keep above a bound."""
+    if not mission.resources:
+        return []
+    necessary, findings = NecessaryConditions.of(mission, kernel), [*_strangers(mission)]
+    facts = [fact for goal in kernel.requirements for fact in necessary.of_requirement(goal.formula).facts]
+    for demand in _demands(mission, facts):
+        found = _runs_out(mission, ground, demand) or _too_far(mission, ground, demand, facts)
+        findings.extend([found] if found else [])
+    return findings
+
+
+def _strangers(mission: Mission) -> Iterator[Diagnostic]:
+    """Who is asked about a resource that it does not have, once for each comparison."""
+    said: set[tuple[Span, Resource]] = set()
+    for formula, agents in asked_agents(mission):
+        match formula:
+            case Holds(Compare(terms=terms), span):
+                for resource in (each.resource for _, each in terms if isinstance(each, Level)):
+                    lacking = [mission.agents[agent].name for agent in agents if agent not in resource.agents]
+                    if lacking and (span, resource) not in said:
+                        said.add((span, resource))
+                        yield _not_its_own(resource, span, lacking)
+            case _:
+                pass
+
+
+def _demands(mission: Mission, facts: Sequence[Fact]) -> Iterator[Demand]:
+    for fact in facts:
+        inequality = comparison(fact.literal)
+        if isinstance(inequality, Unbounded) or fact.when.low != fact.when.high:
+            continue
+        match inequality.terms:
+            case ((weight, Level(resource)),) if weight > 0 and fact.who.number == len(fact.who.agents):
+                agents = tuple(mission.agents[each] for each in fact.who.agents if each in resource.agents)
+                first, last = fact.when.low, min(fact.when.low + fact.when.repeats, mission.steps)
+                if agents:
+                    yield Demand(resource, -inequality.constant / weight, agents, first, last, fact.span)
+            case _:
+                pass
+
+
+def _runs_out(mission: Mission, ground: FreeSpace, demand: Demand) -> Diagnostic | None:
+    """Nobody gets to where it is filled before time alone has used it up."""
+    resource, spare = demand.resource, demand.resource.start - demand.least
+    used = resource.per_second * mission.step
+    step = max(demand.first, math.floor(spare / used + ROUNDING) + 1) if used > 0 else mission.steps + 1
+    if step > demand.last:
+        return None
+    areas = [ground.atlas.outer(refill.region.shape) for refill in resource.refills if refill.per_second > 0]
+    for agent in demand.agents:
+        nearest = min((_distance(ground, agent, area) for area in areas), default=math.inf)
+        late = nearest > agent.dynamics.top_speed * step * mission.step * (1 + ROUNDING) + ROUNDING
+        short = demand.first == 0 and _used(resource, agent, nearest) > spare + ROUNDING
+        if not areas or late or short:
+            return _empty_too_soon(mission, demand, agent, step, nearest)
+    return None
+
+
+def _too_far(mission: Mission, ground: FreeSpace, demand: Demand, facts: Sequence[Fact]) -> Diagnostic | None:
+    """Somebody has to be where neither what it starts with nor a full one takes it."""
+    places, resource = ground.places(mission.agents), demand.resource
+    sources = [ground.atlas.outer(refill.region.shape) for refill in resource.refills if refill.per_second > 0]
+    for fact in facts:
+        area = places.rule(fact.literal).within
+        needed = [agent for agent in demand.agents if agent.index in fact.who.agents]
+        throughout = demand.first == 0 and fact.when.high <= demand.last
+        if isinstance(area, Unbounded) or empty(area) or not throughout or fact.who.number < len(fact.who.agents):
+            continue
+        filled = min((ground.atlas.distance(source, area) for source in sources), default=math.inf)
+        for agent in needed:
+            begun = _distance(ground, agent, area)
+            enough = _used(resource, agent, begun) <= resource.start - demand.least + ROUNDING
+            if not enough and _used(resource, agent, filled) > resource.capacity - demand.least + ROUNDING:
+                return _does_not_last(demand, agent, fact, min(begun, filled))
+    return None
+
+
+def _distance(ground: FreeSpace, agent: Agent, area: Area) -> float:
+    """From where the agent starts, at least, metres."""
+    found = journeys(ground, [agent], area)
+    return found[0].distance if found else 0.0
+
+
+def _used(resource: Resource, agent: Agent, distance: float) -> float:
+    """What going so many metres uses up, at least."""
+    if distance == 0 or not math.isfinite(distance):
+        return 0.0 if distance == 0 else math.inf
+    fastest = agent.dynamics.top_speed
+    lasting = resource.per_second * distance / fastest if fastest > 0 else math.inf
+    return lasting * (1 - ROUNDING) + resource.per_metre * distance
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _not_its_own(resource: Resource, span: Span, lacking: Sequence[str]) -> Diagnostic:
+    verb = "does" if len(lacking) == 1 else "do"
+    return Diagnostic(
+        NOT_ITS_OWN,
+        f"{listed([f'`{name}`' for name in lacking])} {verb} not have `{resource.name}`",
+        Label(span, "asked of them here"),
+        (Label(resource.span, "of others"),),
+        help=f"declare `{resource.name}` of a group that they are in, or ask others",
+    )
+
+
+def _empty_too_soon(mission: Mission, demand: Demand, agent: Agent, step: int, nearest: float) -> Diagnostic:
+    resource = demand.resource
+    filled = "nothing fills it" if not resource.refills else f"it is filled {metres(nearest)} away at the nearest"
+    return Diagnostic(
+        RUNS_OUT,
+        f"`{resource.name}` of `{agent.name}` is below {number(demand.least)} at {seconds(mission, step)},"
+        " before it can be filled",
+        Label(
+            demand.span, f"{number(resource.start)} at the start, less {number(resource.per_second)} per s; {filled}"
+        ),
+        (Label(resource.span, "declared here"), Label(agent.start.span, "from here")),
+        help="start with more, drain less, or fill it nearer to the start",
+    )
+
+
+def _does_not_last(demand: Demand, agent: Agent, fact: Fact, distance: float) -> Diagnostic:
+    resource, words = demand.resource, " ".join(fact.span.text.split())
+    used, most = _used(resource, agent, distance), max(resource.start, resource.capacity) - demand.least
+    return Diagnostic(
+        RUNS_OUT,
+        f"`{resource.name}` does not take `{agent.name}` to `{words}`",
+        Label(fact.span, f"{metres(distance)} at least, which uses up {number(round(used, 4))}"),
+        (Label(demand.span, f"{number(round(most, 4))} may be used up"), Label(resource.span, "declared here")),
+        help="let it hold more, drain less, or fill it nearer to where it has to be",
+    )

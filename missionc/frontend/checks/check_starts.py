@@ -1,0 +1,262 @@
+"""Check of starts and finishes: in the world, clear of obstacles and of each other, in regions with room for all.
+
+    says MC501 MC502 MC503 MC516
+
+An agent is in the world where its centre is. Obstacles are taken where they
+are at time 0 for starts and at the horizon for finishes. Two agents never
+touch: exactly the separation apart is too close.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from missionc.base.diagnostics.code import AGENTS_OVERLAP, IN_OBSTACLE, NO_ROOM, OUTSIDE_WORLD
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.frontend.checks.free_space import FreeSpace, Lies
+from missionc.geometry.configuration_space import common, empty
+from missionc.geometry.surely_clear import all_apart, near_to
+from missionc.ir import Agent, Anywhere, Exactly, Mission, Obstacle, Place, Region, Still
+from missionc.ir.wording import at_least_metres, listed, metres, number, spaced
+
+MOST_PAIRS = 2_000
+"""Pairs of agents too close to each other that are looked for; one finding names the first and counts the others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """The starts, or the finishes: who is where, when (seconds)."""
+
+    verb: str
+    verbs: str
+    time: float
+    places: tuple[tuple[Agent, Place], ...]
+
+    @property
+    def exact(self) -> list[tuple[Agent, Exactly]]:
+        return [(agent, place) for agent, place in self.places if isinstance(place, Exactly)]
+
+
+def check_starts(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
+    """Everything wrong with where agents start and finish."""
+    starts = Stage("start", "starts", 0.0, tuple((agent, agent.start) for agent in mission.agents))
+    ends = [(agent, agent.finish) for agent in mission.agents if agent.finish is not None]
+    finishes = Stage("finish", "finishes", float(mission.horizon), tuple(ends))
+    return [
+        finding
+        for stage in (starts, finishes)
+        for check in (_outside, _in_obstacles, _overlapping, _without_room)
+        for finding in check(mission, ground, stage)
+    ]
+
+
+def _outside(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
+    low, high = mission.world.low, mission.world.high
+    outside = [
+        (agent, place)
+        for agent, place in stage.exact
+        if not all(a <= value <= b for a, value, b in zip(low, place.point, high, strict=True))
+    ]
+    return [_beyond_the_world(mission, stage, there) for there in _by_span(outside)]
+
+
+def _in_obstacles(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
+    exact = stage.exact
+    findings: list[Diagnostic] = []
+    for obstacle in mission.obstacles:
+        near = _too_near(mission, stage, obstacle)
+        distances = {exact[place][0].index: distance for place, distance in near.items()}
+        findings.extend(
+            _touches_obstacle(mission, stage, obstacle, there, distances[there[0][0].index])
+            for there in _by_span(exact[place] for place in near)
+        )
+    return findings
+
+
+def _too_near(mission: Mission, stage: Stage, obstacle: Obstacle) -> dict[int, float]:
+    """Which of the exact places are closer to an obstacle than they may be, and how close."""
+    places = [place.point for _, place in stage.exact]
+    margins = [agent.radius + mission.clearance for agent, _ in stage.exact]
+    open_ = near_to(obstacle, stage.time, places, margins)
+    if not open_:
+        return {}
+    from missionc.geometry.placement_conflicts import too_near  # with numpy and shapely
+
+    conflicts = too_near(obstacle, stage.time, [places[at] for at in open_], [margins[at] for at in open_])
+    return {open_[at]: distance for at, distance in conflicts}
+
+
+def _overlapping(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
+    exact = stage.exact
+    points, who = [place.point for _, place in exact], [agent.index for agent, _ in exact]
+    if all_apart(points, who, mission):
+        return []
+    from missionc.geometry.placement_conflicts import too_close  # with numpy and shapely
+    from missionc.geometry.required_separation import SpacingTable
+
+    pairs = too_close(points, who, SpacingTable.of(mission), MOST_PAIRS)
+    by_spans: dict[tuple[Span, Span], list[tuple[int, int, float]]] = {}
+    for first, second, distance in pairs:
+        by_spans.setdefault((exact[first][1].span, exact[second][1].span), []).append((first, second, distance))
+    return [
+        _too_close(mission, stage, exact[overlaps[0][0]], exact[overlaps[0][1]], overlaps[0][2], len(overlaps))
+        for overlaps in by_spans.values()
+    ]
+
+
+def _without_room(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
+    by_region: dict[Region, list[tuple[Agent, Anywhere]]] = {}
+    for agent, place in stage.places:
+        if isinstance(place, Anywhere):
+            by_region.setdefault(place.region, []).append((agent, place))
+    findings = []
+    for region, there in by_region.items():
+        if ground.lies(region.shape) is not Lies.OPEN:
+            continue
+        findings.extend(
+            _no_room_for_one(ground, stage, region, there) or _no_room_for_all(ground, stage, region, there)
+        )
+    return findings
+
+
+def _no_room_for_one(
+    ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
+) -> list[Diagnostic]:
+    area = ground.atlas.outer(region.shape)
+    radii = {agent.radius for agent, _ in there}
+    stuck = {radius for radius in radii if empty(common(area, ground.free(radius, stage.time)))}
+    return [
+        _no_place(ground.mission, stage, region, group)
+        for group in _by_span(entry for entry in there if entry[0].radius in stuck)
+    ]
+
+
+def _no_room_for_all(
+    ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
+) -> list[Diagnostic]:
+    """Bodies, each with half the separation around it, that are larger together than the region and its rim."""
+    mission = ground.mission
+    sizes = [agent.radius + mission.separation / 2 for agent, _ in there]
+    free = ground.free(min(agent.radius for agent, _ in there), stage.time)
+    body = math.pi if mission.dimension == 2 else 4 / 3 * math.pi
+    bodies = sum(body * size**mission.dimension for size in sizes)
+    there_free = common(ground.atlas.outer(region.shape), free)
+    if there_free.holds_ball((bodies / body) ** (1 / mission.dimension) - max(sizes)):
+        return []
+    room = ground.atlas.size(there_free, max(sizes))
+    if bodies <= room * (1 + 1e-9):
+        return []
+    return [_too_many(stage, region, there, math.floor(room / (bodies / len(there))))]
+
+
+def _by_span(entries: Iterable[tuple[Agent, Place]]) -> list[list[tuple[Agent, Place]]]:
+    """The entries whose places were written at one place together."""
+    groups: dict[Span, list[tuple[Agent, Place]]] = {}
+    for agent, place in entries:
+        groups.setdefault(place.span, []).append((agent, place))
+    return list(groups.values())
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _others(there: list[tuple[Agent, Place]]) -> tuple[str, ...]:
+    names = [f"`{agent.name}`" for agent, _ in there[1:]]
+    return (f"the same goes for {listed(names)}",) if names else ()
+
+
+def _point(place: Place) -> str:
+    return f"({', '.join(map(number, place.point))})" if isinstance(place, Exactly) else ""
+
+
+def _beyond_the_world(mission: Mission, stage: Stage, there: list[tuple[Agent, Place]]) -> Diagnostic:
+    (agent, place), low, high = there[0], mission.world.low, mission.world.high
+    extent = f"({', '.join(map(number, low))}) to ({', '.join(map(number, high))})"
+    return Diagnostic(
+        OUTSIDE_WORLD,
+        f"`{agent.name}` {stage.verbs} at {_point(place)}, outside the world",
+        Label(place.span),
+        (Label(mission.world.span, f"the world is {extent}"),),
+        _others(there),
+        "move it into the world, or make the world larger",
+    )
+
+
+def _touches_obstacle(
+    mission: Mission, stage: Stage, obstacle: Obstacle, there: list[tuple[Agent, Place]], distance: float
+) -> Diagnostic:
+    agent, place = there[0]
+    needed = agent.radius + mission.clearance
+    if distance <= 0:
+        message = f"`{agent.name}` {stage.verbs} in obstacle `{obstacle.name}`"
+    else:
+        message = (
+            f"`{agent.name}` {stage.verbs} {metres(distance)} from obstacle `{obstacle.name}`;"
+            f" its radius and the clearance take {metres(needed)}"
+        )
+    moves = [] if isinstance(obstacle.motion, Still) else ["moved there"]
+    grows = [f"grown by {metres(obstacle.grown(stage.time))}"] if obstacle.growth else []
+    changed = " and ".join(moves + grows)
+    moving = f", which has {changed} by {number(stage.time)} s" if changed and stage.time > 0 else ""
+    return Diagnostic(
+        IN_OBSTACLE,
+        message,
+        Label(place.span, f"at {_point(place)}"),
+        (Label(obstacle.span, f"this obstacle{moving}"),),
+        _others(there),
+        f"move it {at_least_metres(needed - distance)} or more away from the obstacle",
+    )
+
+
+def _too_close(
+    mission: Mission,
+    stage: Stage,
+    first: tuple[Agent, Exactly],
+    second: tuple[Agent, Exactly],
+    distance: float,
+    pairs: int,
+) -> Diagnostic:
+    (one, here), (other, there) = first, second
+    needed = mission.spacing(one.index, other.index)
+    where = f"{metres(distance)} apart" if distance > 0 else "at the same point"
+    counted = f"more than {pairs - 1:,}" if pairs >= MOST_PAIRS else f"{pairs - 1:,}"
+    more = () if pairs == 1 else (f"{counted} more {'pair' if pairs == 2 else 'pairs'} of these places are too close",)
+    takes = f"the radii and the separation take {spaced(needed)}, and agents never touch"
+    if needed.most > one.radius + other.radius + mission.separation:
+        takes = f"what their vehicles keep from each other takes {spaced(needed)}, from centre to centre"
+    return Diagnostic(
+        AGENTS_OVERLAP,
+        f"`{one.name}` and `{other.name}` {stage.verb} {where}",
+        Label(there.span, f"`{other.name}`" if there.span != here.span else ""),
+        (Label(here.span, f"`{one.name}`"),) if there.span != here.span else (),
+        (takes, *more),
+        f"put them more than {spaced(needed)} apart",
+    )
+
+
+def _no_place(mission: Mission, stage: Stage, region: Region, there: list[tuple[Agent, Place]]) -> Diagnostic:
+    agent, place = there[0]
+    needed = agent.radius + mission.clearance
+    return Diagnostic(
+        NO_ROOM,
+        f"no place in `{region.name}` is free for `{agent.name}` to {stage.verb}",
+        Label(place.span),
+        (Label(region.span, f"every place in it is closer than {metres(needed)} to an obstacle, or out of the world"),),
+        _others(there),
+        "make the region larger, or move it away from the obstacles",
+    )
+
+
+def _too_many(stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]], room: int) -> Diagnostic:
+    holds = "no agent" if room == 0 else "one agent at most" if room == 1 else f"{room:,} agents at most"
+    return Diagnostic(
+        NO_ROOM,
+        f"{len(there):,} agents {stage.verb} in `{region.name}`, which has room for {holds}",
+        Label(there[0][1].span),
+        (Label(region.span, "this region"),),
+        ("room is counted with the agents' radii and separation",),
+        "make the region larger, or let some agents be elsewhere",
+    )

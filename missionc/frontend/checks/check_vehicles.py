@@ -1,0 +1,258 @@
+"""Check of vehicles: room to fly, places within it, attainable speeds, time in the air, tracking margins.
+
+    in   Mission, its Kernel
+    out  nothing but findings
+    says MC509 MC518 MC519 MC520 MC522 MC551 MC731
+
+The room of a vehicle is the world less its fence inset, within its band of heights. Of a region only the bounding box
+is compared with it, so a region that passes may still lie outside.
+
+A tracking margin holds for flights within the limits of the vehicle's profile, at which `bench/tracking.py` measured
+it. A vehicle with higher limits has to state a margin of its own.
+
+Goals are checked with the speeds that vehicles fly: a goal may be within reach of the dynamics, and of no flight.
+Only goals due before the last step count, since a window to the end, like a finish, moves with a time-scaled plan.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from missionc.base.diagnostics import code as codes
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.source import Span
+from missionc.base.units import Dimension
+from missionc.frontend.checks.check_goals import requirements_out_of_reach
+from missionc.frontend.checks.free_space import FreeSpace
+from missionc.frontend.resolve.resolve_quantities import SI
+from missionc.geometry.configuration_space import empty
+from missionc.ir import FIGURES, Agent, Exactly, Mission, Place, Vector
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.vehicle_profiles import profiles
+from missionc.ir.wording import listed, metres, number, speed
+
+LIMITS = ("speed", "vertical_speed", "acceleration", "jerk")
+"""Figures of a vehicle that its tracking error grows with."""
+
+
+def check_tracking(mission: Mission) -> list[Diagnostic]:
+    """One finding for each team whose vehicle has a higher limit than its profile, and the profile's margin."""
+    teams = {agent.team: agent for agent in reversed(mission.agents)}
+    return [finding for agent in reversed(teams.values()) for finding in _tracking_beyond(agent)]
+
+
+def _tracking_beyond(agent: Agent) -> list[Diagnostic]:
+    own, profile = agent.vehicle, profiles()[agent.vehicle.name]
+    raised = [name for name in LIMITS if getattr(own, name) > getattr(profile, name)]
+    if not (profile.tracking and raised and own.tracking == profile.tracking):
+        return []
+    name = raised[0]
+    unit = SI[FIGURES[name].dimension]
+    return [
+        Diagnostic(
+            codes.TRACKING_NOT_MEASURED,
+            f"`{agent.team}` may fly with {_words(name)} of {number(getattr(own, name))}{unit}; the tracking margin of "
+            f"`{profile.name}` was measured up to {number(getattr(profile, name))}{unit}",
+            Label(agent.span, f"flown as `{own.name}`"),
+            notes=(f"the flight is proved for vehicles within {metres(own.tracking)} of their trajectories",),
+            help=f"give `vehicle` its own `tracking` too{_enough(agent)}",
+        )
+    ]
+
+
+def _words(name: str) -> str:
+    return {"speed": "a speed", "vertical_speed": "a vertical speed", "acceleration": "an acceleration"}.get(
+        name, "a jerk"
+    )
+
+
+def _enough(agent: Agent) -> str:
+    """The margin that grows as the speed does, where that is what was raised: as measured, it is in proportion."""
+    profile = profiles()[agent.vehicle.name]
+    times = max(getattr(agent.vehicle, name) / getattr(profile, name) for name in ("speed", "vertical_speed"))
+    if times <= 1 or times > 10:
+        return ""
+    return f": at that speed simulators are off by up to {metres(round(profile.tracking * times, 3))}"
+
+
+def check_flown_speeds(mission: Mission, kernel: Kernel) -> list[Diagnostic]:
+    """What is out of reach, of a mission in which nothing is at the speeds of its dynamics; none where no vehicle is
+    slower than those."""
+    agents = tuple(
+        replace(agent, dynamics=agent.dynamics.at_most(_most(mission, agent), math.inf)) for agent in mission.agents
+    )
+    slower = {
+        agent.team: f"`{agent.team}` flies at {speed(flown.dynamics.top_speed)} at most, by its vehicle"
+        for agent, flown in zip(mission.agents, agents, strict=True)
+        if flown.dynamics != agent.dynamics
+    }
+    if not slower:
+        return []
+    flown = replace(mission, agents=agents)
+    found = requirements_out_of_reach(flown, kernel, FreeSpace.of(flown), mission.steps - 1)
+    return [replace(each, notes=(*each.notes, listed(list(slower.values())))) for each in found]
+
+
+def _most(mission: Mission, agent: Agent) -> float:
+    """Metres a second in any direction: what is flown sideways and up or down at once."""
+    vehicle = agent.vehicle
+    return vehicle.speed if mission.dimension == 2 else math.hypot(vehicle.speed, vehicle.vertical_speed)
+
+
+ROUNDING = 1e-9
+"""Metres by which a place may seem to lie outside and does not."""
+
+
+def check_vehicles(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
+    """What the vehicles of the mission cannot do in it."""
+    findings: list[Diagnostic] = []
+    for team in _teams(mission):
+        findings += _slower_than_planned(team[0])
+        findings += _longer_than_it_flies(mission, team[0])
+        cramped = _without_room(mission, team[0])
+        findings += cramped or _outside(mission, ground, team)
+    return findings
+
+
+def _teams(mission: Mission) -> list[list[Agent]]:
+    teams: dict[str, list[Agent]] = {}
+    for agent in mission.agents:
+        teams.setdefault(agent.team, []).append(agent)
+    return list(teams.values())
+
+
+def _slower_than_planned(agent: Agent) -> list[Diagnostic]:
+    vehicle, dynamics = agent.vehicle, agent.dynamics
+    findings = []
+    if dynamics.top_speed > vehicle.speed:
+        findings.append(_faster(agent, "speed", "move", dynamics.top_speed, vehicle.speed, Dimension.SPEED))
+    if vehicle.acceleration < dynamics.top_acceleration < math.inf:
+        planned, flown = dynamics.top_acceleration, vehicle.acceleration
+        findings.append(_faster(agent, "acceleration", "accelerate", planned, flown, Dimension.ACCELERATION))
+    return findings
+
+
+def _longer_than_it_flies(mission: Mission, agent: Agent) -> list[Diagnostic]:
+    return [] if mission.horizon <= agent.vehicle.endurance else [_outlasted(mission, agent)]
+
+
+def _without_room(mission: Mission, agent: Agent) -> list[Diagnostic]:
+    low, high = mission.room(agent.index)
+    band = agent.vehicle.height
+    if any(a > b + ROUNDING for a, b in zip(low, high, strict=True)):
+        return [_no_room(mission, agent)]
+    if mission.dimension == 2 and not band.low <= agent.altitude <= band.high:
+        return [_wrong_altitude(agent)]
+    return []
+
+
+def _outside(mission: Mission, ground: FreeSpace, team: list[Agent]) -> list[Diagnostic]:
+    findings = []
+    for verb, places in (
+        ("starts", [(agent, agent.start) for agent in team]),
+        ("finishes", [(agent, agent.finish) for agent in team if agent.finish is not None]),
+    ):
+        by_span: dict[Span, list[tuple[Agent, Place]]] = {}
+        for agent, place in places:
+            if _beyond(mission, ground, agent, place):
+                by_span.setdefault(place.span, []).append((agent, place))
+        findings += [_beyond_the_fence(mission, verb, there) for there in by_span.values()]
+    return findings
+
+
+def _beyond(mission: Mission, ground: FreeSpace, agent: Agent, place: Place) -> bool:
+    """Whether no point of the place is in the room of the vehicle, though some is in the world."""
+    if isinstance(place, Exactly):
+        low, high = place.point, place.point
+    else:
+        area = ground.atlas.outer(place.region.shape)
+        if empty(area):
+            return False
+        low, high = ground.atlas.bounds(area)
+    world, room = (mission.world.low, mission.world.high), mission.room(agent.index)
+    return _meets(world, (low, high)) and not _meets(room, (low, high))
+
+
+def _meets(first: tuple[Vector, Vector], second: tuple[Vector, Vector]) -> bool:
+    """Whether two boxes, by their corners, have a point in common."""
+    sides = zip(*first, *second, strict=True)
+    return all(a <= d + ROUNDING and c <= b + ROUNDING for a, b, c, d in sides)
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _faster(agent: Agent, word: str, verb: str, planned: float, flown: float, dimension: Dimension) -> Diagnostic:
+    unit = SI[dimension]
+    return Diagnostic(
+        codes.FASTER_THAN_VEHICLE,
+        f"`{agent.team}` may {verb} at {number(planned)}{unit}; its vehicle flies at most {number(flown)}{unit}",
+        Label(agent.span, f"flown as `{agent.vehicle.name}`"),
+        notes=("a plan that makes use of it can be flown only in more time",),
+        help=f"write `{word} <= {number(flown)}{unit}` in its `dynamics`, or give `vehicle` its own `{word}`",
+    )
+
+
+def _outlasted(mission: Mission, agent: Agent) -> Diagnostic:
+    flies = f"{number(agent.vehicle.endurance)}{SI[Dimension.TIME]}"
+    return Diagnostic(
+        codes.OUTLASTS_VEHICLE,
+        f"`{agent.team}` flies {flies} on one charge; the mission lasts {number(mission.horizon)}{SI[Dimension.TIME]}",
+        Label(agent.span, f"flown as `{agent.vehicle.name}`"),
+        (Label(mission.time_span, "from the first state to the last"),) if mission.time_span else (),
+        ("it has to rise before, and to land after",),
+        f"shorten `horizon` to less than {flies}, or give `vehicle` its own `endurance`",
+    )
+
+
+def _no_room(mission: Mission, agent: Agent) -> Diagnostic:
+    return Diagnostic(
+        codes.NO_FLYING_ROOM,
+        f"the world leaves `{agent.team}` no room to fly",
+        Label(agent.span, f"flown as `{agent.vehicle.name}`"),
+        (Label(mission.world.span, f"the world is {_box(mission.world.low, mission.world.high)}"),),
+        (_kept(mission, agent),),
+        "make the world larger, or give `vehicle` its own `fence_inset` or `height`",
+    )
+
+
+def _wrong_altitude(agent: Agent) -> Diagnostic:
+    band = agent.vehicle.height
+    return Diagnostic(
+        codes.NO_FLYING_ROOM,
+        f"`{agent.team}` flies at {metres(agent.altitude)}; its vehicle keeps between {metres(band.low)}"
+        f" and {metres(band.high)}",
+        Label(agent.span, f"flown as `{agent.vehicle.name}`"),
+        help="give it another `altitude`, or `vehicle` its own `height`",
+    )
+
+
+def _beyond_the_fence(mission: Mission, verb: str, there: list[tuple[Agent, Place]]) -> Diagnostic:
+    agent, place = there[0]
+    others = [f"`{other.name}`" for other, _ in there[1:]]
+    where = f"at {_point(place.point)}" if isinstance(place, Exactly) else f"in `{place.region.name}`"
+    return Diagnostic(
+        codes.OUTSIDE_FLYING_ROOM,
+        f"`{agent.name}` {verb} {where}, outside the room of its vehicle, {_box(*mission.room(agent.index))}",
+        Label(place.span),
+        (Label(agent.span, f"flown as `{agent.vehicle.name}`"),),
+        (_kept(mission, agent), *((f"the same goes for {listed(others)}",) if others else ())),
+        "move it into that room, or give `vehicle` its own `fence_inset` or `height`",
+    )
+
+
+def _kept(mission: Mission, agent: Agent) -> str:
+    vehicle = agent.vehicle
+    text = f"`{vehicle.name}` keeps {metres(vehicle.fence_inset + vehicle.tracking)} from the borders of the world"
+    if mission.dimension == 2 or math.isinf(vehicle.height.high):
+        return text
+    return f"{text}, and between {metres(vehicle.height.low)} and {metres(vehicle.height.high)} of height"
+
+
+def _box(low: Vector, high: Vector) -> str:
+    return f"{_point(low)} to {_point(high)}"
+
+
+def _point(point: Vector) -> str:
+    return f"({', '.join(map(number, point))})"

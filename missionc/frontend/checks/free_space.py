@@ -1,0 +1,112 @@
+"""Free space: outer bounds of where agents can be, the world less the obstacles, and deductions from that alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field
+from enum import Enum
+
+from missionc.base.late_dataclass import dataclass
+from missionc.frontend.checks.least_ways import LeastWays
+from missionc.frontend.checks.literals import Places
+from missionc.geometry.configuration_space import Area, Atlas, common, covers, disjoint, empty, without
+from missionc.geometry.displacement import displaced, moved
+from missionc.ir import Agent, Mission, Obstacle, Shape, Still
+
+HAIR = 0.01
+"""Metres around an obstacle that count as its inside, where all bodies are larger: more than circles are off by."""
+
+SLACK = 1e-6
+"""Metres by which obstacles are taken smaller, so that a place that just touches one still counts as free."""
+
+
+class Lies(Enum):
+    """Where a shape is that nobody can be in; or that somebody may be."""
+
+    NOWHERE = "it is empty"
+    ELSEWHERE = "outside the world"
+    COVERED = "within obstacles"
+    OPEN = "somewhere in the world"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeSpace:
+    """Outer bounds of where an agent's centre can be, by its radius; each question is answered once."""
+
+    mission: Mission
+    atlas: Atlas
+    standing: Area
+    """At most the points of the obstacles that never move: those that grow, as small as they begin."""
+    filled: Area
+    """The same, and a hair's breadth around them, which no agent's centre can be in either."""
+    ways: LeastWays
+    known_free: dict[tuple[float, float | None], Area] = field(default_factory=dict)
+    known_lies: dict[Shape, Lies] = field(default_factory=dict)
+    known_places: dict[tuple[float, float], Places] = field(default_factory=dict)
+
+    @staticmethod
+    def of(mission: Mission) -> FreeSpace:
+        """The free space of a mission whose world is not flat."""
+        dimension = mission.dimension
+        shapes = [region.shape for region in mission.regions]
+        for obstacle in mission.obstacles:
+            times = (0.0,) if obstacle.constant else (0.0, float(mission.horizon))
+            shapes.extend(moved(obstacle.shape, displaced(obstacle, time, dimension)) for time in times)
+        atlas = Atlas.of(mission.world, shapes)
+        still = [obstacle.shape for obstacle in mission.obstacles if isinstance(obstacle.motion, Still)]
+        standing = atlas.union([atlas.inner(shape) for shape in still])
+        filled = atlas.grown(standing, _hair(mission), outer=False)
+        return FreeSpace(mission, atlas, standing, filled, LeastWays(mission, atlas, standing))
+
+    def fills(self, obstacle: Obstacle, area: Area) -> bool:
+        """Whether an obstacle that stands still covers an area by itself, but for a hair's breadth."""
+        body = self.atlas.inner(obstacle.shape)
+        return covers(self.atlas.grown(body, _hair(self.mission), outer=False), area)
+
+    def lies(self, shape: Shape) -> Lies:
+        """Whether anybody's centre may be in a shape that stays."""
+        if shape not in self.known_lies:
+            self.known_lies[shape] = self._lies(shape)
+        return self.known_lies[shape]
+
+    def _lies(self, shape: Shape) -> Lies:
+        area = self.atlas.outer(shape)
+        if empty(area):
+            return Lies.NOWHERE
+        if disjoint(area, self.atlas.whole()):
+            return Lies.ELSEWHERE
+        return Lies.COVERED if covers(self.filled, area) else Lies.OPEN
+
+    def places(self, agents: Sequence[Agent]) -> Places:
+        """Where literals let the centre of any of these agents be."""
+        radii = [agent.radius for agent in agents]
+        between = min(radii), max(radii)
+        if between not in self.known_places:
+            self.known_places[between] = Places(self.atlas, *between)
+        return self.known_places[between]
+
+    def free(self, radius: float, time: float | None = None) -> Area:
+        """Where the centre of an agent can be: ever, or (moving obstacles regarded too) at a time, in seconds."""
+        if (radius, time) not in self.known_free:
+            self.known_free[radius, time] = self._free(radius, time)
+        return self.known_free[radius, time]
+
+    def _free(self, radius: float, time: float | None) -> Area:
+        mission, atlas = self.mission, self.atlas
+        if time is None:
+            taken = self.standing
+        else:
+            taken = atlas.union([self._then(obstacle, time) for obstacle in mission.obstacles])
+        blocked = atlas.grown(taken, radius + mission.clearance - SLACK, outer=False)
+        return common(without(atlas.whole(), blocked), atlas.whole())
+
+    def _then(self, obstacle: Obstacle, time: float) -> Area:
+        """At most the points of an obstacle at a time, in seconds."""
+        there = self.atlas.inner(moved(obstacle.shape, displaced(obstacle, time, self.mission.dimension)))
+        grown = obstacle.grown(time)
+        return self.atlas.grown(there, grown, outer=False) if grown else there
+
+
+def _hair(mission: Mission) -> float:
+    body = min((agent.radius for agent in mission.agents), default=0.0) + mission.clearance
+    return max(min(HAIR, body - SLACK), 0.0)

@@ -1,0 +1,192 @@
+"""Literals, which are predicates and their negations: the places each allows, and the pairs that exclude each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import field, replace
+from typing import TypeAlias
+
+from missionc.base.late_dataclass import dataclass
+from missionc.geometry.configuration_space import Area, Atlas, covers, disjoint
+from missionc.ir import Beacon, Compare, Coordinate, DistanceTo, Feature, Inside, Predicate, Region, Touches, Vector
+from missionc.ir.distances.signed_distance import measured_outside
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A predicate, or (``positive`` False) its negation."""
+
+    predicate: Predicate
+    positive: bool
+
+    @property
+    def opposite(self) -> Literal:
+        return Literal(self.predicate, not self.positive)
+
+
+@dataclass(frozen=True, slots=True)
+class Unbounded:
+    """The predicate says nothing about where an agent's centre is."""
+
+
+UNBOUNDED = Unbounded()
+
+MOST_RULES = 250
+"""Literals whose places are worked out, and that are compared with one another; of more, little is said."""
+
+Bound: TypeAlias = Area | Unbounded
+
+
+def comparison(literal: Literal) -> Compare | Unbounded:
+    """A literal of a comparison as a comparison: ``not (e >= 0)`` is ``-e > 0``."""
+    predicate = literal.predicate
+    if not isinstance(predicate, Compare):
+        return UNBOUNDED
+    if literal.positive:
+        return predicate
+    terms = tuple((-weight, feature) for weight, feature in predicate.terms)
+    return replace(predicate, terms=terms, constant=-predicate.constant, strict=not predicate.strict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rule:
+    """What a literal says of where an agent's centre is.
+
+    ``within`` holds at least the places where the literal can be true, ``beyond``
+    at most those where it is false; ``said`` is the literal as a comparison.
+    """
+
+    literal: Literal
+    said: Compare | Unbounded
+    within: Bound
+    beyond: Bound
+
+
+def nowhere(rule: Rule, free: Area) -> bool:
+    """Whether the literal is false at every place of an outer area."""
+    outside = not isinstance(rule.within, Unbounded) and disjoint(rule.within, free)
+    return outside or (not isinstance(rule.beyond, Unbounded) and covers(rule.beyond, free))
+
+
+def exclude(one: Rule, other: Rule) -> bool:
+    """Whether no agent can have both literals at once."""
+    if one.literal == other.literal.opposite or _apart(one.said, other.said):
+        return True
+    if not isinstance(one.within, Unbounded) and nowhere(other, one.within):
+        return True
+    return not isinstance(other.within, Unbounded) and _all_beyond(one, other.within)
+
+
+def _all_beyond(rule: Rule, area: Area) -> bool:
+    return not isinstance(rule.beyond, Unbounded) and covers(rule.beyond, area)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Where literals let the centre of an agent be, whose radius is between two bounds in metres."""
+
+    atlas: Atlas
+    least: float
+    most: float
+    known: dict[Literal, Rule] = field(default_factory=dict)
+
+    def rule(self, literal: Literal) -> Rule:
+        if literal not in self.known:
+            if len(self.known) < MOST_RULES:
+                rule = Rule(literal, comparison(literal), self._within(literal), self._beyond(literal))
+            else:
+                rule = Rule(literal, comparison(literal), UNBOUNDED, UNBOUNDED)
+            self.known[literal] = rule
+        return self.known[literal]
+
+    def _within(self, literal: Literal) -> Bound:
+        atlas = self.atlas
+        match literal:
+            case Literal(Inside(region, body), True):
+                area = atlas.outer(region.shape)
+                return atlas.shrunk(area, self.least) if body else area
+            case Literal(Touches(region), True) if measured_outside(region.shape):
+                return atlas.near(region.shape, self.most, outer=True)
+            case Literal(Compare(), _):
+                inequality = comparison(literal)
+                return UNBOUNDED if isinstance(inequality, Unbounded) else self._where(inequality)
+            case _:
+                return UNBOUNDED
+
+    def _where(self, inequality: Compare) -> Bound:
+        """The places a comparison allows: a half space, or those within a distance."""
+        match inequality.terms:
+            case ((weight, DistanceTo(target)),) if weight < 0 and not isinstance(target, int):
+                return self._up_to(target, inequality.constant / -weight)
+            case terms if terms and all(isinstance(feature, Coordinate) for _, feature in terms):
+                return self.atlas.half_space(_weights(terms, self.atlas.world.dimension), inequality.constant)
+            case _:
+                return UNBOUNDED
+
+    def _up_to(self, target: Region | Beacon, distance: float) -> Bound:
+        atlas = self.atlas
+        if isinstance(target, Beacon):
+            return atlas.grown(atlas.point(target.position), max(distance, 0.0), outer=True)
+        if distance < 0:
+            return atlas.shrunk(atlas.outer(target.shape), -distance)
+        return atlas.near(target.shape, distance, outer=True) if measured_outside(target.shape) else UNBOUNDED
+
+    def _beyond(self, literal: Literal) -> Bound:
+        atlas = self.atlas
+        match literal:
+            case Literal(Inside(region, False), False):
+                return atlas.inner(region.shape)
+            case Literal(Touches(region), False):
+                return atlas.near(region.shape, self.least, outer=False)
+            case Literal(Compare(), _):
+                inequality = comparison(literal)
+                return UNBOUNDED if isinstance(inequality, Unbounded) else self._nearer_than(inequality)
+            case _:
+                return UNBOUNDED
+
+    def _nearer_than(self, inequality: Compare) -> Bound:
+        """The places too near for a comparison that keeps a distance of more than 0."""
+        atlas = self.atlas
+        match inequality.terms:
+            case ((weight, DistanceTo(target)),) if weight > 0 and not isinstance(target, int):
+                distance = -inequality.constant / weight
+                if distance <= 0:
+                    return UNBOUNDED
+                if isinstance(target, Beacon):
+                    return atlas.grown(atlas.point(target.position), distance, outer=False)
+                return atlas.near(target.shape, distance, outer=False)
+            case _:
+                return UNBOUNDED
+
+
+def _weights(terms: tuple[tuple[float, Feature], ...], dimension: int) -> Vector:
+    weights = [0.0] * dimension
+    for weight, feature in terms:
+        assert isinstance(feature, Coordinate)
+        weights[feature.axis] += weight
+    return tuple(weights)
+
+
+def _apart(one: Compare | Unbounded, other: Compare | Unbounded) -> bool:
+    """Whether ``f + a >= 0`` and ``-f + b >= 0`` have ``a + b < 0`` (or 0, where one of them is strict)."""
+    if isinstance(one, Unbounded) or isinstance(other, Unbounded) or not one.terms or not other.terms:
+        return False
+    first, second = dict(_merged(one)), dict(_merged(other))
+    if not first or first.keys() != second.keys():
+        return False
+    ratios = [-first[feature] / second[feature] for feature in first]
+    scale = ratios[0]
+    if scale <= 0 or any(not math.isclose(ratio, scale, rel_tol=1e-12) for ratio in ratios):
+        return False
+    gap = one.constant + scale * other.constant
+    slack = 1e-9 * max(1.0, abs(one.constant))
+    return gap < -slack or (abs(gap) <= slack and (one.strict or other.strict))
+
+
+def _merged(inequality: Compare) -> Iterator[tuple[Feature, float]]:
+    """Each feature once, with its whole weight; those that cancel are left out."""
+    weights: dict[Feature, float] = {}
+    for weight, feature in inequality.terms:
+        weights[feature] = weights.get(feature, 0.0) + weight
+    return ((feature, weight) for feature, weight in weights.items() if weight != 0)

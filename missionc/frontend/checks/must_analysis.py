@@ -1,0 +1,275 @@
+"""Must analysis: the agents that a formula is surely true of, and surely false of, at every step of every plan.
+
+Constants are folded: a formula and its negation, a region that covers the
+world, a speed no agent has. Formulas with the same meaning on their face get
+the same number, a formula and its negation opposite ones. Sets of agents are
+the bits of a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable
+from dataclasses import field
+from typing import assert_never
+
+from missionc.base.late_dataclass import dataclass
+from missionc.frontend.checks.free_space import FreeSpace, Lies
+from missionc.frontend.checks.literals import MOST_RULES, Literal, comparison, nowhere
+from missionc.frontend.checks.value_ranges import of_comparison
+from missionc.ir import Agent, Compare, Formula, Graph, Holds, Predicate
+from missionc.ir.kernel import nodes as k
+from missionc.ir.kernel.walk import children, postorder
+from missionc.ir.language.walk_formulas import bits_of
+
+TRUE, FALSE = 1, -1
+"""The numbers of what is simply true, and false."""
+
+MOST_MEMBERS = 64
+"""Parts of a conjunction that are compared with one another."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sure:
+    """The agents of whom a formula is surely true, and surely false; ``number`` says which formulas are the same."""
+
+    number: int
+    true: int
+    false: int
+
+    @property
+    def opposite(self) -> Sure:
+        return Sure(-self.number, self.false, self.true)
+
+
+@dataclass(slots=True, eq=False)
+class MustAnalysis:
+    """What is sure of the formulas of a mission; ``everyone`` is the bits of all agents."""
+
+    ground: FreeSpace
+    kernel: k.Kernel
+    everyone: int
+    kinds: tuple[tuple[Agent, int], ...]
+    """One agent of each kind (those alike in all but name), and the bits of all of that kind."""
+    sure: dict[k.Node, Sure] = field(default_factory=dict)
+    numbers: dict[Hashable, int] = field(default_factory=dict)
+    members: dict[int, frozenset[int]] = field(default_factory=dict)
+    predicates: dict[Predicate, tuple[int, int]] = field(default_factory=dict)
+
+    def of(self, formula: Formula) -> Sure:
+        """What is sure of a formula as meant."""
+        return self.sure[self.kernel.meanings[formula]]
+
+
+def must_analysis(kernel: k.Kernel, ground: FreeSpace) -> MustAnalysis:
+    """The must analysis of every formula in the mission's goals."""
+    agents = ground.mission.agents
+    kinds: dict[Hashable, tuple[Agent, int]] = {}
+    for agent in agents:
+        key = (agent.radius, agent.dynamics, agent.altitude)
+        first, bits = kinds.get(key, (agent, 0))
+        kinds[key] = (first, bits | 1 << agent.index)
+    known = MustAnalysis(ground, kernel, (1 << len(agents)) - 1, tuple(kinds.values()))
+    connected = _connected(known)
+    for node in postorder(kernel.meanings.values()):
+        known.sure[node] = connected.get(node) or _of_node(known, node, [known.sure[child] for child in children(node)])
+    return known
+
+
+def _connected(known: MustAnalysis) -> dict[k.Node, Sure]:
+    """Connected graphs: nothing is sure but that they are not torn. One over too few agents is said of the graph."""
+    found: dict[k.Node, Sure] = {}
+    for formula, node in known.kernel.meanings.items():
+        if isinstance(formula, Holds) and formula.predicate.graph:
+            found[node] = Sure(_number(known, formula.predicate), 0, 0)
+            if node in known.kernel.opposites:
+                found[known.kernel.opposites[node]] = found[node].opposite
+    return found
+
+
+def _of_node(known: MustAnalysis, node: k.Node, below: list[Sure]) -> Sure:
+    match node:
+        case k.Atom(predicate):
+            return _made(known, _number_of_predicate(known, predicate), *_of_predicate(known, predicate))
+        case k.Is(agents):
+            bits = bits_of(tuple(sorted(agents)))
+            return _made(known, _number(known, ("is", agents)), bits, known.everyone & ~bits)
+        case k.PathLength(graph, agent, shortest, longest):
+            return Sure(_number(known, ("length", graph, agent, shortest, longest)), 0, 0)
+        case k.Not():
+            return below[0].opposite
+        case k.AtLeast(count):
+            return _enough(known, count, below)
+        case k.At(agent):
+            return _at(known, agent, below[0])
+        case k.All() | k.Any():
+            return _of_pair(node.every, below, lambda parts: _conjunction(known, parts))
+        case k.WindowNode(_, low, high):
+            return _of_pair(node.every, below, lambda parts: _always(known, parts[0], low, high))
+        case k.UntilNode(_, _, low, high):
+            return _of_pair(not node.every, below, lambda parts: _until(known, parts, low, high))
+        case k.NeighbourNode(graph):
+            return _of_pair(not node.every, below, lambda parts: _neighbour(known, parts[0], graph))
+        case k.ReachNode(graph, _, _, hops):
+            return _of_pair(not node.every, below, lambda parts: _route(known, parts, graph, 0, hops))
+        case k.RouteNode(graph, _, _, shortest, longest):
+            return _of_pair(not node.every, below, lambda parts: _route(known, parts, graph, shortest, longest))
+        case _:
+            assert_never(node)
+
+
+def _of_pair(itself: bool, below: list[Sure], sure: Callable[[list[Sure]], Sure]) -> Sure:
+    """What is sure of a node whose pair has one that ``sure`` knows: not ``itself``, then its dual."""
+    return sure(below) if itself else sure(_opposites(below)).opposite
+
+
+def _opposites(parts: Iterable[Sure]) -> list[Sure]:
+    return [part.opposite for part in parts]
+
+
+def _made(known: MustAnalysis, number: int, true: int, false: int) -> Sure:
+    """With the number of what is simply true or false, where it is so of everyone."""
+    if number == TRUE or true == known.everyone:
+        return Sure(TRUE, known.everyone, 0)
+    if number == FALSE or false == known.everyone:
+        return Sure(FALSE, 0, known.everyone)
+    return Sure(number, true, false)
+
+
+def _number(known: MustAnalysis, key: Hashable) -> int:
+    return known.numbers.setdefault(key, len(known.numbers) + 2)
+
+
+# ----------------------------------------------------- Boolean and temporal nodes
+
+
+def _conjunction(known: MustAnalysis, parts: list[Sure]) -> Sure:
+    """Flat, without what is simply true, false where it holds a part and its negation."""
+    true, false = known.everyone, 0
+    numbers: set[int] = set()
+    for part in parts:
+        true, false = true & part.true, false | part.false
+        inner = known.members.get(part.number, frozenset((part.number,)))
+        numbers |= inner if len(numbers) + len(inner) <= MOST_MEMBERS else {part.number}
+    numbers.discard(TRUE)
+    if FALSE in numbers or any(_denied(known, number, numbers) for number in numbers):
+        return _made(known, FALSE, 0, known.everyone)
+    if not numbers:
+        return _made(known, TRUE, known.everyone, 0)
+    if len(numbers) == 1:
+        return _made(known, next(iter(numbers)), true, false)
+    whole = frozenset(numbers)
+    number = _number(known, whole)
+    known.members[number] = whole
+    return _made(known, number, true, false)
+
+
+def _denied(known: MustAnalysis, number: int, numbers: set[int]) -> bool:
+    """Whether a part's negation is there too, whole or spelt out in its own parts."""
+    return -number in numbers or (number < 0 and known.members.get(-number, frozenset((0,))) <= numbers)
+
+
+def _enough(known: MustAnalysis, count: int, parts: list[Sure]) -> Sure:
+    """So many of the parts, of those that are about everyone alike; the fewer are counted by their negations."""
+    if 2 * count <= len(parts):
+        return _enough(known, len(parts) - count + 1, _opposites(parts)).opposite
+    number = _number(known, ("enough", count, tuple(sorted(part.number for part in parts))))
+    sure = sum(part.true == known.everyone for part in parts)
+    lost = sum(part.false == known.everyone for part in parts)
+    return _made(
+        known, number, known.everyone if sure >= count else 0, known.everyone if len(parts) - lost < count else 0
+    )
+
+
+def _at(known: MustAnalysis, agent: int, body: Sure) -> Sure:
+    number = _number(known, ("at", agent, abs(body.number)))
+    there = known.everyone if body.true >> agent & 1 else 0, known.everyone if body.false >> agent & 1 else 0
+    return _made(known, number if body.number > 0 else -number, *there)
+
+
+def _always(known: MustAnalysis, body: Sure, low: int, high: int | None) -> Sure:
+    if low == high == 0:
+        return body
+    number = _number(known, ("always", body.number, low, high))
+    if high is not None and high < 0:  # the window may hold no step
+        return _made(known, number, body.true, 0)
+    return _made(known, number, body.true, body.false)
+
+
+def _until(known: MustAnalysis, parts: list[Sure], low: int, high: int | None) -> Sure:
+    hold, end = parts
+    number = _number(known, ("until", hold.number, end.number, low, high))
+    if low < 0:
+        return _made(known, number, end.true if high == 0 else 0, end.false)
+    if low == 0:
+        return _made(known, number, end.true, end.false)
+    return _made(known, number, hold.true & end.true, hold.false | end.false)
+
+
+# ------------------------------------------------------------------ spatial nodes
+
+
+def _neighbour(known: MustAnalysis, body: Sure, graph: Graph) -> Sure:
+    number = _number(known, ("neighbour", graph, body.number))
+    return _made(known, number, 0, _not_on_from(known, body, graph))
+
+
+def _route(known: MustAnalysis, parts: list[Sure], graph: Graph, low: float, high: float) -> Sure:
+    """A route: where no links are long enough, the agent is its own end; otherwise it goes on to a linked one."""
+    through, end = parts
+    number = _number(known, ("route", graph, through.number, end.number, low, high))
+    stuck = through.false | _not_on_from(known, end, graph)
+    if low > 0:
+        return _made(known, number, 0, stuck)
+    return _made(known, number, end.true, end.false & stuck)
+
+
+def _not_on_from(known: MustAnalysis, end: Sure, graph: Graph) -> int:
+    """The agents that have no way to another one which the formula may be true of."""
+    linked = bits_of(graph.agents)
+    return known.everyone if linked & ~end.false == 0 else known.everyone & ~linked
+
+
+# ------------------------------------------------------------------ predicates
+
+
+def _number_of_predicate(known: MustAnalysis, predicate: Predicate) -> int:
+    """A comparison and the one that denies it (``x <= 3``, ``x > 3``) get opposite numbers."""
+    opposite = comparison(Literal(predicate, False))
+    if opposite in known.numbers:
+        return -known.numbers[opposite]
+    return _number(known, predicate)
+
+
+def _of_predicate(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
+    if predicate not in known.predicates:
+        known.predicates[predicate] = _bits(known, predicate)
+    return known.predicates[predicate]
+
+
+def _bits(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
+    if predicate.graph or predicate.formation:
+        return 0, 0
+    if predicate.region and known.ground.lies(predicate.region.shape) is not Lies.OPEN:
+        return 0, 0  # said of the region itself
+    true = false = 0
+    for agent, bits in known.kinds:
+        holds, fails = _of_kind(known, predicate, agent)
+        true, false = true | (bits if holds else 0), false | (bits if fails else 0)
+    return true, false
+
+
+def _of_kind(known: MustAnalysis, predicate: Predicate, agent: Agent) -> tuple[bool, bool]:
+    """Whether agents of this kind surely have the predicate, and surely not."""
+    ground = known.ground
+    if isinstance(predicate, Compare):
+        values = of_comparison(ground, agent, predicate)
+        slack = 1e-9 * max(1.0, abs(predicate.constant))
+        holds = values.low > slack if predicate.strict else values.low >= 0
+        fails = values.high < -slack
+        if holds or fails or predicate.about_team:
+            return holds, fails
+    if len(known.predicates) >= MOST_RULES:
+        return False, False
+    places = ground.places([agent])
+    literal, free = Literal(predicate, True), ground.free(agent.radius)
+    return nowhere(places.rule(literal.opposite), free), nowhere(places.rule(literal), free)

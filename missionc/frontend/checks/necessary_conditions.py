@@ -1,0 +1,312 @@
+"""Necessary conditions of a formula: the facts about agents and steps that hold in every plan that satisfies it.
+
+Only what follows for certain is kept. So a fact may be missing, but each holds
+in every plan that satisfies the formula.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import field
+from itertools import chain
+from typing import assert_never
+
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.frontend.checks.literals import Literal
+from missionc.ir import AtLeastOf, Holds, Mission
+from missionc.ir.kernel import nodes as k
+from missionc.ir.kernel.walk import children
+from missionc.ir.language.walk_formulas import bits_of
+
+EVER = 1 << 40
+"""A step later than any mission's last."""
+
+MOST_VISITS = 20_000
+"""Formulas looked at, each with whom and when; what comes after them is left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Those:
+    """At least ``number`` of the agents, who are ``bits`` too; ``words`` says so."""
+
+    number: int
+    bits: int
+    words: str
+    agents: tuple[int, ...] = field(default=(), compare=False)
+
+
+THE_TEAM = Those(0, 0, "the team")
+ITSELF = Those(1, 0, "the agent")
+"""The one agent, whichever it is, that a formula is asked of."""
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """For every ``s`` from 0 to ``repeats``, at some step from ``low + s`` to ``high + s``.
+
+    So ``low == high`` says "at every step from low to low + repeats", and no
+    repeats "at some step from low to high".
+    """
+
+    low: int
+    high: int
+    repeats: int
+
+    def throughout(self, low: int, high: int | None, last: int | None) -> Iterator[When]:
+        """When something holds that holds at all of the steps from ``low`` to ``high`` ahead of each of these."""
+        if high is None:
+            high = low if last is None else max(last - self.high - self.repeats, low)
+        yield When(self.low + low, self.high + low, self.repeats + high - low)
+        if self.low < self.high and self.high - self.low <= high - low:
+            yield When(self.high + low, self.high + low, self.repeats + self.low + high - self.high - low)
+
+    def sometime(self, low: int, high: int | None, last: int | None) -> When:
+        """When something holds that holds at some step from ``low`` to ``high`` ahead of one of these."""
+        if high is not None:
+            return When(self.low + low, self.high + high, self.repeats)
+        return When(self.low + self.repeats + low, EVER if last is None else last, 0)
+
+    def in_the_past(self, low: int, high: int, every: bool) -> Iterator[When]:
+        """The same of a window that looks back and holds no step before 0; nothing where that is not one of these."""
+        if every and self.low == self.high:
+            first, last = max(self.low + low, 0), self.low + self.repeats + high
+            if first <= last:
+                yield When(first, first, last - first)
+        elif not every and (self.low + low >= 0 or self.repeats == 0) and self.high + high >= 0:
+            yield When(max(self.low + low, 0), self.high + high, self.repeats)
+
+
+AT_ONCE = When(0, 0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """The order in which agents and steps are chosen.
+
+    ``anew``: which agents those are may differ from step to step. ``each``: each of them has a step of its own.
+    """
+
+    anew: bool = False
+    each: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """The literal holds of those agents then; ``span`` is its words."""
+
+    literal: Literal
+    who: Those
+    when: When
+    span: Span
+    order: Order = Order()
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """A formula that holds somewhere at some step, of an agent or of the team, though it is not known when or whose."""
+
+    formula: k.Node
+    who: Those
+
+
+@dataclass(slots=True)
+class Necessary:
+    facts: list[Fact] = field(default_factory=list)
+    instants: dict[Instant, None] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    formula: k.Node
+    who: Those
+    when: When
+    order: Order = Order()
+
+
+@dataclass(slots=True, eq=False)
+class NecessaryConditions:
+    """The necessary conditions of the formulas of a mission.
+
+    ``quantified`` and ``held`` are the nodes, and negations, that came of a quantifier and of a predicate.
+    """
+
+    mission: Mission
+    quantified: Mapping[k.Node, AtLeastOf]
+    held: Mapping[k.Node, tuple[Literal, Span]]
+    visits: int = 0
+
+    @staticmethod
+    def of(mission: Mission, kernel: k.Kernel) -> NecessaryConditions:
+        quantified: dict[k.Node, AtLeastOf] = {}
+        held: dict[k.Node, tuple[Literal, Span]] = {}
+        for formula, node in kernel.meanings.items():
+            for each, positive in ((node, True), (kernel.opposites.get(node), False)):
+                match formula:
+                    case AtLeastOf() if each is not None:
+                        quantified[each] = formula
+                    case Holds(predicate) if each is not None:
+                        held[each] = Literal(predicate, positive), formula.span
+        return NecessaryConditions(mission, quantified, held)
+
+    def of_requirement(self, formula: k.Node) -> Necessary:
+        """What is necessary of a requirement's formula, at step 0."""
+        return self._gathered(Visit(formula, THE_TEAM, AT_ONCE), self.mission.steps)
+
+    def of_instant(self, instant: Instant) -> Necessary:
+        """What is necessary of a formula that holds at an unknown step, in steps from there."""
+        return self._gathered(Visit(instant.formula, instant.who, AT_ONCE), None)
+
+    def _gathered(self, root: Visit, last: int | None) -> Necessary:
+        gathered = Necessary()
+        seen: set[Visit] = set()
+        stack = [root]
+        while stack and self.visits < MOST_VISITS:
+            visit = stack.pop()
+            if visit in seen:
+                continue
+            seen.add(visit)
+            self.visits += 1
+            stack.extend(reversed(list(self._below(visit, last, gathered))))
+        return gathered
+
+    def _below(self, visit: Visit, last: int | None, gathered: Necessary) -> Iterator[Visit]:
+        """What must hold of the formulas below, for the visited one to hold."""
+        node, who, when, order = visit.formula, visit.who, visit.when, visit.order
+        if node in self.held:
+            literal, span = self.held[node]
+            whom = THE_TEAM if literal.predicate.about_team else who
+            gathered.facts.append(Fact(literal, whom, when, span, order))
+        elif node in self.quantified:
+            yield from self._of_agents(node, self.quantified[node], when, gathered)
+        elif isinstance(node, k.At):
+            name = self.mission.agents[node.agent].name
+            yield Visit(node.body, Those(1, 1 << node.agent, f"`{name}`", (node.agent,)), when)
+        else:
+            for body, then in _needs(node, when, last):
+                if then.low < then.high and when.low == when.high:
+                    gathered.instants[Instant(body, THE_TEAM if who == THE_TEAM else ITSELF)] = None
+                own = order.each or then.high - then.low > when.high - when.low
+                yield Visit(body, who, then, Order(order.anew, own))
+
+    def _of_agents(self, node: k.Node, formula: AtLeastOf, when: When, gathered: Necessary) -> Iterator[Visit]:
+        assert isinstance(node, k.All | k.Any | k.AtLeast)
+        agents, size = formula.agents.agents, len(node.parts)
+        enough = size if isinstance(node, k.All) else 1 if isinstance(node, k.Any) else node.count
+        if not 0 < enough <= size:
+            return
+        part = node.parts[0]
+        assert isinstance(part, k.At)
+        if enough < size:
+            gathered.instants[Instant(part.body, ITSELF)] = None
+        those = Those(enough, bits_of(agents), _words(enough, size, formula.agents.name), agents)
+        yield Visit(part.body, those, when, Order(anew=enough < size and when.repeats > 0))
+
+
+def _needs(node: k.Node, when: When, last: int | None) -> Iterator[tuple[k.Node, When]]:
+    """What has to hold of the same agent for the node to hold then, and when."""
+    match node:
+        case k.All(parts):
+            yield from ((part, when) for part in parts)
+        case k.Any(parts) if parts:
+            yield from ((part, when) for part in _in_each(_conjuncts(part) for part in parts))
+        case k.WindowNode(_, low, high) | k.UntilNode(_, _, low, high) if high is not None and low < 0:
+            end = children(node)[-1]
+            if isinstance(node, k.UntilNode) and node.every:
+                yield from ((end, when) for _ in range(high == 0))
+            elif last is not None:  # where steps are counted from an unknown one, nothing is known of those before it
+                yield from ((end, then) for then in when.in_the_past(low, high, node.every))
+        case k.WindowNode(body, low, high) if node.every:
+            yield from ((body, then) for then in when.throughout(low, high, last))
+        case k.WindowNode(body, low, high):
+            yield body, when.sometime(low, high, last)
+        case k.UntilNode(hold, end, low, high) if not node.every:
+            yield end, when.sometime(low, high, last)
+            if low > 0:
+                yield from ((hold, then) for then in when.throughout(0, low - 1, last))
+        case k.ReachNode() | k.RouteNode() if not node.every:
+            yield from ((part, when) for part in _of_route(node))
+        case k.UntilNode(_, end) | k.ReachNode(_, _, end) | k.RouteNode(_, _, end) if node.low <= 0:
+            yield end, when
+        case (
+            k.Any()
+            | k.LeafNode()
+            | k.Not()
+            | k.AtLeast()
+            | k.At()
+            | k.UntilNode()
+            | k.NeighbourNode()
+            | k.ReachNode()
+            | k.RouteNode()
+        ):
+            return
+        case _:
+            assert_never(node)
+
+
+def _of_route(node: k.ReachNode | k.RouteNode) -> Iterable[k.Node]:
+    """A route without links has the agent as its end, any other as its first."""
+    if node.low > 0:
+        return (node.through,)
+    return _in_each((_parts(node.through), _parts(node.end)))
+
+
+def _in_each(alternatives: Iterable[Mapping[k.Node, None]]) -> Iterable[k.Node]:
+    """What stands in all of the alternatives, in the order of the first."""
+    first, *others = alternatives
+    return [node for node in first if all(node in other for other in others)]
+
+
+def _parts(node: k.Node) -> dict[k.Node, None]:
+    """The formula, and all that stands beside others in it."""
+    found: dict[k.Node, None] = {}
+    stack = [node]
+    while stack:
+        part = stack.pop()
+        if part not in found:
+            found[part] = None
+            stack.extend(reversed(part.parts) if isinstance(part, k.All) else ())
+    return found
+
+
+def _conjuncts(node: k.Node) -> dict[k.Node, None]:
+    """The same, with what routes need."""
+    found = _parts(node)
+    routes = [part for part in found if isinstance(part, k.ReachNode | k.RouteNode) and not part.every]
+    return found | dict.fromkeys(chain.from_iterable(map(_of_route, routes)))
+
+
+def _words(number: int, size: int, name: str) -> str:
+    if number == size:
+        return f"`{name}`" if size == 1 else f"every `{name}`"
+    return f"some `{name}`" if number == 1 else f"{number} of `{name}`"
+
+
+def meeting(one: Fact, other: Fact) -> tuple[int, int] | None:
+    """The steps among which there is certainly one at which both hold of one agent."""
+    if not _same_agent(one.who, other.who) or _may_miss(one, other) or _may_miss(other, one):
+        return None
+    return same_step(one.when, other.when)
+
+
+def _same_agent(one: Those, other: Those) -> bool:
+    """Whether some agent is certainly among both, where these are chosen once or for the same step."""
+    if THE_TEAM in (one, other) or ITSELF in (one, other):
+        return one == other
+    return one.number + other.number > (one.bits | other.bits).bit_count()
+
+
+def _may_miss(one: Fact, other: Fact) -> bool:
+    """Whether one may hold, at each agent's own step of the other, of others than that agent."""
+    return one.order.anew and other.order.each and other.when.low < other.when.high
+
+
+def same_step(one: When, other: When) -> tuple[int, int] | None:
+    """The steps among which there is certainly one at which both hold."""
+    for steady, any_of in ((one, other), (other, one)):
+        if steady.low == steady.high:
+            first, last = steady.low, steady.low + steady.repeats
+            shift = max(0, first - any_of.low)
+            if shift <= min(any_of.repeats, last - any_of.high):
+                return any_of.low + shift, any_of.high + shift
+    return None

@@ -1,0 +1,271 @@
+"""Witnesses that a formula may be true, or false, at the first and the last step: places that agents may be at.
+
+Each agent is put at some of the places where it may start or finish, and
+predicates and links are looked at there, in plain numbers; one whose place is
+not given may be anywhere. Everything else is monotone. What is found possible is so by the
+intervals of ``monitoring.interval_robustness`` too, for they hold every such
+place; what is not found may be possible all the same. Agents are the bits of a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import field
+from functools import partial, reduce
+from itertools import islice
+from operator import and_, or_
+from typing import TypeAlias
+
+from missionc.base.late_dataclass import dataclass
+from missionc.frontend.checks.free_space import FreeSpace
+from missionc.frontend.checks.place_margins import Joint, margin_at
+from missionc.geometry import plain_floats
+from missionc.geometry.configuration_space import SURE
+from missionc.geometry.plain_floats import Place
+from missionc.ir import Agent, Exactly, Graph, Mission, Predicate
+from missionc.ir import Place as Given
+from missionc.ir.kernel.evaluate import Domain, evaluate
+from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.ir.kernel.walk import more_than
+from missionc.ir.language.margins import link
+from missionc.ir.language.walk_formulas import bits_of
+from missionc.ir.pair_ranges import directed, range_of
+from missionc.verification.monitoring.end_columns import FIRST, LAST, MOST_NODES, columns
+
+FEW = 32
+"""Agents that are looked at one by one; of more, arrays are quicker."""
+
+TRIES = ((0, 0), (1, 0), (2, 1))
+"""The place of its own that an agent is put at: the number of the agent so many times, and so many more."""
+
+PLACES = 7
+"""Places that are tried in a region in which an agent may be."""
+
+Bits: TypeAlias = int
+"""Agents, each a bit of it."""
+
+
+May: TypeAlias = tuple[Bits, Bits]
+"""The agents of whom a formula may be true, at the first and at the last step."""
+
+
+@dataclass(slots=True, eq=False)
+class Ends(Domain[May]):
+    """The domain of whom a formula may hold at the two ends of a mission with few agents."""
+
+    mission: Mission
+    everyone: Bits
+    tries: tuple[tuple[Joint, ...], tuple[Joint, ...]]
+    """At the first, and at the last step."""
+    atoms: dict[Predicate, tuple[May, May]] = field(default_factory=dict)
+    """By predicate: of whom it may be true, and of whom it may be false."""
+    known_links: dict[tuple[Graph, int], tuple[dict[int, Bits], dict[int, Bits]]] = field(default_factory=dict)
+
+    def atom(self, predicate: Predicate, holds: bool) -> May:
+        if predicate not in self.atoms:
+            self.atoms[predicate] = _of_predicate(self, predicate)
+        true, false = self.atoms[predicate]
+        return true if holds else false
+
+    def member(self, agents: frozenset[int], holds: bool) -> May:
+        bits = bits_of(tuple(agents))
+        return (bits if holds else self.everyone & ~bits,) * 2
+
+    def meet(self, parts: Sequence[May]) -> May:
+        return _each(lambda at: reduce(and_, (part[at] for part in parts), self.everyone))
+
+    def join(self, parts: Sequence[May]) -> May:
+        return _each(lambda at: reduce(or_, (part[at] for part in parts), 0))
+
+    def at_least(self, count: int, parts: Sequence[May]) -> May:
+        return _each(lambda at: _enough(self.everyone, count, [part[at] for part in parts]))
+
+    def at(self, agent: int, body: May) -> May:
+        return _each(lambda column: self.everyone if body[column] >> agent & 1 else 0)
+
+    def window(self, node: WindowNode, body: May) -> May:
+        return _each(lambda at: self._window(node.every, body, node.low, node.high, at))
+
+    def until(self, node: UntilNode, hold: May, end: May) -> May:
+        """As ``Intervals`` has it: whatever comes later, the left side of *until* has to hold now."""
+        low, high = node.low, node.high
+        if low < 0:
+            now_is_enough = node.every and high != 0
+            return _each(
+                lambda at: (
+                    self.everyone
+                    if now_is_enough
+                    else end[at]
+                    if node.every
+                    else self._window(False, end, low, high, at)
+                )
+            )
+        if high == 0:
+            return _each(lambda at: self._window(node.every, end, low, high, at))
+        now = end[FIRST] if low == 0 else self.everyone if node.every else 0
+        if not node.every:
+            now |= hold[FIRST] & self._window(False, end, max(low, 1), high, FIRST)
+        return now, self._window(node.every, end, low, high, LAST) if high is None else self.everyone
+
+    def neighbour(self, node: NeighbourNode, body: May) -> May:
+        if not node.every:
+            return _each(lambda at: self._one_link(node.graph, body[at], at))
+        return _each(lambda at: self._outside(node.graph) | self._no_other_link(node.graph, body[at], at))
+
+    def reach(self, node: ReachNode, through: May, end: May) -> May:
+        graph, outside = node.graph, self._outside(node.graph)
+
+        def longer(reached: Bits, at: int) -> Bits:
+            if not node.every:
+                return reached | through[at] & self._one_link(graph, reached, at)
+            return reached & (outside | through[at] | self._no_other_link(graph, reached, at))
+
+        return _each(lambda at: _steadily(node.hops, end[at], partial(longer, at=at)))
+
+    def route(self, node: RouteNode, through: May, end: May) -> May:
+        return self._in_metres(node.graph)
+
+    def path_length(self, node: PathLength, holds: bool) -> May:
+        return self._in_metres(node.graph)
+
+    def _window(self, every: bool, body: May, low: int, high: int | None, column: int) -> Bits:
+        known, whole = columns(self.mission.steps, low, high, column)
+        if every:
+            return reduce(and_, (body[at] for at in known), self.everyone)
+        return reduce(or_, (body[at] for at in known), 0 if whole else self.everyone)
+
+    def _outside(self, graph: Graph) -> Bits:
+        return self.everyone & ~bits_of(graph.agents)
+
+    def _links(self, graph: Graph, column: int) -> tuple[dict[int, Bits], dict[int, Bits]]:
+        """For each of the graph's agents those it may be linked to, and those it may not be."""
+        if (graph, column) not in self.known_links:
+            linked, apart = dict.fromkeys(graph.agents, 0), dict.fromkeys(graph.agents, 0)
+            one_way = directed(graph)
+            for one in graph.agents:
+                for other in graph.agents:
+                    if one < other or (one_way and one > other):
+                        true, false = _tried(self, column, partial(_link, graph, one, other))
+                        for here, there in ((one, other),) if one_way else ((one, other), (other, one)):
+                            linked[here] |= true << there
+                            apart[here] |= false << there
+                apart[one] |= 1 << one
+            self.known_links[graph, column] = linked, apart
+        return self.known_links[graph, column]
+
+    def _one_link(self, graph: Graph, reached: Bits, column: int) -> Bits:
+        """The agents that may be linked to one that may be found."""
+        linked, _ = self._links(graph, column)
+        return bits_of(tuple(agent for agent, others in linked.items() if others & reached))
+
+    def _no_other_link(self, graph: Graph, these: Bits, column: int) -> Bits:
+        """The agents of the graph that may have no link but to these."""
+        members = bits_of(graph.agents)
+        _, apart = self._links(graph, column)
+        return bits_of(tuple(agent for agent, others in apart.items() if members & ~(others | these) == 0))
+
+    def _in_metres(self, graph: Graph) -> May:
+        """Lengths are known of given points alone, and not looked at here."""
+
+        def bits(column: int) -> Bits:
+            exact = all(isinstance(_end(self.mission.agents[agent], column), Exactly) for agent in graph.agents)
+            return 0 if exact else self.everyone
+
+        return _each(bits)
+
+
+def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[Node]:
+    """Those of the formulas about the team that may surely be true at the first step, as far as both ends decide it."""
+    roots = tuple(roots)
+    if len(mission.agents) > FEW or more_than(MOST_NODES, roots):
+        return set()
+    starts, finishes = ([_end(agent, column) for agent in mission.agents] for column in (FIRST, LAST))
+    ends = Ends(mission, (1 << len(mission.agents)) - 1, (_tries(starts, ground), _tries(finishes, ground)))
+    known = evaluate(roots, ends)
+    return {root for root in roots if known[root][FIRST] & 1}
+
+
+def _end(agent: Agent, column: int) -> Given | None:
+    return agent.start if column == FIRST else agent.finish
+
+
+def _tries(places: list[Given | None], ground: FreeSpace) -> tuple[Joint, ...]:
+    """Some ways to put every agent at one of its places; none where no place is known of some region."""
+    choices = [_choices(place, ground) for place in places]
+    if not all(choices):
+        return ()
+    return tuple(
+        tuple(each[(number * times + more) % len(each)] for number, each in enumerate(choices)) for times, more in TRIES
+    )
+
+
+def _choices(place: Given | None, ground: FreeSpace) -> list[Place | None]:
+    if place is None:
+        return [None]
+    if isinstance(place, Exactly):
+        return [Place(place.point)]
+    area = ground.atlas.outer(place.region.shape)
+    return [Place(seed) for seed in islice((seed for seed in area.seeds() if area.depth(seed) > SURE), PLACES)]
+
+
+def _each(true: Callable[[int], Bits]) -> May:
+    return true(FIRST), true(LAST)
+
+
+def _enough(everyone: Bits, count: int, parts: list[Bits]) -> Bits:
+    """The agents that are in so many of the parts."""
+    if count > len(parts):
+        return 0
+    least = [everyone] + [0] * max(count, 0)
+    for part in parts:
+        for number in range(len(least) - 1, 0, -1):
+            least[number] |= least[number - 1] & part
+    return least[-1]
+
+
+def _link(graph: Graph, one: int, other: int, joint: Joint) -> float | None:
+    here, there = joint[one], joint[other]
+    return (
+        None
+        if here is None or there is None
+        else float(link.margin(plain_floats, graph, range_of(graph, one, other), here, there))
+    )
+
+
+def _steadily(times: int, bits: Bits, change: Callable[[Bits], Bits]) -> Bits:
+    """The bits changed so many times, or until they stay."""
+    for _ in range(times):
+        after = change(bits)
+        if after == bits:
+            break
+        bits = after
+    return bits
+
+
+# ------------------------------------------------------------------- predicates
+
+
+def _tried(ends: Ends, column: int, margin: Callable[[Joint], float | None]) -> tuple[bool, bool]:
+    """Whether something may be true, and may be false; a margin is None where it hangs on a place that is not given."""
+    true = false = False
+    for joint in ends.tries[column]:
+        value = margin(joint)
+        true, false = true or value is None or value > SURE, false or value is None or value < -SURE
+        if true and false:
+            break
+    return true, false
+
+
+def _of_predicate(ends: Ends, predicate: Predicate) -> tuple[May, May]:
+    """The agents of whom it may be true, and of whom it may be false."""
+    true, false = [0, 0], [0, 0]
+    team = predicate.about_team
+    for column in (FIRST, LAST):
+        for agent in ends.mission.agents:
+            may, may_not = _tried(ends, column, partial(margin_at, ends.mission, predicate, agent))
+            alike = ends.everyone if team else 1 << agent.index
+            true[column] |= alike * may
+            false[column] |= alike * may_not
+            if team:
+                break
+    return (true[FIRST], true[LAST]), (false[FIRST], false[LAST])

@@ -1,0 +1,271 @@
+"""Areas of drawn shapes, seen from above, in metres, and outlines of lines whose ends meet.
+
+    in   a shape, its position, the mission's metres
+    out  an area or a disc, and the lines that do not close
+
+Closed lines are filled, up to the outer edge of their width. Faces are united. A hatch is filled by its style.
+
+Lines whose ends meet are joined to rings. A ring runs only through points at which exactly two ends meet: if more
+meet, the pairs that belong together are unknown.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from missionc.base.late_dataclass import dataclass
+from missionc.frontend.maps.dxf.blocks import Placed
+from missionc.frontend.maps.dxf.shapes import Arc, Band, Curve, Points, Shape, UnusableError
+from missionc.frontend.maps.feature import Area, Circle, Corners
+
+SAME = 1e-6
+"""Metres between two ends that are the same but for rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ring:
+    """Lines in order, corners (points, 2), and the largest distance between two ends that meet."""
+
+    lines: tuple[int, ...]
+    corners: Points
+    gap: float
+
+
+def join_ends(lines: Sequence[Points], tolerance: float) -> tuple[list[Ring], list[int]]:
+    """Rings of lines, in the order of the first line of each, and the remaining lines.
+
+    Args:
+        lines: (points, 2) each, at least one point.
+        tolerance: distance of two ends that meet.
+    """
+    if len(lines) == 1 and np.hypot(*(lines[0][0] - lines[0][-1])) <= SAME:
+        return [_ring(lines, [(0, 0)])], []
+    nodes = _nodes(np.array([end for line in lines for end in (line[0], line[-1])]), tolerance).reshape(-1, 2)
+    leaving: dict[int, list[tuple[int, int]]] = defaultdict(list)
+    for number, ends in enumerate(nodes.tolist()):
+        for side, node in enumerate(ends):
+            leaving[node].append((number, side))
+    rings, used = [], set[int]()
+    # From points with more or fewer ends first: a ring may touch another there. The others are rings through pairs.
+    for start in sorted(leaving, key=lambda node: len(leaving[node]) == 2):
+        for first in leaving[start]:
+            if first[0] in used:
+                continue
+            chain, node = [first], int(nodes[first[0], 1 - first[1]])
+            while node != start and len(leaving[node]) == 2:
+                one, other = leaving[node]
+                arrived = chain[-1][0], 1 - chain[-1][1]
+                chain.append(other if one == arrived else one)
+                node = int(nodes[chain[-1][0], 1 - chain[-1][1]])
+            used.update(number for number, _ in chain)
+            if node == start:
+                rings.append(_ring(lines, chain))
+    rings.sort(key=lambda ring: min(ring.lines))
+    joined = {number for ring in rings for number in ring.lines}
+    return rings, [number for number in range(len(lines)) if number not in joined]
+
+
+def _nodes(ends: Points, tolerance: float) -> NDArray[np.intp]:
+    """The point of each end, by a number: ends that are the same, or two others that are nearest to each other."""
+    _, nodes, counts = np.unique(np.round(ends / SAME), axis=0, return_inverse=True, return_counts=True)
+    nodes = nodes.reshape(-1)
+    (alone,) = np.nonzero(counts[nodes] == 1)
+    points, nearest = shapely.points(ends[alone]), np.arange(len(alone))
+    one, other = shapely.STRtree(points).query_nearest(
+        points, max_distance=tolerance, exclusive=True, all_matches=False
+    )
+    nearest[one] = other
+    mutual = nearest[nearest] == np.arange(len(alone))
+    nodes[alone[mutual]] = np.minimum(nodes[alone], nodes[alone[nearest]])[mutual]
+    return nodes
+
+
+def _ring(lines: Sequence[Points], chain: list[tuple[int, int]]) -> Ring:
+    pieces = [lines[number][:: -1 if side else 1] for number, side in chain]
+    gaps = [np.hypot(*(piece[0] - pieces[at - 1][-1])) for at, piece in enumerate(pieces)]
+    corners = np.concatenate([piece[1:] for piece in pieces])
+    return Ring(tuple(number for number, _ in chain), corners, float(max(gaps)))
+
+
+SAGITTA = 0.01
+"""Metres that a chord may lie inside of its arc."""
+
+GAP = 0.001
+"""Metres between two ends that meet."""
+
+ROUND = 1e-9
+"""Metres between two points that are the same, and distortion of a circle relative to its radius."""
+
+THIN = 1e-12
+"""Area of an outline that has none but for rounding, relative to the square of its length."""
+
+OUTERMOST, NO_ISLANDS = 1, 2
+"""Styles of a hatch; in all others what lies within an odd number of its boundaries is filled."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """The mission's metres: a unit of the drawing, where its origin is, and how far anything may be from that."""
+
+    unit: float
+    origin: tuple[float, float]
+    farthest: float
+
+    def metres(self, points: Points) -> Points:
+        """Points, (…, 2), of the drawing in metres.
+
+        Raises:
+            UnusableError: one is not finite, or too far away.
+        """
+        placed: Points = self.origin + self.unit * points
+        if not np.isfinite(placed).all():
+            raise UnusableError("has a coordinate that is not a finite number")
+        far = placed[(np.abs(placed) > self.farthest).any(axis=-1)]
+        if len(far):
+            raise UnusableError(f"has a point at {far[0, 0]:g}, {far[0, 1]:g} m, which is too far away")
+        return placed
+
+    def tolerance(self, placed: Placed) -> float:
+        """Distance that a chord may have from its curve, in the units of the curve's own block."""
+        axes = placed.matrix[:3, :2]
+        if not np.isfinite(axes).all():
+            raise UnusableError("is in a block with a size that is not a finite number")
+        return SAGITTA / max(self.unit * float(np.linalg.norm(axes, 2)), np.finfo(float).tiny)
+
+
+def disc_of(placed: Placed, shape: Shape, world: World) -> Circle | None:
+    """The disc of a circle; None for another shape, and if the circle has become an ellipse."""
+    arc = shape.lines[0][0] if placed.entity.dxftype() == "CIRCLE" else None
+    if not isinstance(arc, Arc):
+        return None
+    across, up = world.unit * placed.seen(np.stack([arc.across, arc.up]), vectors=True)
+    radius = float(np.hypot(*across))
+    distortion = max(abs(radius - float(np.hypot(*up))), abs(float(across @ up)) / radius) if radius else 0.0
+    if not 0 < radius <= world.farthest or distortion > ROUND * radius:
+        return None
+    x, y = world.metres(placed.seen(arc.centre)[None])[0]
+    return Circle((float(x), float(y)), radius)
+
+
+def area_of(placed: Placed, shape: Shape, world: World, *, grown: bool) -> tuple[Area | None, list[Points]]:
+    """The area of a shape, and its lines that are open, (points, 2) each.
+
+    Args:
+        grown: by as much as chords may lie inside of their arcs.
+
+    Raises:
+        UnusableError: it crosses itself, has no area seen from above, or something in it is not a number.
+    """
+    tolerance = world.tolerance(placed)
+
+    def seen(points: Points) -> Points:
+        return world.metres(placed.seen(points))
+
+    if shape.extrusion is not None and np.hypot(*placed.seen(shape.extrusion, vectors=True)) * world.unit > GAP:
+        raise UnusableError("is extruded at an angle to the vertical")
+    lines = [seen(_end_to_end(line, tolerance)) for line in shape.lines]
+    closed = [line for line in lines if shape.closed or np.hypot(*(line[0] - line[-1])) <= GAP]
+    loose = [] if len(closed) == len(lines) or shape.bands else lines
+    parts = [outline(line) for line in closed if not (shape.bands and len(line) < 3)]
+    parts += _hulls([seen(quadrilateral) for band in shape.bands for quadrilateral in _split(band, tolerance)])
+    parts += _hatched([[seen(_end_to_end(line, tolerance)) for line in each] for each in shape.boundaries], shape.style)
+    parts += _faces([seen(face) for face in shape.faces], upright=bool(shape.bands))
+    if not parts:
+        return None, loose
+    return area_from(parts, SAGITTA if grown and shape.curved else 0.0), loose
+
+
+def area_from(parts: Sequence[shapely.Geometry], growth: float) -> Area:
+    """The union of parts, grown by metres.
+
+    Raises:
+        UnusableError: it has no area.
+    """
+    union = parts[0] if len(parts) == 1 else shapely.simplify(shapely.union_all(parts), 0.0)
+    if growth:
+        union = shapely.buffer(union, growth, join_style="mitre")
+    polygons = [part for part in shapely.get_parts(union) if part.geom_type == "Polygon" and part.area > 0]
+    if not polygons:
+        raise UnusableError("has no area seen from above")
+    return Area(tuple(tuple(map(_corners, (each.exterior, *each.interiors))) for each in polygons))
+
+
+def outline(ring: Points) -> shapely.Polygon:
+    """The polygon of a ring, (points, 2).
+
+    Raises:
+        UnusableError: it crosses itself, or has no area.
+    """
+    ring = ring[: len(ring) - int(np.hypot(*(ring[0] - ring[-1])) <= ROUND)]
+    polygon = shapely.Polygon(ring) if len(ring) > 2 else shapely.Polygon()
+    valid = shapely.is_valid(polygon)
+    if _is_thin(polygon if valid else shapely.make_valid(polygon)):
+        raise UnusableError("has no area seen from above")
+    if not valid:
+        raise UnusableError("crosses itself")
+    return polygon
+
+
+def _is_thin(polygon: shapely.Geometry) -> bool:
+    return bool(polygon.area <= THIN * polygon.length**2)
+
+
+def _corners(ring: shapely.LinearRing) -> Corners:
+    return tuple((float(x), float(y)) for x, y in ring.coords[:-1])
+
+
+def _end_to_end(curves: Sequence[Curve], tolerance: float) -> Points:
+    first, *rest = (curve.points(tolerance) for curve in curves)
+    return np.concatenate([first, *(points[1:] for points in rest)])
+
+
+def _split(band: Band, tolerance: float) -> Points:
+    """Corners of the quadrilaterals between the edges of a wide segment, (quadrilaterals, 4, 3)."""
+    count = max(edge.chords(tolerance) for edge in band)
+    left, right = (edge.split(count) for edge in band)
+    return np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
+
+
+def _hulls(pieces: Sequence[Points]) -> list[shapely.Geometry]:
+    return [hull for hull in map(shapely.convex_hull, map(shapely.MultiPoint, pieces)) if hull.geom_type == "Polygon"]
+
+
+def _faces(faces: Sequence[Points], *, upright: bool) -> list[shapely.Geometry]:
+    """Polygons of faces. One that stands upright has no area, and lies on the border of those that have any.
+
+    Raises:
+        UnusableError: a face stands upright elsewhere, unless ``upright`` allows it.
+    """
+    polygons = [shapely.Polygon(face) for face in faces if len(face) > 2]
+    polygons = [each if shapely.is_valid(each) else shapely.convex_hull(each) for each in polygons]
+    parts = [each for each in polygons if not _is_thin(each)]
+    standing = [each for each in polygons if _is_thin(each)]
+    border = shapely.buffer(shapely.union_all(parts), GAP)
+    shapely.prepare(border)
+    if not upright and not all(shapely.covers(border, standing)):
+        raise UnusableError("has a face that stands upright")
+    return parts
+
+
+def _hatched(boundaries: Iterable[Sequence[Points]], style: int) -> list[shapely.Geometry]:
+    """The parts of a hatch."""
+    polygons = []
+    for curves in boundaries:
+        rings, rest = join_ends(curves, GAP)
+        if rest:
+            raise UnusableError("has a boundary that is open")
+        polygons += [outline(ring.corners) for ring in rings]
+    if style == NO_ISLANDS:
+        return polygons
+    if style == OUTERMOST:
+        inner, _ = shapely.STRtree(polygons).query(polygons, predicate="covered_by")
+        polygons = [each for each, depth in zip(polygons, np.bincount(inner), strict=True) if depth <= 2]
+    while len(polygons) > 1:  # in pairs, so that a hatch of many islands takes no longer than it must
+        odd = polygons[len(polygons) // 2 * 2 :]
+        polygons = [*shapely.symmetric_difference(polygons[:-1:2], polygons[1::2]), *odd]
+    return polygons

@@ -1,0 +1,71 @@
+"""Tables of places: a row for each disc, rectangle or point.
+
+in   CSV
+out  features in metres
+"""
+
+from __future__ import annotations
+
+import math
+
+from missionc.frontend.maps.feature import Area, Asked, Circle, Feature, Place
+from missionc.frontend.maps.geojson import KINDS
+from missionc.frontend.maps.read_map import Reading, count_left_out
+from missionc.frontend.maps.table import Row, read_table
+
+COLUMNS = ("name", "kind", "x", "y", "z", "radius", "width", "depth", "angle", "low", "high")
+HEIGHT = {"low", "high"}
+
+
+def feature_table(asked: Asked) -> Reading:
+    """Read the rows of the kind that is asked for, and those that state no kind.
+
+    Raises:
+        MapError: it is no such table, or a row of it makes no place.
+    """
+    rows = read_table(asked.sources[0], asked.span, COLUMNS, ("x", "y"), asked.limits)
+    for row in rows:
+        if row.cells.get("kind", asked.kind) not in KINDS:
+            known = ", ".join(f"`{each}`" for each in KINDS)
+            raise row.wrong(f"`{row.cells['kind'][:40]}` is no kind of place", f"the kinds are {known}")
+    read = [row for row in rows if row.cells.get("kind", asked.kind) == asked.kind]
+    flattened = [("height", "the world is a plane") for row in read if asked.plane and HEIGHT & row.cells.keys()]
+    return Reading([_feature(row, asked) for row in read], count_left_out(flattened))
+
+
+def _feature(row: Row, asked: Asked) -> Feature:
+    unit, name = asked.unit or 1.0, row.cells.get("name", "")
+    x, y = (place + unit * value for place, value in zip(asked.at, row.numbers("x", "y"), strict=True))
+    height = None
+    if HEIGHT & row.cells.keys() and not asked.plane:
+        height = row.number("low") * unit, row.number("high") * unit
+    begin = row.span.start + max(row.span.text.find(name), 0)
+    named = row.span.part(begin, begin + len(name)) if name else row.span
+    return Feature(name, _shape(row, asked, x, y, unit), row.span, named, height)
+
+
+def _shape(row: Row, asked: Asked, x: float, y: float, unit: float) -> Area | Circle | Place:
+    sizes = [column for column in ("radius", "width", "depth", "angle") if column in row.cells]
+    if asked.kind == "beacon":
+        if sizes:
+            raise row.wrong(f"a beacon is a point, without `{sizes[0]}`", "leave that empty")
+        return Place((x, y, *(unit * row.number("z") for _ in range("z" in row.cells))))
+    if "z" in row.cells:
+        raise row.wrong("`z` is the height of a beacon", "say from where to where by `low` and `high`")
+    if sizes == ["radius"]:
+        return Circle((x, y), _positive(row, "radius") * unit)
+    if "radius" in sizes or not {"width", "depth"} <= set(sizes):
+        raise row.wrong("a place has a `radius`, or a `width` and a `depth`", "fill these columns")
+    across, up = _positive(row, "width") * unit / 2, _positive(row, "depth") * unit / 2
+    angle = math.radians(row.number("angle")) if "angle" in row.cells else 0.0
+    cosine, sine = math.cos(angle), math.sin(angle)
+    corners = ((-across, -up), (across, -up), (across, up), (-across, up))
+    turned = tuple((x + cosine * a - sine * b, y + sine * a + cosine * b) for a, b in corners)
+    return Area(((turned,),))
+
+
+def _positive(row: Row, column: str) -> float:
+    value = row.number(column)
+    if value <= 0:
+        raise row.wrong(f"`{column}` is {value:g}, and not more than 0", "write a size")
+    return value

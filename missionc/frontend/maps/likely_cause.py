@@ -1,0 +1,97 @@
+"""Likely cause of a file whose places lie outside the world: the hypothesis that would bring them inside.
+
+in   the settings of the declaration, the extents of the file and of the world
+out  one action for the user
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+from missionc.frontend.maps.feature import Asked
+from missionc.frontend.maps.local_frame import geographic, local_frame
+from missionc.frontend.maps.map_metadata import IMAGES, METADATA, ending
+from missionc.frontend.maps.read_map import Extents, box
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
+SMALLEST = 0.05
+"""Share of the world's longer side that places have to reach from the file's zero: any file fits if it is shrunk."""
+DEGREES = (180.0, 90.0)
+NEAR = 1.0
+"""Degrees that a file spans at most if its coordinates may be longitude and latitude."""
+
+
+def likely_cause(asked: Asked, extents: Extents, world: Extents) -> str:
+    """Return what to change in the file or in its declaration.
+
+    Args:
+        extents: of the places, metres in the mission's world.
+        world: of the world, in the plane.
+
+    Raises:
+        MapError: the library that knows the earth is not installed.
+    """
+    corners = [(x - asked.at[0], y - asked.at[1]) for x, y in product(*zip(*extents, strict=True))]
+    hypotheses = _on_earth(asked, corners) if asked.origin is not None else _in_the_plane(asked, corners)
+    for way_out, moved in hypotheses:
+        if _inside(box((x + asked.at[0], y + asked.at[1]) for x, y in moved), asked.at, world):
+            return way_out
+    return _elsewhere(asked, extents, corners, world)
+
+
+def _on_earth(asked: Asked, corners: list[tuple[float, float]]) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+    """Longitude and latitude exchanged, in the file or in the declaration."""
+    assert asked.origin is not None
+    place = asked.sources[0], asked.span
+    degrees = [geographic(asked.origin, *place)(*corner) for corner in corners]
+    if all(abs(longitude) <= DEGREES[1] for longitude, _ in degrees):
+        frame = local_frame(asked.origin, *place)
+        way_out = "exchange longitude and latitude in the file or in `origin`: both have the longitude first"
+        yield way_out, [frame(latitude, longitude) for longitude, latitude in degrees]
+
+
+def _in_the_plane(asked: Asked, corners: list[tuple[float, float]]) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+    """Another unit of length, or the two axes exchanged; a grid states its own size."""
+    if ending(asked.sources[0].name) in (*IMAGES, *METADATA):
+        return
+    for name, unit in UNITS.items():
+        factor = unit / (asked.unit or 1.0)
+        way_out = f"state the unit of the file: `unit 1 {name}` brings its places inside"
+        if factor != 1:
+            yield way_out, [(x * factor, y * factor) for x, y in corners]
+    yield "exchange `x` and `y` in the file", [(y, x) for x, y in corners]
+
+
+def _elsewhere(asked: Asked, extents: Extents, corners: list[tuple[float, float]], world: Extents) -> str:
+    """Another origin."""
+    if asked.origin is not None:
+        longitude, latitude = geographic(asked.origin, asked.sources[0], asked.span)(*corners[0])
+        return f"take the origin from where the places are: `origin ({longitude:.5f} deg, {latitude:.5f} deg)`"
+    unit = asked.unit or 1.0
+    file = [(x / unit, y / unit) for x, y in (corners[0], corners[-1])]
+    degrees = all(abs(x) <= DEGREES[0] and abs(y) <= DEGREES[1] for x, y in file)
+    small = all(abs(last - first) <= NEAR for first, last in zip(*file, strict=True))
+    if degrees and small and ending(asked.sources[0].name) in (".geojson", ".json"):
+        longitude, latitude = file[0]
+        at = f"`origin ({longitude:g} deg, {latitude:g} deg)`"
+        return f"if the coordinates are longitude and latitude, write {at} in place of `unit`"
+    x, y = (place + low - first for place, low, first in zip(asked.at, world[0], extents[0], strict=True))
+    return f"if the file has another origin, shift it: `at ({x:.10g}, {y:.10g})` puts it in the corner of the world"
+
+
+def _inside(extents: Extents | None, zero: tuple[float, float], world: Extents) -> bool:
+    """Whether at least half of the extents lies in the world, in each axis, and they are no mere dot in it."""
+    if extents is None:
+        return False
+    (low, high), (least, most) = extents, world
+    half = all(
+        min(last, end) - max(first, begin) >= (last - first) / 2
+        for first, last, begin, end in zip(low, high, least, most, strict=True)
+    )
+    return half and _longer(box([low, high, zero])) >= SMALLEST * _longer(world)
+
+
+def _longer(extents: Extents | None) -> float:
+    """Metres of the longer side."""
+    return max(last - first for first, last in zip(*extents, strict=True)) if extents else 0.0

@@ -1,0 +1,154 @@
+"""Readers of map files by the ending of the file's name, and the summary of what was read.
+
+    in   Asked
+    out  a reading, or the finding about the file
+    says MC004 MC033 MC034 MC035 MC404
+
+A summary gives the number of features read, those left out with the reasons, and the extents.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from typing import TypeAlias
+
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.late_dataclass import dataclass
+from missionc.frontend.maps.feature import Area, Asked, Circle, Feature, MapError, Place, too_many, unreadable, unusable
+from missionc.frontend.maps.map_metadata import ending
+
+Extents: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
+"""``(x, y)`` of the lower left and of the upper right corner, metres."""
+
+MOST_SHOWN = 4
+"""Kinds of parts left out that are listed."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """Parts of a file that make no place.
+
+    Args:
+        kind: the file's own word for them, such as ``TEXT`` or ``LineString``.
+        reason: a phrase for the reader, such as ``not an area``.
+    """
+
+    kind: str
+    reason: str
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReadSummary:
+    """``count`` is the number of features read; ``extents`` is None if there are none."""
+
+    count: int
+    left_out: tuple[LeftOut, ...]
+    extents: Extents | None
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Features of a file, and what the reader left out.
+
+    Args:
+        warnings: about parts that the author may have meant otherwise.
+        frame: of a map that reaches beyond its features.
+        unit: metres in the unit that the file states; None if it states none.
+    """
+
+    features: list[Feature]
+    left_out: tuple[LeftOut, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
+    frame: Extents | None = None
+    unit: float | None = None
+
+    def summary(self) -> ReadSummary:
+        return ReadSummary(len(self.features), self.left_out, self.frame or extents(self.features))
+
+
+def count_left_out(parts: Iterable[tuple[str, str]]) -> tuple[LeftOut, ...]:
+    """Counts of equal ``(kind, reason)``, in alphabetical order."""
+    return tuple(LeftOut(kind, reason, count) for (kind, reason), count in sorted(Counter(parts).items()))
+
+
+def without(left_out: tuple[LeftOut, ...]) -> str:
+    """``; left out: 2 LineString (no polygon and no point)``; empty if nothing was left out."""
+    says = ", ".join(f"{each.count} {each.kind} ({each.reason})" for each in left_out[:MOST_SHOWN])
+    more = f", and {len(left_out) - MOST_SHOWN} more kinds" if len(left_out) > MOST_SHOWN else ""
+    return f"; left out: {says}{more}" if left_out else ""
+
+
+def extents(features: Iterable[Feature]) -> Extents | None:
+    """Smallest rectangle along the axes that contains all features; None if there are none."""
+    return box(point for feature in features for point in _outermost(feature.shape))
+
+
+def box(points: Iterable[tuple[float, ...]]) -> Extents | None:
+    """Smallest rectangle along the axes that contains all points, their heights left out; None if there are none."""
+    corners = [(point[0], point[1]) for point in points]
+    if not corners:
+        return None
+    xs, ys = zip(*corners, strict=True)
+    return (min(xs), min(ys)), (max(xs), max(ys))
+
+
+def _outermost(shape: Area | Circle | Place) -> list[tuple[float, float]]:
+    match shape:
+        case Area(polygons):
+            return [corner for outer, *_ in polygons for corner in outer]
+        case Circle((x, y), radius):
+            return [(x - radius, y - radius), (x + radius, y + radius)]
+        case Place(position):
+            return [(position[0], position[1])]
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """``module`` has a function of its own name; ``kinds`` are what it can hold, ``options`` what may be said of it."""
+
+    says: str
+    module: str
+    kinds: tuple[str, ...]
+    options: tuple[str, ...]
+
+
+_GRID = Form("an occupancy grid", "occupancy_grid", ("obstacle",), ("resolution", "within", "unknown", "at", "named"))
+_ALL = ("obstacle", "region", "beacon")
+
+FORMS: dict[str, Form] = {
+    **dict.fromkeys((".pgm", ".png", ".bmp", ".yaml", ".yml"), _GRID),
+    **dict.fromkeys((".geojson", ".json"), Form("GeoJSON", "geojson", _ALL, ("origin", "unit", "at", "named"))),
+    ".csv": Form("a table", "feature_table", _ALL, ("unit", "at", "named")),
+    ".dxf": Form("a drawing", "drawing", _ALL, ("unit", "layer", "at", "named")),
+}
+
+
+def read_map(asked: Asked) -> Reading | Diagnostic:
+    """Read the features of a file, at least one; the finding about the file if there is none."""
+    source = asked.sources[0]
+    form = FORMS.get(ending(source.name))
+    try:
+        if form is None:
+            endings = ", ".join(f"`{each}`" for each in FORMS)
+            raise unreadable(source, "its ending is that of no form that is known", asked.span, f"known are {endings}")
+        read: Callable[[Asked], Reading] = getattr(import_module(f"missionc.frontend.maps.{form.module}"), form.module)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what a library thinks of a file is no finding
+            reading = read(asked)
+        summary = reading.summary()
+        if summary.extents is None:
+            way_out = "name another file, or say of its features what they are: `kind`"
+            raise unusable(f"`{source.name}` has no {asked.kind}{without(summary.left_out)}", asked.span, way_out)
+        if summary.count > asked.limits.map_features:
+            raise too_many(source, "places", "map_features", summary.count, asked.limits, asked.span)
+        low, high = summary.extents
+        if not max(map(abs, (*low, *high))) <= asked.limits.magnitude:
+            far = f"`{source.name}` has places that are more than {asked.limits.magnitude:g} m away"
+            raise unusable(far, asked.span, "check its unit, its origin and its resolution")
+    except MapError as error:
+        return error.finding
+    return reading

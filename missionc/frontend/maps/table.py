@@ -1,0 +1,213 @@
+"""Tables: CSV to rows of numbers, each with its place in the text; rows of points, and of measured poses.
+
+    in   the text, the columns that there may be
+    out  its rows
+    says MC004 MC033 MC034
+
+A CSV table begins with a row of column names. Rows of points are starts, finishes, places in a formation, and routes
+with their times.
+
+Poses are measured at the pads of vehicles, one row for each agent. They are a CSV with the columns ``agent``, ``x``,
+``y``, ``z`` and optionally ``yaw``, or a list in JSON of records with these keys.
+
+Source:
+    RFC 4180.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from io import StringIO
+from itertools import accumulate
+
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.suggest import nearest
+from missionc.base.late_dataclass import dataclass
+from missionc.base.limits import Limits
+from missionc.base.plain_number import is_number, plain_number
+from missionc.base.source import Source, Span, line_ends
+from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.frontend.maps.feature import MapError, too_many, unreadable, unusable
+from missionc.frontend.maps.map_metadata import ending
+
+TEXTS = frozenset({"name", "kind"})
+"""Columns that are no numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What stands in one row, by its column; cells that are empty are left out."""
+
+    span: Span
+    cells: dict[str, str]
+    limits: Limits
+
+    def number(self, column: str) -> float:
+        """Raises:
+        MapError: there is none.
+        """
+        text = self.cells.get(column, "")
+        value = plain_number(text)
+        if not text:
+            raise self.wrong(f"column `{column}` is empty here", "write a number in it")
+        if not abs(value) <= self.limits.magnitude:
+            raise self.wrong(f"`{text[:40]}` in column `{column}` is no number, or too large", "write a plain number")
+        return value
+
+    def numbers(self, *columns: str) -> tuple[float, ...]:
+        return tuple(self.number(column) for column in columns)
+
+    def wrong(self, reason: str, way_out: str) -> MapError:
+        return unusable(f"`{self.span.source.name}`: {reason}", self.span, way_out)
+
+
+def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequence[str], limits: Limits) -> list[Row]:
+    """Args:
+        asked: the words that ask for the file.
+        known: the columns that there may be.
+        needed: those that there have to be.
+
+    Raises:
+        MapError: it is no such table.
+    """
+    rows_at_most = line_ends(source.text.rstrip())
+    if rows_at_most > limits.map_features:
+        raise too_many(source, "rows", "map_features", rows_at_most, limits, asked)
+    lines = list(_lines(source))
+    if not lines:
+        reason = "it has no values" if source.text.strip() else "it has no text in UTF-8"
+        raise unreadable(source, reason, asked, "give a table of values with commas between them")
+    header, *rows = lines
+    names = [name.strip().lower() for name in header[1]]
+    _check_header(source, header[0], names, known, needed)
+    if not rows:
+        raise unusable(f"`{source.name}` has no row", header[0], "add rows below the names of the columns")
+    for span, cells in rows:
+        if len(cells) != len(names):
+            reason = f"`{source.name}`: this row has {len(cells)} values, and there are {len(names)} columns"
+            raise unusable(reason, span, "give each column a value; it may be empty")
+    return [
+        Row(span, {name: cell.strip() for name, cell in zip(names, cells, strict=True) if cell.strip()}, limits)
+        for span, cells in rows
+    ]
+
+
+def _lines(source: Source) -> Iterator[tuple[Span, list[str]]]:
+    """Rows that are not empty, each with where it begins."""
+    lines = StringIO(source.text, newline="").readlines()
+    starts = [0, *accumulate(map(len, lines))]
+    reader, before = csv.reader(lines, strict=True), 0
+    try:
+        for cells in reader:
+            first, before = before, reader.line_num
+            if any(cell.strip() for cell in cells):
+                yield Span(source, starts[first], starts[first] + len(lines[first].rstrip("\r\n"))), cells
+    except csv.Error:
+        place = starts[before]
+        raise unreadable(source, "it is no CSV", Span(source, place, place), "check the quotes of this row") from None
+
+
+def _check_header(source: Source, span: Span, names: list[str], known: Sequence[str], needed: Sequence[str]) -> None:
+    takes = ", ".join(f"`{name}`" for name in known)
+    other = next((sign for sign in (";", "\t") if len(names) == 1 and sign in names[0]), "")
+    if other:
+        sign = "tabs" if other == "\t" else f"`{other}`"
+        raise unusable(f"`{source.name}`: its values are separated by {sign}", span, "write commas between the values")
+    for name in names:
+        if name not in known:
+            near = nearest(name, known)
+            meant = f"did you mean `{near}`?" if isinstance(near, str) else f"the first row names columns: {takes}"
+            raise unusable(f"`{source.name}`: `{name[:40]}` is no column of such a table", span, meant)
+    twice = next((name for at, name in enumerate(names) if name in names[:at]), "")
+    if twice:
+        raise unusable(f"`{source.name}`: column `{twice}` is there twice", span, "leave one of them out")
+    missing = next((name for name in needed if name not in names), "")
+    if missing:
+        raise unusable(f"`{source.name}`: there is no column `{missing}`", span, f"name it in the first row: {takes}")
+
+
+@dataclass(frozen=True, slots=True)
+class PointRow:
+    """``time`` in seconds, 0 where there are none; two or three coordinates in metres."""
+
+    span: Span
+    time: float
+    position: tuple[float, ...]
+
+
+def point_table(source: Source, asked: Span, limits: Limits, *, timed: bool = False) -> list[PointRow] | Diagnostic:
+    """The rows of a table with the columns ``x``, ``y``, in a volume ``z``, and ``t`` if ``timed``.
+
+    Args:
+        asked: the words that ask for the file.
+    """
+    columns = ("t", "x", "y", "z") if timed else ("name", "x", "y", "z")
+    try:
+        if ending(source.name) != ".csv":
+            raise unreadable(source, "a list of points is a table", asked, "give a file whose name ends in `.csv`")
+        rows = read_table(source, asked, columns, columns[not timed : 3], limits)
+        return [
+            PointRow(
+                row.span,
+                row.number("t") if timed else 0.0,
+                row.numbers("x", "y", *(["z"] if "z" in row.cells else [])),
+            )
+            for row in rows
+        ]
+    except MapError as error:
+        return error.finding
+
+
+NEEDED = ("agent", "x", "y", "z")
+KNOWN = (*NEEDED, "yaw")
+
+
+@dataclass(frozen=True, slots=True)
+class PoseRow:
+    """Where an agent was measured: x, y and z in metres. A ``yaw`` beside them, in radians, is read and left out."""
+
+    span: Span
+    agent: str
+    position: tuple[float, ...]
+
+
+def pose_table(source: Source, limits: Limits) -> list[PoseRow] | Diagnostic:
+    """The rows, in the order of the file; agents of the same name may be among them."""
+    whole = Span(source, 0, len(source.text)).first_line
+    try:
+        if ending(source.name) == ".json":
+            return _listed(source, whole, limits)
+        if ending(source.name) != ".csv":
+            raise unreadable(source, "measured poses are a table or a list", whole, "name a `.csv` or a `.json`")
+        rows = []
+        for row in read_table(source, whole, KNOWN, NEEDED, limits):
+            if not row.cells.get("agent"):
+                raise row.wrong("column `agent` is empty here", "write the name of an agent in it")
+            if "yaw" in row.cells:
+                row.number("yaw")
+            rows.append(PoseRow(row.span, row.cells["agent"], row.numbers("x", "y", "z")))
+        return rows
+    except MapError as error:
+        return error.finding
+
+
+def _listed(source: Source, whole: Span, limits: Limits) -> list[PoseRow]:
+    form = "a list of records with `agent`, `x`, `y`, `z`"
+    try:
+        value = parse_json(source.text, limits.json_values)
+    except NotJsonError as error:
+        raise unreadable(source, error.reason, Span(source, error.place, error.place), f"give {form}") from None
+    if not isinstance(value, list) or not value:
+        raise unusable(f"`{source.name}` is no list of poses", whole, f"give {form}")
+    rows = []
+    for number, record in enumerate(value, 1):
+        strange = set(record) - set(KNOWN) if isinstance(record, dict) else {""}
+        if strange or not isinstance(record.get("agent"), str):
+            raise unusable(f"`{source.name}`: record {number} is no pose", whole, f"give {form}")
+        for key in (*NEEDED[1:], *(["yaw"] if "yaw" in record else [])):
+            measured = record.get(key)
+            if not is_number(measured) or abs(measured) > limits.magnitude:
+                raise unusable(f"`{source.name}`: `{key}` of record {number} is no number", whole, "write a number")
+        rows.append(PoseRow(whole, record["agent"], tuple(float(record[key]) for key in NEEDED[1:])))
+    return rows

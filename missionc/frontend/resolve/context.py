@@ -1,0 +1,373 @@
+"""The context of resolution: symbol table, amounts, typed formulas, stand-ins, and findings.
+
+    says MC007 MC101 MC102 MC104
+
+A name that is not found is reported with the one that was probably meant.
+
+A thing that cannot be made is reported once, and a stand-in takes its place, so that the rest is still checked: NaN
+for a number (every comparison with it is false, so it is reported once), a shape of NaN, a set without agents, a
+formula that is true. A mission with errors never leaves ``resolve``, so no stand-in does.
+
+An amount is the value of a quantity: a linear expression in SI units with the exponents of its unit. Numbers are
+exact as written, to the last decimal, and so are the results of arithmetic: 0.1 * 3 is 0.3. They are rounded once, at
+conversion to ``float``. A typed formula is a resolved one with its place in the text, and its subject: one agent or
+the team.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import field
+from enum import Enum
+from fractions import Fraction
+from typing import TypeAlias, TypeVar
+
+from missionc import ir
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.code import Code
+from missionc.base.diagnostics.model import Diagnostic, Fix, Label
+from missionc.base.diagnostics.suggest import Nothing, nearest
+from missionc.base.late_dataclass import dataclass
+from missionc.base.limits import Limits
+from missionc.base.source import Span
+from missionc.frontend.syntax import ast
+from missionc.ir import About
+
+MOST_LETTERS = 2_000_000
+"""Pairs of letters compared in search of nearest names; a file that needs more has another trouble than spelling."""
+
+
+class Kind(Enum):
+    """What a name stands for; the value reads well in a message."""
+
+    PARAM = "a parameter"
+    REGION = "a region"
+    OBSTACLE = "an obstacle"
+    BEACON = "a beacon"
+    TEAM = "a team"
+    AGENT = "an agent"
+    GROUP = "a group"
+    GRAPH = "a graph"
+    FORMATION = "a formation"
+    RESOURCE = "a resource"
+    FLAG = "a flag"
+    LET = "a named formula"
+
+
+STATE_WORDS = ("x", "y", "z", "speed", "altitude")
+"""What a comparison may ask of an agent's own state, beside its distances; never names."""
+
+AGENTS = (Kind.TEAM, Kind.AGENT, Kind.GROUP)
+
+Named = (
+    ast.Param
+    | ast.Region
+    | ast.Obstacle
+    | ast.Beacon
+    | ast.Team
+    | ast.Group
+    | ast.Graph
+    | ast.Formation
+    | ast.Resource
+    | ast.Flag
+    | ast.Let
+)
+
+
+class Unresolved:
+    """The name stands for nothing that fits here, and that has been reported."""
+
+
+UNRESOLVED = Unresolved()
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    kind: Kind
+    declaration: Named
+
+    @property
+    def span(self) -> Span:
+        return self.declaration.name.span
+
+
+def kind_of(declaration: Named) -> Kind:
+    match declaration:
+        case ast.Param():
+            return Kind.PARAM
+        case ast.Region():
+            return Kind.REGION
+        case ast.Obstacle():
+            return Kind.OBSTACLE
+        case ast.Beacon():
+            return Kind.BEACON
+        case ast.Team(size=None):
+            return Kind.AGENT
+        case ast.Team():
+            return Kind.TEAM
+        case ast.Group():
+            return Kind.GROUP
+        case ast.Graph():
+            return Kind.GRAPH
+        case ast.Formation():
+            return Kind.FORMATION
+        case ast.Resource():
+            return Kind.RESOURCE
+        case ast.Flag():
+            return Kind.FLAG
+        case ast.Let():
+            return Kind.LET
+
+
+@dataclass(slots=True)
+class Names:
+    """One namespace, in order of declaration.
+
+    ``suggested`` are the names offered in place of unknown ones: they are
+    probably used, whatever the text says. ``fitting`` keeps names by their kinds.
+    """
+
+    declared: dict[str, Declared] = field(default_factory=dict)
+    suggested: set[str] = field(default_factory=set)
+    letters_left: int = MOST_LETTERS
+    fitting: dict[tuple[Kind, ...], list[str]] = field(default_factory=dict)
+
+    def find(
+        self, name: ast.Name, kinds: tuple[Kind, ...], needed: str, findings: list[Diagnostic]
+    ) -> Declared | Unresolved:
+        """The declaration of a name of one of these kinds; else a finding that says ``needed`` is needed here."""
+        declared = self.declared.get(name.text)
+        if declared is None:
+            findings.append(self._unknown(name, kinds, needed))
+            return UNRESOLVED
+        if declared.kind not in kinds:
+            findings.append(wrong_kind(name, declared, needed, self._fitting(kinds)))
+            return UNRESOLVED
+        return declared
+
+    def _fitting(self, kinds: tuple[Kind, ...]) -> list[str]:
+        """The names of these kinds; nothing is declared any more once this is asked."""
+        if kinds not in self.fitting:
+            self.fitting[kinds] = [text for text, declared in self.declared.items() if declared.kind in kinds]
+        return self.fitting[kinds]
+
+    def _unknown(self, name: ast.Name, kinds: tuple[Kind, ...], needed: str) -> Diagnostic:
+        fitting = self._fitting(kinds)
+        letters = len(name.text) * sum(map(len, fitting)) if self.letters_left > 0 else 0
+        self.letters_left -= letters
+        help_text, fix = _ways_out(name.text, kinds, needed, fitting), None
+        if self.letters_left > 0:
+            match nearest(name.text, list(dict.fromkeys(text.partition("[")[0] for text in fitting))):
+                case str() as near:
+                    self.suggested.add(near)
+                    help_text, fix = f"did you mean `{near}`?", Fix(name.span, near)
+                case Nothing():
+                    pass
+        return Diagnostic(
+            code.UNKNOWN_NAME, f"nothing is called `{name.text}`", Label(name.span), help=help_text, fix=fix
+        )
+
+
+def collect(program: ast.Program, findings: list[Diagnostic]) -> Names:
+    """Every declared name; the first of two counts, the second is reported."""
+    names = Names()
+    for declaration in program.declarations:
+        if not isinstance(declaration, Named):
+            continue
+        name = declaration.name
+        first = names.declared.get(name.text)
+        if name.text in STATE_WORDS:
+            findings.append(state_word(name))
+        elif first is None:
+            names.declared[name.text] = Declared(kind_of(declaration), declaration)
+        else:
+            findings.append(declared_twice(name, first))
+    return names
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _ways_out(text: str, kinds: tuple[Kind, ...], needed: str, fitting: list[str]) -> str:
+    declare = f"declare it with `param {text} = VALUE`" if kinds == (Kind.PARAM,) else "declare it"
+    if "state" in needed:
+        states = ", ".join(f"`{word}`" for word in STATE_WORDS)
+        return f"{declare}; the states are {states}, `distance(…)`"
+    return f"{declare}, or name {needed}: {some_of(fitting)}" if fitting else declare
+
+
+def some_of(names: list[str], most: int = 5) -> str:
+    """The first few names, each in backticks."""
+    shown = ", ".join(f"`{name}`" for name in names[:most])
+    return f"{shown}, …" if len(names) > most else shown
+
+
+def declared_twice(name: ast.Name, first: Declared) -> Diagnostic:
+    return Diagnostic(
+        code.NAME_TWICE,
+        f"`{name.text}` is declared twice",
+        Label(name.span, "declared again"),
+        labels=(Label(first.span, f"{first.kind.value} of this name"),),
+        help="give one of them another name",
+    )
+
+
+def state_word(name: ast.Name) -> Diagnostic:
+    return Diagnostic(
+        code.NAME_NOT_ALLOWED,
+        f"`{name.text}` stands for a part of an agent's state",
+        Label(name.span),
+        help="choose another name",
+    )
+
+
+def wrong_kind(name: ast.Name, declared: Declared, needed: str, fitting: list[str]) -> Diagnostic:
+    help_text = f"name {needed}: {some_of(fitting)}" if fitting else f"declare {needed}"
+    fix = None
+    if "state" in needed:
+        far = declared.kind in (Kind.REGION, Kind.BEACON, Kind.AGENT)
+        help_text = f"ask how far it is: `distance({name.text})`" if far else "compare states, distances and parameters"
+        fix = Fix(name.span, f"distance({name.text})") if far else None
+    return Diagnostic(
+        code.WRONG_KIND,
+        f"`{name.text}` is {declared.kind.value}; {needed} is needed here",
+        Label(name.span),
+        labels=(Label(declared.span, "declared here"),),
+        help=help_text,
+        fix=fix,
+    )
+
+
+Powers: TypeAlias = tuple[int, int, int, int]
+"""The exponents of length, time, angle and steps."""
+
+PLAIN: Powers = (0, 0, 0, 0)
+"""The dimension of a number without a unit."""
+
+
+MOST_BITS = 1 << 11
+"""Bits of the divisor of an exact number; one that needs more is rounded to the nearest ``float``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Amount:
+    """``exact + sum(weight * feature)`` in SI units, and the exponents of its unit; ``exact`` is None once reported."""
+
+    exact: Fraction | None
+    powers: Powers = PLAIN
+    terms: tuple[tuple[float, ir.Feature], ...] = ()
+
+    @property
+    def constant(self) -> float:
+        """The nearest ``float``; NaN where the amount has been reported."""
+        return math.nan if self.exact is None else rounded(self.exact)
+
+
+def as_written(value: float) -> Fraction:
+    """The decimal number that a ``float`` was read from."""
+    return Fraction(repr(value))
+
+
+def rounded(value: Fraction) -> float:
+    """The nearest ``float``, infinite where there is none so large."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
+def kept(value: Fraction) -> Fraction:
+    """The number itself, or a rounded one where it would take too much room."""
+    return value if value.denominator.bit_length() <= MOST_BITS else as_written(rounded(value))
+
+
+@dataclass(frozen=True, slots=True)
+class Typed:
+    """A resolved formula at one place of the text.
+
+    ``mixed``: some operands are about one agent and some about the team; then
+    ``about`` means nothing. ``operands`` are those that decide, the formula's
+    own but not those inside a ``let`` that it names. ``size`` counts the nodes
+    with every ``let`` spelt out, ``depth`` how many are in one another; the size
+    is NaN once it is reported to be too large.
+    """
+
+    formula: ir.Formula
+    about: About
+    span: Span
+    operands: tuple[Typed, ...] = ()
+    mixed: bool = False
+    size: float = 1
+    depth: int = 1
+
+
+def joined(operands: tuple[Typed, ...]) -> tuple[About, bool]:
+    """Whom a formula of these operands is about, and whether they are mixed."""
+    abouts = {operand.about for operand in operands} - {About.EITHER}
+    mixed = len(abouts) > 1 or any(operand.mixed for operand in operands)
+    return (About.EITHER if mixed or not abouts else abouts.pop()), mixed
+
+
+D = TypeVar("D")
+
+REPORTED = math.nan
+"""The number in place of one that has been reported."""
+
+
+@dataclass(slots=True)
+class Context:
+    """``dimension`` is 0 and ``step`` NaN while the world and the time are not known.
+
+    ``members`` and ``edges`` count what groups, ranges and formations have been
+    spelt out to so far, over the whole mission.
+    """
+
+    names: Names
+    limits: Limits
+    findings: list[Diagnostic]
+    step: float = REPORTED
+    steps: int = 0
+    dimension: int = 0
+    low: ir.Vector = ()
+    high: ir.Vector = ()
+    params: dict[str, Amount] = field(default_factory=dict)
+    regions: dict[str, ir.Region] = field(default_factory=dict)
+    obstacles: dict[str, ir.Obstacle] = field(default_factory=dict)
+    beacons: dict[str, ir.Beacon] = field(default_factory=dict)
+    agents: list[ir.Agent] = field(default_factory=list)
+    sizes: dict[str, float] = field(default_factory=dict)
+    sets: dict[str, ir.AgentSet] = field(default_factory=dict)
+    graphs: dict[str, ir.Graph] = field(default_factory=dict)
+    formations: dict[str, ir.Formation] = field(default_factory=dict)
+    resources: dict[str, ir.Resource] = field(default_factory=dict)
+    flags: dict[str, ir.Flag] = field(default_factory=dict)
+    lets: dict[str, Typed] = field(default_factory=dict)
+    everyone: tuple[int, ...] = ()
+    vehicle: ir.Vehicle = ir.PLAIN
+    """The vehicle of teams that name none."""
+    files: list[ir.PlacesFile] = field(default_factory=list)
+    members: int = 0
+    edges: int = 0
+
+    def report(
+        self,
+        code: Code,
+        message: str,
+        span: Span,
+        *,
+        beside: str = "",
+        labels: tuple[Label, ...] = (),
+        notes: tuple[str, ...] = (),
+        help: str = "",
+        fix: Fix | None = None,
+    ) -> None:
+        """Add a finding; ``beside`` is said at the primary place."""
+        self.findings.append(Diagnostic(code, message, Label(span, beside), labels, notes, help, fix))
+
+    def find(self, name: ast.Name, *kinds: Kind, needed: str = "") -> Declared | Unresolved:
+        """The declaration of a name of one of these kinds, or UNRESOLVED once it is reported."""
+        return self.names.find(name, kinds, needed or kinds[0].value, self.findings)
+
+    def declared(self, kind: type[D]) -> list[D]:
+        """The declarations of this kind, in order; of two with one name, the first."""
+        return [entry.declaration for entry in self.names.declared.values() if isinstance(entry.declaration, kind)]

@@ -1,0 +1,81 @@
+"""Diagnostics about names in formulas: of no formula, of nothing that takes brackets, not on a graph, perhaps lost.
+
+says MC101 MC104 MC220
+"""
+
+from __future__ import annotations
+
+from missionc import ir
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.model import Fix, Label
+from missionc.base.diagnostics.suggest import nearest
+from missionc.frontend.resolve.context import Context, some_of
+from missionc.frontend.resolve.resolve_quantities import excerpt, shown
+from missionc.frontend.syntax import ast
+from missionc.ir.language.predicates import CALLED
+
+
+def not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix: Fix | None, *labels: Label) -> None:
+    context.report(
+        code.WRONG_KIND,
+        f"`{name.text}` is {kind}; a formula is needed here",
+        name.span,
+        labels=labels,
+        help=way_out,
+        fix=fix,
+    )
+
+
+def no_such_call(context: Context, call: ast.Call) -> None:
+    word = call.name.text
+    if word in CALLED:
+        takes = " and ".join(f"one {each}" for each in CALLED[word].parameters if not each.endswith("?"))
+        more = " and ".join(each[:-1] for each in CALLED[word].parameters if each.endswith("?"))
+        takes += f" and, if you like, {more}" if more else ""
+        context.report(
+            code.WRONG_KIND,
+            f"`{word}` takes {takes}; here are {len(call.arguments)}",
+            call.span,
+            help=f"write it as in `{CALLED[word].example}`",
+        )
+        return
+    near = nearest(word, CALLED)
+    context.report(
+        code.UNKNOWN_NAME,
+        f"nothing that takes brackets is called `{word}`",
+        call.name.span,
+        help=f"did you mean `{near}`?" if isinstance(near, str) else f"there are {some_of(list(CALLED))}",
+        fix=Fix(call.name.span, near) if isinstance(near, str) else None,
+    )
+
+
+def not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Graph, strangers: list[int]) -> None:
+    name = context.agents[strangers[0]].name
+    others = f" and {shown(len(strangers) - 1)} more" if len(strangers) > 1 else ""
+    context.report(
+        code.WRONG_KIND,
+        f"`{name}`{others} of `{excerpt(over.span)}` is not on the graph `{graph.name}`",
+        over.span,
+        labels=(Label(graph.span, "declared here"),),
+        help=f"name agents that `{graph.name}` is over",
+    )
+
+
+def asked_of_the_lost(context: Context, part: ir.Formula, around: ast.Quantified) -> None:
+    """``without any 1 drone: drone[0]: base``"""
+    words = excerpt(around.span).split(":", 1)[0]
+    help = f"ask it outside of `{words}:`"
+    if isinstance(part, ir.OfAgent):
+        name = context.agents[part.agent].name
+        help = f"write `every {name}: …`, which asks nothing of it where it is lost; or `some {name}: …`, false then"
+    context.report(
+        code.ASKED_OF_THE_LOST,
+        f"`{excerpt(part.span)}` names an agent that may be lost",
+        part.span,
+        labels=(Label(around.agents.span, "one of these is lost" if _one(around) else "some of these are lost"),),
+        help=help,
+    )
+
+
+def _one(around: ast.Quantified) -> bool:
+    return isinstance(around.number, ast.Number) and around.number.value == 1

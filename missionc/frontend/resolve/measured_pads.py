@@ -1,0 +1,95 @@
+"""Pads where agents were measured to stand, in the place of those that the mission says.
+
+in   Mission, the text of the poses
+out  Mission, whose agents all come from the floor where they stand
+says MC546 MC547, and what tables deserve
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from missionc.base.diagnostics.code import PAD_ELSEWHERE, UNUSABLE_POSES
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.diagnostics.suggest import nearest
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.frontend.maps.table import PoseRow, pose_table
+from missionc.ir import Agent, Exactly, Mission, Pad, Vector
+from missionc.ir.wording import listed, metres
+
+NEAR = 0.1
+"""Metres from its pad, or from below its start: further off, somebody may have put two vehicles in the wrong order."""
+LOW, HIGH = -0.1, 0.3
+"""Metres: between these heights what was measured stands on the floor; markers and origins of bodies differ."""
+
+
+def with_measured_pads(mission: Mission, poses: Source, limits: Limits) -> tuple[Mission | None, list[Diagnostic]]:
+    """The mission from where its agents stand; None where that is not said of every agent once."""
+    rows = pose_table(poses, limits)
+    if isinstance(rows, Diagnostic):
+        return None, [rows]
+    by_name: dict[str, PoseRow] = {}
+    known = {agent.name for agent in mission.agents}
+    findings: list[Diagnostic] = []
+    for row in rows:
+        if row.agent not in known:
+            findings.append(_unknown(row, sorted(known)))
+        elif row.agent in by_name:
+            findings.append(_wrong(f"`{row.agent}` is measured twice", row.span, "leave one of the two out"))
+        elif not LOW <= row.position[2] <= HIGH:
+            findings.append(_in_the_air(row))
+        else:
+            by_name[row.agent] = row
+    missing = [f"`{agent.name}`" for agent in mission.agents if agent.name not in {row.agent for row in rows}]
+    if missing:
+        whole = Span(poses, 0, len(poses.text)).first_line
+        findings.append(_wrong(f"nobody measured {listed(missing)}", whole, "add a row for each agent"))
+    if findings:
+        return None, findings
+    agents = []
+    for agent in mission.agents:
+        row = by_name[agent.name]
+        own = agent.pad if agent.pad is not None else Pad(None, row.span)
+        agents.append(replace(agent, pad=replace(own, point=row.position[:2], span=row.span)))
+        away = _away(agent, row.position)
+        if away > NEAR:
+            findings.append(_elsewhere(agent, row, away))
+    return replace(mission, agents=tuple(agents)), findings
+
+
+def _away(agent: Agent, here: Vector) -> float:
+    """Metres, seen from above, from its pad or its start; 0 where the mission says neither."""
+    if agent.pad is not None and agent.pad.point is not None:
+        return math.dist(agent.pad.point, here[:2])
+    return math.dist(agent.start.point[:2], here[:2]) if isinstance(agent.start, Exactly) else 0.0
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _wrong(message: str, span: Span, way_out: str) -> Diagnostic:
+    return Diagnostic(UNUSABLE_POSES, message, Label(span), help=way_out)
+
+
+def _unknown(row: PoseRow, known: list[str]) -> Diagnostic:
+    near = nearest(row.agent, known)
+    meant = f"did you mean `{near}`?" if isinstance(near, str) else f"the mission has {listed(known[:4])}"
+    return _wrong(f"the mission has no agent `{row.agent[:40]}`", row.span, meant)
+
+
+def _in_the_air(row: PoseRow) -> Diagnostic:
+    message = f"`{row.agent}` was measured at a height of {metres(row.position[2])}, and has to stand on the floor"
+    return _wrong(message, row.span, "measure it where it stands, with the floor at height 0")
+
+
+def _elsewhere(agent: Agent, row: PoseRow, away: float) -> Diagnostic:
+    where = "its pad" if agent.pad is not None and agent.pad.point is not None else "below its start"
+    return Diagnostic(
+        PAD_ELSEWHERE,
+        f"`{agent.name}` stands {metres(away)} from {where}",
+        Label(row.span),
+        notes=(f"it is planned from where it stands; up to {metres(NEAR)} nothing is said",),
+        help="look whether this is the vehicle that you think it is",
+    )

@@ -1,0 +1,550 @@
+"""Resolution of teams, agents and groups, with their starts, finishes, pads, vehicles and dynamics.
+
+    says MC013 MC014 MC105 MC201 MC206 MC207 MC209 MC210 MC303 MC513
+
+Agents are numbered through the mission. Starts may lie on a grid: spread evenly on a line, or in rows and columns.
+``flight`` sets the pads of a team, its height and its speed. A vehicle is a profile by name, with figures of the
+mission's own; yaw belongs to a team. Dynamics set the kind of an agent's motion and its bounds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TypeVar, assert_never
+
+from missionc import ir
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.model import Fix, Label
+from missionc.base.diagnostics.suggest import Nothing
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.base.units import Dimension, Metres
+from missionc.frontend.resolve.context import AGENTS, REPORTED, Context, Kind, Unresolved
+from missionc.frontend.resolve.definitions import ordered
+from missionc.frontend.resolve.resolve_points import known, resolve_point
+from missionc.frontend.resolve.resolve_quantities import SI, excerpt, number, shown, whole, with_unit_of
+from missionc.frontend.resolve.resolve_settings import known_settings, missing, relation, said_twice, unknown_word
+from missionc.frontend.resolve.resolve_shapes import NOWHERE
+from missionc.frontend.syntax import ast
+from missionc.ir import Vector
+from missionc.ir.dynamics import DYNAMICS, Limit, by_word
+from missionc.ir.vehicle_profiles import profiles
+
+
+def on_line(first: Vector, last: Vector, count: int) -> tuple[Vector, ...]:
+    """So many points equally spaced from the first to the last, both included; a single one is in the middle."""
+    return tuple(_between(first, last, (_part(index, count),) * len(first)) for index in range(count))
+
+
+def on_grid(first: Vector, last: Vector, count: int) -> tuple[Vector, ...]:
+    """So many points in rows and columns between two opposite corners, both included.
+
+    The first row runs along the first axis from the first corner, the next ones
+    follow along the second axis, and in a volume layers along the third. A lone
+    row, column or layer is in the middle. The numbers of rows and columns are
+    those whose cells are nearest to squares (cubes), with the fewest free
+    places, then the fewest columns, among equals.
+    """
+    sides = tuple(abs(b - a) for a, b in zip(first, last, strict=True))
+    counts = _counts(sides, count)
+    points = []
+    for index in range(count):
+        parts, rest = [], index
+        for length in counts:
+            rest, place = divmod(rest, length)
+            parts.append(_part(place, length))
+        points.append(_between(first, last, tuple(parts)))
+    return tuple(points)
+
+
+def _part(index: int, count: int) -> float:
+    return index / (count - 1) if count > 1 else 0.5
+
+
+def _between(first: Vector, last: Vector, parts: tuple[float, ...]) -> Vector:
+    return tuple(b if part == 1 else a + (b - a) * part for a, b, part in zip(first, last, parts, strict=True))
+
+
+def _counts(sides: Vector, count: int) -> tuple[int, ...]:
+    """How many points along each side: one along a side of no length."""
+    long = tuple(axis for axis, side in enumerate(sides) if side > 0) or (0,)
+    choices: list[dict[int, int]]
+    match long:
+        case (axis,):
+            choices = [{axis: count}]
+        case (first, second):
+            choices = [{first: some, second: math.ceil(count / some)} for some in range(1, count + 1)]
+        case _:
+            choices = [
+                {0: some, 1: others, 2: math.ceil(count / (some * others))}
+                for some in range(1, count + 1)
+                for others in range(1, math.ceil(count / some) + 1)
+            ]
+    every = [tuple(choice.get(axis, 1) for axis in range(len(sides))) for choice in choices]
+    return min(every, key=lambda counts: (_stretch(sides, counts, long), math.prod(counts), counts))
+
+
+def _stretch(sides: Vector, counts: tuple[int, ...], axes: tuple[int, ...]) -> float:
+    """How much longer than wide a cell is; 1 for a square. Rounded, so that equals are equal."""
+    gaps = [sides[axis] / max(counts[axis] - 1, 1) for axis in axes]
+    return round(max(gaps) / min(gaps), 9) if min(gaps) > 0 else 1.0
+
+
+FLOOR = 0.0
+"""Metres: the height of every pad."""
+
+
+def pads_of(context: Context, flight: ast.Flight) -> ast.Pads | None:
+    """The one place where it says its pads; a second one is reported."""
+    pads = [item for item in flight.items if isinstance(item, ast.Pads)]
+    for again in pads[1:]:
+        said_twice(context, "`pads`", again.span, pads[0].span)
+    return pads[0] if pads else None
+
+
+def resolve_pads(
+    context: Context, flight: ast.Flight, places: tuple[ir.Place, ...] | None, owner: str, count: int
+) -> tuple[ir.Pad, ...]:
+    """A pad for each of so many agents.
+
+    Args:
+        places: of the pads, as many; None where the mission does not say.
+    """
+    settings = [item for item in flight.items if isinstance(item, ast.Setting)]
+    known = known_settings(context, settings, tuple(ir.PAD_FIGURES), f"the `flight` of {owner}")
+    values = {name: _pad_figure(context, name, setting) for name, setting in known.items()}
+    hover = known.get("hover")
+    if hover is not None and context.dimension == 2:
+        context.report(
+            code.UNKNOWN_SETTING,
+            f"{owner} flies in a plane, and hovers at its `altitude`",
+            hover.span,
+            help="leave `hover` out, and give the team an `altitude`",
+        )
+        del values["hover"]
+    points = _points(context, places) if places is not None else (None,) * count
+    return tuple(ir.Pad(point, flight.span, **values) for point in points)
+
+
+def _pad_figure(context: Context, name: str, setting: ast.Setting) -> float:
+    """NaN once it is reported."""
+    figure = ir.PAD_FIGURES[name]
+    relation(context, setting, figure.relation)
+    return number(context, setting.high, figure.dimension, f"the `{name}`", above=0)
+
+
+def _points(context: Context, places: tuple[ir.Place, ...]) -> tuple[ir.Vector, ...]:
+    """The places in the plane; one above the floor is reported, once where they share their words."""
+    points, told = [], set()
+    for place in places:
+        assert isinstance(place, ir.Exactly)
+        if len(place.point) == 3 and place.point[2] > FLOOR and place.span not in told:
+            told.add(place.span)
+            context.report(
+                code.VALUE_OUT_OF_RANGE,
+                f"a pad is on the floor, and this one is at a height of {shown(place.point[2])} m",
+                place.span,
+                help="give it the height 0; how high the agents rise is said by `hover`",
+            )
+        points.append(place.point[:2])
+    return tuple(points)
+
+
+def resolve_vehicle(context: Context, vehicle: ast.Vehicle) -> ir.Vehicle:
+    """The profile with the mission's own figures in place of its."""
+    known = profiles()
+    name: str | Nothing = vehicle.name.text
+    if name not in known:
+        name = unknown_word(context, vehicle.name, tuple(known), "`vehicle`", "profile")
+    profile = known[name] if isinstance(name, str) else ir.PLAIN
+    settings = known_settings(context, vehicle.settings, tuple(ir.FIGURES), f"`{profile.name}`")
+    values = {key: _vehicle_figure(context, key, setting) for key, setting in settings.items()}
+    return replace(profile, **values)  # type: ignore[arg-type]
+
+
+def resolve_yaw(context: Context, yaw: ast.Yaw) -> ir.Yaw:
+    if yaw.angle is None:
+        return ir.AlongPath()
+    return ir.Fixed(number(context, yaw.angle, Dimension.ANGLE, "the yaw"))
+
+
+def _vehicle_figure(context: Context, name: str, setting: ast.Setting) -> float | ir.Band:
+    """NaN once it is reported, as everywhere in ``resolve``."""
+    figure, what = ir.FIGURES[name], f"the `{name}`"
+    relation(context, setting, figure.relation)
+    if figure.relation == "..":
+        return _band(context, figure, setting, what)
+    if figure.whole:
+        size = whole(context, setting.high, what, least=1)
+        return size if math.isnan(size) else int(size)
+    if figure.above:
+        return number(context, setting.high, figure.dimension, what, above=0)
+    return number(context, setting.high, figure.dimension, what, least=0)
+
+
+def _band(context: Context, figure: ir.Figure, setting: ast.Setting, what: str) -> ir.Band:
+    high = number(context, setting.high, figure.dimension, f"the upper end of {what}", above=0)
+    if setting.low is None:
+        return ir.Band(high, high)
+    lower = with_unit_of(setting.low, setting.high, figure.dimension)
+    low = number(context, lower, figure.dimension, f"the lower end of {what}", least=0)
+    if low >= high:
+        unit = SI[figure.dimension]
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"{what} runs from {shown(low)}{unit} to {shown(high)}{unit}, which is no band",
+            setting.span,
+            help="write the lower end first",
+        )
+    elif figure.around and (low >= 1 or high <= 1):
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"{what} runs from {shown(low)} to {shown(high)}, and at 1 a vehicle hovers",
+            setting.span,
+            help="write a band with 1 in it",
+        )
+    return ir.Band(low, high)
+
+
+SETTINGS: dict[str, tuple[str, ...]] = {
+    kind.word: ("speed", *(limit.setting for limit in kind.limits)) for kind in DYNAMICS
+}
+"""The kinds of dynamics and the settings each takes."""
+
+UNMOVED = DYNAMICS[0].of(REPORTED, REPORTED, *(REPORTED for _ in DYNAMICS[0].limits))
+"""In place of dynamics that have been reported."""
+
+
+def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
+    word = dynamics.name.text
+    if word not in SETTINGS:
+        unknown_word(context, dynamics.name, tuple(SETTINGS), "`dynamics`", "kind")
+        return UNMOVED
+    kind = by_word[word]
+    settings = known_settings(context, dynamics.settings, SETTINGS[word], f"`{word}`")
+    slowest, fastest = _speeds(context, dynamics, settings)
+    if slowest > 0 and not kind.may_be_restless:
+        restless = " or ".join(f"`{each.word}`" for each in DYNAMICS if each.may_be_restless)
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"the lowest speed is {shown(slowest)} m/s; only a {restless} has one above 0",
+            settings["speed"].span,
+            help=f"write `speed <= V`, or take a {restless}",
+        )
+    return kind.of(slowest, fastest, *(_limit(context, dynamics, settings, limit) for limit in kind.limits))
+
+
+def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting]) -> tuple[float, float]:
+    """The lowest and the highest speed; the lowest is 0 where only a bound above is given."""
+    speed = settings.get("speed")
+    if speed is None:
+        missing(context, f"the speed of `{dynamics.name.text}`", dynamics.span, "write `speed <= V`")
+        return REPORTED, REPORTED
+    relation(context, speed, "<=", "..")
+    fastest = number(context, speed.high, Dimension.SPEED, "the highest speed", above=0)
+    if speed.low is None:
+        return 0.0, fastest
+    low = with_unit_of(speed.low, speed.high, Dimension.SPEED)
+    slowest = number(context, low, Dimension.SPEED, "the lowest speed", least=0)
+    if slowest > fastest:
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            f"the lowest speed, {shown(slowest)} m/s, is above the highest, {shown(fastest)} m/s",
+            speed.span,
+            help=f"write `speed {shown(fastest)}..{shown(slowest)} m/s`",
+            fix=Fix(speed.span, f"speed {shown(fastest)}..{shown(slowest)} m/s"),
+        )
+    return slowest, fastest
+
+
+def _limit(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting], limit: Limit) -> float:
+    setting = settings.get(limit.setting)
+    if setting is None and limit.default is not None:
+        return limit.default
+    if setting is None:
+        way_out = f"write `{limit.setting} <= {limit.setting[0].upper()}`"
+        missing(context, f"the {limit.setting} of `{dynamics.name.text}`", dynamics.span, way_out)
+        return REPORTED
+    relation(context, setting, "<=")
+    return number(context, setting.high, limit.dimension, limit.name, above=0)
+
+
+ALTITUDE = Metres(1.0)
+"""What an agent has where its team does not say."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoFinish:
+    """The mission does not say where its agents end."""
+
+
+NO_FINISH = NoFinish()
+
+
+# --------------------------------------------------------------------- teams
+
+
+def resolve_teams(context: Context) -> None:
+    """Every team's agents; none at all where they would be more than the limit."""
+    teams = context.declared(ast.Team)
+    for team in teams:
+        name = team.name.text
+        what = f"the size of `{name}`"
+        context.sizes[name] = 1.0 if team.size is None else whole(context, team.size, what, least=1)
+    too_many = _over_the_limit(context, teams)
+    for team in teams:
+        size = context.sizes[team.name.text]
+        _team(context, team, size if not too_many else math.nan)
+    context.everyone = tuple(range(len(context.agents)))
+
+
+def _over_the_limit(context: Context, teams: list[ast.Team]) -> bool:
+    """Whether there are too many agents; said at the team that makes them so, before any is made."""
+    total = 0.0
+    for team in teams:
+        size = context.sizes[team.name.text]
+        total += 0 if math.isnan(size) else size
+        if total > context.limits.agents:
+            context.report(
+                code.TOO_MANY_AGENTS,
+                f"the mission has {shown(total)} agents; the limit is {context.limits.agents}",
+                (team.size or team.name).span,
+                help="make the team smaller, or raise the limit with `--limit agents=VALUE`",
+            )
+            return True
+    return False
+
+
+def _team(context: Context, team: ast.Team, size: float) -> None:
+    """Adds the agents of one team; with a size of NaN its items are looked at and none is added."""
+    name = team.name.text
+    owner = f"`{name}`"
+    settings = known_settings(
+        context, [item for item in team.items if isinstance(item, ast.Setting)], _settings(context), owner
+    )
+    flown = _only(context, team, ast.Vehicle, "vehicle")
+    vehicle = resolve_vehicle(context, flown[0]) if flown else context.vehicle
+    turns = _only(context, team, ast.Yaw, "yaw")
+    yaw = resolve_yaw(context, turns[0]) if turns else ir.AHEAD
+    radius = _length(context, settings.get("radius"), Metres(vehicle.radius), f"the radius of {owner}")
+    altitude = _length(context, settings.get("altitude"), ALTITUDE, f"the altitude of {owner}")
+    moves = _only(context, team, ast.Dynamics, "dynamics")
+    starts = _only(context, team, ast.Start, "start")
+    ends = _only(context, team, ast.Finish, "finish")
+    dynamics: ir.Dynamics = UNMOVED
+    if moves:
+        dynamics = resolve_dynamics(context, moves[0])
+    else:
+        missing(
+            context,
+            f"how {owner} moves",
+            team.name.span,
+            "say it in the braces, as in `dynamics single_integrator(speed <= 1 m/s)`",
+        )
+    start: tuple[ir.Place, ...] = ()
+    if starts:
+        start = _places(context, starts[0].places, size, owner)
+    else:
+        missing(context, f"where {owner} starts", team.name.span, "say it in the braces: `start in REGION`")
+    finish = _places(context, ends[0].places, size, owner) if ends else NO_FINISH
+    first = len(context.agents)
+    count = 0 if math.isnan(size) else int(size)
+    pads = _pads(context, team, size, owner)
+    for index in range(count if len(start) == count else 0):
+        agent = ir.Agent(
+            index=first + index,
+            name=name if team.size is None else f"{name}[{index}]",
+            team=name,
+            radius=radius,
+            dynamics=dynamics,
+            start=start[index],
+            finish=None if isinstance(finish, NoFinish) or len(finish) != count else finish[index],
+            altitude=altitude,
+            span=team.name.span,
+            vehicle=vehicle,
+            yaw=yaw,
+            pad=pads[index] if len(pads) == count else None,
+        )
+        context.agents.append(agent)
+    members = tuple(range(first, len(context.agents)))
+    context.sets[name] = ir.AgentSet(name, members, team.name.span)
+
+
+def _pads(context: Context, team: ast.Team, size: float, owner: str) -> tuple[ir.Pad, ...]:
+    """One for each agent; none where the team does not say how it comes from the floor."""
+    flights = _only(context, team, ast.Flight, "flight")
+    if not flights:
+        return ()
+    said = pads_of(context, flights[0])
+    places = _places(context, said.places, size, owner) if said is not None else None
+    return resolve_pads(context, flights[0], places, owner, 0 if math.isnan(size) else int(size))
+
+
+def _settings(context: Context) -> tuple[str, ...]:
+    """In a volume the height of an agent is its third coordinate."""
+    return ("radius",) if context.dimension == 3 else ("radius", "altitude")
+
+
+def _length(context: Context, setting: ast.Setting | None, default: Metres, what: str) -> Metres:
+    if setting is None:
+        return default
+    relation(context, setting, "", "=")
+    return Metres(number(context, setting.high, Dimension.LENGTH, what, least=0))
+
+
+Item = TypeVar("Item", ast.Dynamics, ast.Start, ast.Finish, ast.Vehicle, ast.Flight, ast.Yaw)
+
+
+def _only(context: Context, team: ast.Team, kind: type[Item], word: str) -> list[Item]:
+    """The items of a kind; a second one is reported."""
+    items = [item for item in team.items if isinstance(item, kind)]
+    for again in items[1:]:
+        said_twice(context, f"`{word}`", again.span, items[0].span)
+    return items
+
+
+# --------------------------------------------------------------------- places
+
+
+def _places(context: Context, places: ast.Places, size: float, owner: str) -> tuple[ir.Place, ...]:
+    """One place for each agent, in index order; none where the size is NaN."""
+    count = 0 if math.isnan(size) else int(size)
+    match places:
+        case ast.InRegion(region=name):
+            declared = context.find(name, Kind.REGION)
+            region = context.regions.get(name.text, ir.Region(name.text, NOWHERE, name.span))
+            return () if isinstance(declared, Unresolved) else (ir.Anywhere(region, places.span),) * count
+        case ast.AtPoints(points=points):
+            here = tuple(ir.Exactly(resolve_point(context, point), point.span) for point in points)
+            if len(here) != size and not math.isnan(size):
+                _not_one_each(context, places, owner, count)
+                return ()
+            return here
+        case ast.OnLine(first=first, last=last):
+            ends = resolve_point(context, first), resolve_point(context, last)
+            return _exactly(on_line(*ends, count), places.span) if count and _sound(ends) else ()
+        case ast.OnGrid(low=low, high=high):
+            ends = resolve_point(context, low), resolve_point(context, high)
+            return _exactly(on_grid(*ends, count), places.span) if count and _sound(ends) else ()
+        case ast.AtListed():  # what the file holds took its place, or is reported
+            return ()
+        case _:
+            assert_never(places)
+
+
+def _exactly(points: tuple[ir.Vector, ...], span: Span) -> tuple[ir.Place, ...]:
+    return tuple(ir.Exactly(point, span) for point in points)
+
+
+def _sound(ends: tuple[ir.Vector, ir.Vector]) -> bool:
+    return len(ends[0]) == len(ends[1]) and known(*ends)
+
+
+def _not_one_each(context: Context, places: ast.AtPoints, owner: str, agents: int) -> None:
+    context.report(
+        code.VALUE_OUT_OF_RANGE,
+        f"{owner} has {agents} {'agent' if agents == 1 else 'agents'} and {len(places.points)} places",
+        places.span,
+        help="give one place for each agent, or use `in`, `line` or `grid`",
+    )
+
+
+# ------------------------------------------------------------ sets of agents
+
+
+def resolve_groups(context: Context) -> None:
+    """Every group's agents, in the order named; an agent named twice counts once, at its first place."""
+    groups = {group.name.text: group for group in context.declared(ast.Group)}
+    for name in ordered(context, {name: group.members for name, group in groups.items()}):
+        group = groups[name]
+        named: dict[int, None] = {}
+        for member in group.members:
+            agents = resolve_set(context, member).agents
+            if not _room(context, len(agents), member.span):
+                break
+            named.update(dict.fromkeys(agents))
+        context.sets[name] = ir.AgentSet(name, tuple(named), group.name.span)
+
+
+def resolve_set(context: Context, reference: ast.Name | ast.Member) -> ir.AgentSet:
+    """The agents a name or a member stands for; none where it is reported."""
+    nobody = ir.AgentSet(excerpt(reference.span), (), reference.span)
+    match reference:
+        case ast.Name(text=text):
+            declared = context.find(reference, *AGENTS, needed="a team, a group or an agent")
+            return nobody if isinstance(declared, Unresolved) else context.sets.get(text, nobody)
+        case ast.Member(team=team):
+            declared = context.find(team, Kind.TEAM)
+            if isinstance(declared, Unresolved):
+                return nobody
+            return _members(context, reference, nobody)
+        case _:
+            assert_never(reference)
+
+
+def _members(context: Context, member: ast.Member, nobody: ir.AgentSet) -> ir.AgentSet:
+    """The agents of a team from one index to another."""
+    team = member.team.text
+    size = context.sizes.get(team, math.nan)
+    match member.low:
+        case ast.Arithmetic(span, "-", ast.Number(unit=None) as first, ast.Number(unit=None) as last):
+            context.report(
+                code.NO_SUCH_MEMBER,
+                f"`{excerpt(span)}` is a difference; members of a team are counted with two points",
+                span,
+                help=f"write `{team}[{shown(first.value)}..{shown(last.value)}]`",
+                fix=Fix(span, f"{shown(first.value)}..{shown(last.value)}"),
+            )
+            return nobody
+        case _:
+            low = whole(context, member.low, "the index")
+    high = low if member.high is None else whole(context, member.high, "the index")
+    if low > high:
+        context.report(
+            code.BOUNDS_REVERSED,
+            f"bounds run backwards: {shown(high)} comes after {shown(low)}",
+            member.span,
+            help=f"write `{team}[{shown(high)}..{shown(low)}]`",
+            fix=Fix(member.span, f"{team}[{shown(high)}..{shown(low)}]"),
+        )
+        return nobody
+    agents = context.sets[team].agents
+    if math.isnan(low) or math.isnan(high):
+        return nobody
+    if high >= size:
+        _no_such_member(context, member, int(high), int(size))
+        return nobody
+    if len(agents) != size:
+        return nobody
+    if not _room(context, int(high - low) + 1, member.span):
+        return nobody
+    name = f"{team}[{shown(low)}]" if member.high is None else f"{team}[{shown(low)}..{shown(high)}]"
+    return ir.AgentSet(name, agents[int(low) : int(high) + 1], member.span)
+
+
+def _room(context: Context, count: int, span: Span) -> bool:
+    """Whether groups and ranges, spelt out, still have room for so many agents; said once where they have not."""
+    limit = context.limits.formula_nodes
+    before = context.members
+    context.members += count
+    if before <= limit < context.members:
+        context.report(
+            code.TOO_LARGE_TO_EXPAND,
+            f"groups and ranges name {context.members} agents up to here, spelt out; the limit is {limit}",
+            span,
+            help="name whole teams, or raise the limit with `--limit formula_nodes=VALUE`",
+        )
+    return context.members <= limit
+
+
+def _no_such_member(context: Context, member: ast.Member, index: int, size: int) -> None:
+    team = member.team.text
+    last = f"{team}[0]" if size == 1 else f"{team}[0]` … `{team}[{size - 1}]"
+    context.report(
+        code.NO_SUCH_MEMBER,
+        f"`{team}[{index}]` is not there: `{team}` has {size} {'agent' if size == 1 else 'agents'}",
+        member.span,
+        labels=(Label(context.names.declared[team].span, "declared here"),),
+        help=f"name `{last}`",
+    )

@@ -1,0 +1,353 @@
+"""Resolution of comparisons, route bounds and headings.
+
+    says MC101 MC104 MC201 MC204 MC205 MC208 MC209 MC210 MC303
+
+Both sides of a comparison become one linear expression over states and distances. A route bound is in hops, metres or
+a weight of links, and has the graph that the route runs on. A heading is an angle to either side of a direction or of
+a beacon.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from missionc import ir
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.model import Fix, Label
+from missionc.base.diagnostics.suggest import nearest
+from missionc.base.source import Span
+from missionc.base.units import Dimension, Metres
+from missionc.frontend.resolve.context import (
+    AGENTS,
+    PLAIN,
+    REPORTED,
+    UNRESOLVED,
+    Amount,
+    Context,
+    Declared,
+    Kind,
+    Typed,
+    Unresolved,
+    some_of,
+)
+from missionc.frontend.resolve.resolve_agents import resolve_set
+from missionc.frontend.resolve.resolve_points import counted
+from missionc.frontend.resolve.resolve_quantities import (
+    MINUS,
+    NO_AMOUNT,
+    POWERS,
+    added,
+    evaluate,
+    excerpt,
+    is_reported,
+    number,
+    scaled,
+    shown,
+    swapped,
+    whole,
+    with_unit_of,
+)
+from missionc.frontend.syntax import ast
+from missionc.ir import About
+
+
+def resolve_length(context: Context, length: ast.Length) -> ir.Length:
+    """The bounds; the lower one is 0 and the upper one infinite where they are left out."""
+    low = length.low
+    if low is not None and length.high is not None and length.metric is ast.Metric.METRES:
+        low = with_unit_of(low, length.high, Dimension.LENGTH)
+    graph = _graph(context, length)
+    weight = None if length.unit is None else _weight(context, length.unit, graph)
+    lowest = 0.0 if low is None else _bound(context, length, low)
+    highest = math.inf if length.high is None else _bound(context, length, length.high)
+    if lowest > highest:
+        most, least = (_with_unit(length, bound) for bound in (highest, lowest))
+        context.report(
+            code.BOUNDS_REVERSED,
+            f"bounds run backwards: {most} comes after {least}",
+            length.span,
+            help="write the smaller bound first",
+            fix=_swapped(length),
+        )
+    return ir.Length(graph, length.metric, lowest, highest, length.span, weight)
+
+
+def _with_unit(length: ast.Length, bound: float) -> str:
+    if length.metric is ast.Metric.HOPS:
+        return f"{shown(bound)} {'hop' if bound == 1 else 'hops'}"
+    return f"{shown(bound)} m" if length.unit is None else f"{length.unit.text} {shown(bound)}"
+
+
+def _weight(context: Context, unit: ast.Name, graph: ir.Graph) -> ir.Weight:
+    """The weight of that name; one that weighs every link 1 once it is reported that there is none."""
+    named = {weight.name: weight for weight in graph.weights}
+    if unit.text not in named and graph.name:
+        near = nearest(unit.text, ["hops", "distance", *named])
+        has = f"its links have {some_of(list(named))}" if named else "its links have none"
+        context.report(
+            code.UNKNOWN_NAME,
+            f"no weight of graph `{graph.name}` is called `{unit.text}`; {has}",
+            unit.span,
+            labels=(Label(graph.span, "declared here"),),
+            help=f"did you mean `{near}`?"
+            if isinstance(near, str)
+            else f"a length is in `hops`, in `distance`, or in a weight: `graph {graph.name} = … weight {unit.text} 1`",
+            fix=Fix(unit.span, near) if isinstance(near, str) else None,
+        )
+    return named.get(unit.text, ir.Weight(unit.text, 1, ()))
+
+
+def _swapped(length: ast.Length) -> Fix | None:
+    """None where only one bound is written."""
+    if length.low is None or length.high is None:
+        return None
+    return swapped(length.low, length.high, "..", lends=length.metric is ast.Metric.METRES)
+
+
+def _bound(context: Context, length: ast.Length, bound: ast.Quantity) -> float:
+    if length.metric is ast.Metric.HOPS:
+        return whole(context, bound, "the number of hops")
+    if length.unit is not None:
+        return whole(context, bound, f"the bound of `{length.unit.text}`")
+    return number(context, bound, Dimension.LENGTH, "the length of a route", least=0)
+
+
+def _graph(context: Context, length: ast.Length) -> ir.Graph:
+    """The graph named, or the only one there is."""
+    if length.graph is not None:
+        declared = context.find(length.graph, Kind.GRAPH)
+        stand_in = no_graph(length.graph.span)
+        return stand_in if isinstance(declared, Unresolved) else context.graphs.get(length.graph.text, stand_in)
+    if len(context.graphs) != 1:
+        _which_graph(context, length)
+        return no_graph(length.span)
+    return next(iter(context.graphs.values()))
+
+
+def no_graph(span: Span) -> ir.Graph:
+    """In place of a graph that has been reported."""
+    return ir.Proximity("", Metres(REPORTED), (), span)
+
+
+def _which_graph(context: Context, length: ast.Length) -> None:
+    names = list(context.graphs)
+    end = length.span.end - 1  # before the bracket
+    labels = tuple(Label(graph.span) for graph in list(context.graphs.values())[:3])
+    context.report(
+        code.GRAPH_MISSING,
+        f"the mission has {len(names) or 'no'} graphs; this does not say which is meant",
+        length.span,
+        labels=labels,
+        help=f"add `on NAME`: {some_of(names)}" if names else "declare one: `graph radio = proximity 1 m`",
+        fix=Fix(Span(length.span.source, end, end), f" on {names[0]}") if names else None,
+    )
+
+
+def resolve_facing(context: Context, facing: ast.Facing) -> Typed:
+    """``heading within 10 deg of 90 deg``, which holds in all cases where something of it has been reported."""
+    within, towards = _within(context, facing.within), _towards(context, facing.towards)
+    if math.isnan(within) or (isinstance(towards, float) and math.isnan(towards)):
+        return Typed(ir.Truth(True, facing.span), About.EITHER, facing.span)
+    return Typed(ir.Holds(ir.Facing(towards, within), facing.span), About.AGENT, facing.span)
+
+
+def _within(context: Context, angle: ast.Quantity) -> float:
+    value = number(context, angle, Dimension.ANGLE, "the angle to either side", above=0)
+    if value < math.pi or math.isnan(value):
+        return value
+    context.report(
+        code.VALUE_OUT_OF_RANGE,
+        f"the angle to either side is {shown(math.degrees(value))} deg; no heading is more than 180 deg from another",
+        angle.span,
+        help="write an angle of less than `180 deg`, with its unit",
+    )
+    return REPORTED
+
+
+def _towards(context: Context, towards: ast.Quantity) -> float | ir.Beacon:
+    if not isinstance(towards, ast.Name):
+        return number(context, towards, Dimension.ANGLE, "the direction")
+    declared = context.names.declared.get(towards.text)
+    if declared is not None and declared.kind is Kind.REGION:
+        _no_place(context, towards, declared)
+        return REPORTED
+    found = context.find(towards, Kind.PARAM, Kind.BEACON, needed="an angle or a beacon")
+    if isinstance(found, Unresolved):
+        return REPORTED
+    if found.kind is Kind.PARAM:
+        return number(context, towards, Dimension.ANGLE, "the direction")
+    return context.beacons.get(towards.text, REPORTED)
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _no_place(context: Context, name: ast.Name, declared: Declared) -> None:
+    region = context.regions.get(name.text)
+    where = _middle(region.shape) if region is not None else None
+    place = "(X, Y)" if where is None else f"({', '.join(map(shown, where))})"
+    context.report(
+        code.WRONG_KIND,
+        f"`{name.text}` is a region, which lies in many directions at once; an angle or a beacon is needed here",
+        name.span,
+        labels=(Label(declared.span, "declared here"),),
+        help=f"declare a point of it, as in `beacon {name.text}_middle = {place}`, and name that",
+    )
+
+
+def _middle(shape: ir.Shape) -> ir.Vector | None:
+    match shape:
+        case ir.Box(low, high):
+            return tuple((begin + end) / 2 for begin, end in zip(low, high, strict=True))
+        case ir.Disc(centre, _, None):
+            return centre
+        case _:
+            return None
+
+
+AXES = {"x": 0, "y": 1, "z": 2}
+NOTHING = Fraction(0)
+
+
+def resolve_comparison(context: Context, comparison: ast.Compare) -> Typed:
+    """``left >= right`` as ``left - right >= 0``, ``left <= right`` as ``right - left >= 0``."""
+    left = evaluate(context, comparison.left, state_of)
+    right = evaluate(context, comparison.right, state_of)
+    amount = added(context, comparison, left, scaled(right, MINUS))
+    if comparison.operator in ("<", "<="):
+        amount = scaled(amount, MINUS)
+    stand_in = Typed(ir.Truth(True, comparison.span), About.EITHER, comparison.span)
+    if is_reported(amount):
+        return stand_in
+    if not amount.terms:
+        _nothing_changes(context, comparison)
+        return stand_in
+    features = [feature for _, feature in amount.terms]
+    between = [feature for feature in features if isinstance(feature, ir.DistanceBetween)]
+    if between and len(between) < len(features):
+        _mixed(context, comparison)
+        return stand_in
+    about = About.TEAM if between else About.AGENT
+    predicate = ir.Compare(amount.terms, amount.constant + 0.0, comparison.operator in ("<", ">"))
+    return Typed(ir.Holds(predicate, comparison.span), about, comparison.span)
+
+
+def state_of(context: Context, state: ast.Name | ast.Distance) -> Amount:
+    """A state word or a distance, with its unit."""
+    match state:
+        case ast.Distance():
+            return _distance(context, state)
+        case ast.Name(text="speed"):
+            return Amount(NOTHING, POWERS[Dimension.SPEED], ((1.0, ir.Speed()),))
+        case ast.Name(text="altitude"):
+            return Amount(NOTHING, POWERS[Dimension.LENGTH], ((1.0, ir.Altitude()),))
+        case ast.Name(text=text) if text in context.resources:
+            return Amount(NOTHING, PLAIN, ((1.0, ir.Level(context.resources[text])),))
+        case ast.Name(text=text) if context.dimension == 2 and AXES[text] == 2:
+            context.report(
+                code.WRONG_DIMENSION,
+                f"`{text}` is the third coordinate; the world has {counted(2)}",
+                state.span,
+                help="write `altitude`, or give the world three coordinates",
+                fix=Fix(state.span, "altitude"),
+            )
+            return NO_AMOUNT
+        case ast.Name(text=text):
+            return Amount(NOTHING, POWERS[Dimension.LENGTH], ((1.0, ir.Coordinate(AXES[text])),))
+
+
+def _distance(context: Context, distance: ast.Distance) -> Amount:
+    feature: ir.Feature | Unresolved
+    match distance.ends:
+        case (end,):
+            feature = _distance_to(context, end)
+        case (first, second):
+            feature = _distance_between(context, distance, first, second)
+        case ends:
+            context.report(
+                code.WRONG_KIND,
+                f"a distance has one end or two; here are {len(ends)}",
+                distance.span,
+                help="write `distance(base)` or `distance(drone[0], drone[1])`",
+            )
+            return NO_AMOUNT
+    return (
+        NO_AMOUNT if isinstance(feature, Unresolved) else Amount(NOTHING, POWERS[Dimension.LENGTH], ((1.0, feature),))
+    )
+
+
+def _distance_to(context: Context, end: ast.Name | ast.Member) -> ir.DistanceTo | Unresolved:
+    if isinstance(end, ast.Name):
+        place = context.regions.get(end.text) or context.beacons.get(end.text)
+        if place is not None:
+            return ir.DistanceTo(place)
+    agent = one_agent(context, end, "a region, a beacon or one agent", Kind.REGION, Kind.BEACON)
+    return agent if isinstance(agent, Unresolved) else ir.DistanceTo(agent)
+
+
+def _distance_between(
+    context: Context, distance: ast.Distance, first: ast.Name | ast.Member, second: ast.Name | ast.Member
+) -> ir.DistanceBetween | Unresolved:
+    one = one_agent(context, first, "one agent")
+    if isinstance(one, Unresolved):
+        return UNRESOLVED
+    other = one_agent(context, second, "one agent")
+    if isinstance(other, Unresolved):
+        return UNRESOLVED
+    if one == other:
+        context.report(
+            code.VALUE_OUT_OF_RANGE,
+            "an agent is at no distance from itself",
+            distance.span,
+            help="name two agents",
+        )
+        return UNRESOLVED
+    return ir.DistanceBetween(min(one, other), max(one, other))
+
+
+def one_agent(context: Context, reference: ast.Name | ast.Member, needed: str, *also: Kind) -> int | Unresolved:
+    """The index of the one agent a reference names."""
+    name = reference if isinstance(reference, ast.Name) else reference.team
+    declared = context.find(name, *AGENTS, *also, needed=needed)
+    if isinstance(declared, Unresolved):
+        return UNRESOLVED
+    several = isinstance(reference, ast.Member) and reference.high is not None
+    if several or (isinstance(reference, ast.Name) and declared.kind is not Kind.AGENT):
+        _several(context, reference, declared, needed)
+        return UNRESOLVED
+    agents = resolve_set(context, reference).agents
+    return agents[0] if agents else UNRESOLVED
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _nothing_changes(context: Context, comparison: ast.Compare) -> None:
+    context.report(
+        code.WRONG_KIND,
+        f"nothing in `{excerpt(comparison.span)}` changes with time",
+        comparison.span,
+        help="compare a state (`x`, `y`, `z`, `speed`, `altitude`) or a `distance(…)`",
+    )
+
+
+def _mixed(context: Context, comparison: ast.Compare) -> None:
+    context.report(
+        code.QUANTIFIER_TOO_MANY,
+        f"`{excerpt(comparison.span)}` compares one agent's own state with a distance between two named agents",
+        comparison.span,
+        help="make two comparisons of it, each about one of them",
+    )
+
+
+def _several(context: Context, reference: ast.Name | ast.Member, declared: Declared, needed: str) -> None:
+    kind = declared.kind.value if isinstance(reference, ast.Name) else "several agents"
+    team = declared.declaration.name.text if declared.kind is Kind.TEAM else "drone"
+    context.report(
+        code.WRONG_KIND,
+        f"`{excerpt(reference.span)}` is {kind}; {needed} is needed here",
+        reference.span,
+        labels=(Label(declared.span, "declared here"),),
+        help=f"name one agent, as in `{team}[0]`",
+    )

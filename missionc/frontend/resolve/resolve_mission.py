@@ -1,0 +1,161 @@
+"""Resolution of a mission: names found, parameters filled in, units turned into steps and metres, formulas typed.
+
+    in   Program, Limits, the values of parameters given on the command line
+    out  Mission, or nothing where there are errors
+    says MC005 MC006 MC013 MC014 MC1xx MC2xx MC302–MC306 MC512 MC513
+
+Everything declared is resolved in one fixed order, each part on the ones before
+it; names may stand in any order in the text. All findings come in one go, in
+the order of the text. A mission that comes out can be trusted: its numbers are
+finite (but for those that may be infinite: a unicycle's ``turn``, a route's upper
+bound and what a vehicle does not limit) and in the units the IR names, its indices exist, its windows are
+not reversed, every point has the world's coordinates, and every requirement is
+about the team.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from missionc import ir
+from missionc.base.diagnostics.model import Diagnostic, has_errors
+from missionc.base.diagnostics.text_order import in_text_order
+from missionc.base.limits import Limits
+from missionc.base.source import Span
+from missionc.base.units import Dimension, Metres, Seconds, Steps
+from missionc.frontend.resolve.context import Context, collect
+from missionc.frontend.resolve.definitions import unused
+from missionc.frontend.resolve.delete_declaration import deleted
+from missionc.frontend.resolve.resolve_agents import resolve_groups, resolve_set, resolve_teams
+from missionc.frontend.resolve.resolve_files import with_places
+from missionc.frontend.resolve.resolve_formations import resolve_formation
+from missionc.frontend.resolve.resolve_formulas import resolve_lets
+from missionc.frontend.resolve.resolve_goals import resolve_objective, resolve_requirements, resolve_solve
+from missionc.frontend.resolve.resolve_graphs import resolve_flag, resolve_graph, resolve_resource
+from missionc.frontend.resolve.resolve_points import resolve_point, resolve_world
+from missionc.frontend.resolve.resolve_quantities import number, resolve_parameters
+from missionc.frontend.resolve.resolve_settings import missing, said_twice
+from missionc.frontend.resolve.resolve_shapes import resolve_regions
+from missionc.frontend.resolve.resolve_time import resolve_delay, resolve_time
+from missionc.frontend.resolve.spell_out import spell_out
+from missionc.frontend.syntax import ast
+
+
+def resolve(
+    program: ast.Program,
+    overrides: dict[str, str],
+    limits: Limits,
+    stretch: float = 1.0,
+    vehicle: ir.Vehicle = ir.PLAIN,
+) -> tuple[ir.Mission | None, list[Diagnostic]]:
+    """The mission as meant, and all that there is to say about it.
+
+    Args:
+        stretch: it lasts so many times as long as written.
+        vehicle: what flies its teams that name none.
+    """
+    program, findings, files = with_places(program, overrides, limits)
+    names = collect(program, findings)
+    spelt_out = spell_out(program, names, overrides, limits, findings)
+    if spelt_out is None:
+        return None, in_text_order(findings)
+    written, program = program, spelt_out
+    context = Context(names if spelt_out is written else collect(program, []), limits, findings, vehicle=vehicle)
+    resolve_parameters(context, overrides)
+    name = _only(context, program, ast.MissionName, "the mission's name", "start with `mission NAME`")
+    time = _only(context, program, ast.Time, "the time", "add `time step 1 s, horizon 20 s`")
+    world = _only(context, program, ast.World, "the world", "add `world (0, 0) to (10, 10)`")
+    if time is not None:
+        resolve_time(context, time, stretch)
+    if world is not None:
+        resolve_world(context, world)
+    _resolve_things(context, program)
+    resolve_lets(context)
+    requirements, preferences = resolve_requirements(context, program)
+    minimize = _only(context, program, ast.Minimize)
+    objective = resolve_objective(context, minimize)
+    solve = resolve_solve(context, _only(context, program, ast.Solve))
+    separation = _only(context, program, ast.Separation)
+    clearance = _only(context, program, ast.Clearance)
+    margins = [
+        Metres(0.0 if item is None else number(context, item.distance, Dimension.LENGTH, what, least=0))
+        for item, what in ((separation, "the separation"), (clearance, "the clearance"))
+    ]
+    tolerances = tuple(
+        ir.Tolerance(resolve_set(context, item.agents).agents, resolve_delay(context, item.delay), item.span)
+        for item in program.declarations
+        if isinstance(item, ast.Tolerate)
+    )
+    names.suggested.update(text.partition("[")[0] for text in context.names.suggested)
+    findings.extend(unused(names, written))
+    sorted_findings = in_text_order(findings)
+    if has_errors(findings) or name is None or time is None or world is None:
+        return None, sorted_findings
+    mission = ir.Mission(
+        name=name.name.text,
+        step=Seconds(context.step),
+        steps=Steps(context.steps),
+        world=ir.World(context.low, context.high, world.span),
+        regions=tuple(context.regions.values()),
+        obstacles=tuple(context.obstacles.values()),
+        beacons=tuple(context.beacons.values()),
+        agents=tuple(context.agents),
+        teams=tuple(context.sets[team.name.text] for team in context.declared(ast.Team)),
+        groups=tuple(context.sets[group.name.text] for group in context.declared(ast.Group)),
+        graphs=tuple(context.graphs.values()),
+        formations=tuple(context.formations.values()),
+        separation=margins[0],
+        clearance=margins[1],
+        requirements=requirements,
+        preferences=preferences,
+        objective=objective,
+        solve=solve,
+        span=name.span,
+        objective_span=None if minimize is None else minimize.span,
+        time_span=time.span,
+        tolerances=tolerances,
+        files=tuple(files),
+        lets=tuple((text, let.formula) for text, let in context.lets.items()),
+        resources=tuple(context.resources.values()),
+        flags=tuple(context.flags.values()),
+    )
+    return mission, sorted_findings
+
+
+def _resolve_things(context: Context, program: ast.Program) -> None:
+    """Regions, obstacles, beacons, agents, groups, graphs, formations, resources, flags."""
+    resolve_regions(context)
+    for beacon in context.declared(ast.Beacon):
+        place = resolve_point(context, beacon.position)
+        context.beacons[beacon.name.text] = ir.Beacon(beacon.name.text, place, beacon.name.span)
+    if not any(isinstance(item, ast.Team) for item in program.declarations):
+        missing(context, "a team or an agent", _start(program), "add `team drone[5] { … }` or `agent scout { … }`")
+    resolve_teams(context)
+    resolve_groups(context)
+    for graph in context.declared(ast.Graph):
+        context.graphs[graph.name.text] = resolve_graph(context, graph)
+    for formation in context.declared(ast.Formation):
+        context.formations[formation.name.text] = resolve_formation(context, formation)
+    for resource in context.declared(ast.Resource):
+        context.resources[resource.name.text] = resolve_resource(context, resource)
+    for flag in context.declared(ast.Flag):
+        context.flags[flag.name.text] = resolve_flag(context, flag)
+
+
+Item = TypeVar("Item", ast.MissionName, ast.Time, ast.World, ast.Separation, ast.Clearance, ast.Minimize, ast.Solve)
+
+
+def _only(context: Context, program: ast.Program, kind: type[Item], what: str = "", way_out: str = "") -> Item | None:
+    """The one declaration of a kind; a second one is reported, and a missing one where it is needed (``what``)."""
+    items = [item for item in program.declarations if isinstance(item, kind)]
+    for again in items[1:]:
+        word = again.span.text.split(maxsplit=1)[0]
+        said_twice(context, f"`{word}`", again.span, items[0].span, deleted(again.span))
+    if not items and what:
+        missing(context, what, _start(program), way_out)
+    return items[0] if items else None
+
+
+def _start(program: ast.Program) -> Span:
+    """Where to point for what is not there: the first declaration."""
+    return program.declarations[0].span if program.declarations else program.span

@@ -1,0 +1,115 @@
+"""Resolution of the world and of the points in it: metres, as many coordinates as the world has.
+
+says MC205 MC512
+"""
+
+from __future__ import annotations
+
+import math
+
+from missionc import ir
+from missionc.base.diagnostics import code
+from missionc.base.source import Span
+from missionc.base.units import Dimension
+from missionc.frontend.resolve.context import REPORTED, Context
+from missionc.frontend.resolve.resolve_quantities import excerpt, number
+from missionc.frontend.syntax import ast
+
+WORDS = {1: "one coordinate", 2: "two coordinates", 3: "three coordinates"}
+
+
+def coordinates(context: Context, point: ast.Point) -> ir.Vector:
+    """The coordinates as written, however many, in metres."""
+    return tuple(number(context, item, Dimension.LENGTH, "the coordinate") for item in point.coordinates)
+
+
+def resolve_point(context: Context, point: ast.Point) -> ir.Vector:
+    """A point of the world; NaN throughout where it has not the world's number of coordinates."""
+    values = coordinates(context, point)
+    if context.dimension in (0, len(values)):
+        return values
+    kind = "plane" if context.dimension == 2 else "volume"
+    context.report(
+        code.WRONG_DIMENSION,
+        f"`{excerpt(point.span)}` has {counted(len(values))}; the world is a {kind}, with {counted(context.dimension)}",
+        point.span,
+        help=f"give the point {counted(context.dimension)}",
+    )
+    return (REPORTED,) * context.dimension
+
+
+def plane_point(context: Context, point: ast.Point, what: str, otherwise: str) -> tuple[float, float]:
+    """A point with two coordinates, whatever the world has."""
+    match coordinates(context, point):
+        case (x, y):
+            return x, y
+        case values:
+            context.report(
+                code.WRONG_DIMENSION,
+                f"`{excerpt(point.span)}` has {counted(len(values))}; {what} has two, in the plane",
+                point.span,
+                help=otherwise if context.dimension == 3 else "give it two coordinates",
+            )
+            return REPORTED, REPORTED
+
+
+def known(*points: ir.Vector) -> bool:
+    """Whether no coordinate stands for one that has been reported."""
+    return not any(math.isnan(value) for point in points for value in point)
+
+
+def counted(count: int) -> str:
+    return WORDS.get(count, f"{count} coordinates")
+
+
+def resolve_world(context: Context, world: ast.World) -> None:
+    """Sets the world's corners; its number of coordinates stays 0 where they disagree."""
+    first, second = coordinates(context, world.low), coordinates(context, world.high)
+    if len(first) not in (2, 3) or len(first) != len(second):
+        wrong = world.low if len(first) not in (2, 3) else world.high
+        context.report(
+            code.WRONG_DIMENSION,
+            f"the corners of the world have {counted(len(first))} and {counted(len(second))}",
+            wrong.span,
+            help="give both corners two coordinates for a plane, or three for a volume",
+        )
+        return
+    context.dimension = len(first)
+    if not known(first, second):
+        context.low = context.high = (REPORTED,) * len(first)
+        return
+    context.low = tuple(map(min, first, second))
+    context.high = tuple(map(max, first, second))
+    if any(low == high for low, high in zip(context.low, context.high, strict=True)):
+        no_area(context, "the world", world.span)
+
+
+def resolve_offset(context: Context, items: tuple[ast.Quantity, ...], span: Span) -> ir.Vector:
+    """An offset in metres; in a volume two coordinates leave the height as it is."""
+    values = tuple(number(context, item, Dimension.LENGTH, "the offset") for item in items)
+    return as_many(context, padded(context, values), span)
+
+
+def padded(context: Context, values: ir.Vector) -> ir.Vector:
+    return (*values, 0.0) if context.dimension == 3 and len(values) == 2 else values
+
+
+def as_many(context: Context, values: ir.Vector, span: Span) -> ir.Vector:
+    """The values where they are as many as the world's coordinates; NaN and a finding where they are not."""
+    if context.dimension in (0, len(values)):
+        return values
+    context.report(
+        code.WRONG_DIMENSION,
+        f"`{excerpt(span)}` has {counted(len(values))}; the world has {counted(context.dimension)}",
+        span,
+        help=f"give it {counted(context.dimension)}",
+    )
+    return (REPORTED,) * context.dimension
+
+
+# ------------------------------------------------------------------ messages
+
+
+def no_area(context: Context, what: str, span: Span) -> None:
+    noun = "volume" if context.dimension == 3 else "area"
+    context.report(code.NO_AREA, f"{what} has no {noun}", span, help="make it larger")

@@ -1,0 +1,107 @@
+"""Resolution of settings after a word or in brackets: each known, each given once, each with the relation it takes.
+
+says MC013 MC014 MC206
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.model import Fix, Label
+from missionc.base.diagnostics.suggest import Nothing, nearest
+from missionc.base.source import Span
+from missionc.frontend.resolve.context import Context, some_of
+from missionc.frontend.resolve.resolve_quantities import excerpt
+from missionc.frontend.syntax import ast
+
+
+def known_settings(
+    context: Context, settings: Iterable[ast.Setting], known: Sequence[str], owner: str
+) -> dict[str, ast.Setting]:
+    """The settings by name; one that ``owner`` does not take, or takes twice, is reported and left out.
+
+    A misspelt one stands for the one that was meant, so that this is not reported as missing.
+    """
+    by_name: dict[str, ast.Setting] = {}
+    for setting in settings:
+        name = setting.name.text
+        if name not in known:
+            meant = unknown_word(context, setting.name, known, owner, "setting")
+            if isinstance(meant, str):
+                by_name.setdefault(meant, replace(setting, name=replace(setting.name, text=meant)))
+        elif name in by_name:
+            said_twice(context, f"`{name}`", setting.span, by_name[name].span)
+        else:
+            by_name[name] = setting
+    return by_name
+
+
+def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:
+    """Reports a setting that is not written with one of these relations (empty: a bare value)."""
+    if setting.relation in allowed:
+        return
+    word = setting.name.text
+    if allowed[0] == "<=" and setting.relation == "":
+        context.report(
+            code.UNKNOWN_SETTING,
+            f"`{excerpt(setting.span)}` does not say that it is a limit",
+            setting.span,
+            help=f"write `{word} <= {setting.high.span.text}`",
+            fix=Fix(setting.span, f"{word} <= {setting.high.span.text}"),
+        )
+        return
+    form = {"<=": f"{word} <= VALUE", "..": f"{word} LOW..HIGH", "=": f"{word} = VALUE", "": f"{word} VALUE"}[
+        allowed[0]
+    ]
+    context.report(
+        code.UNKNOWN_SETTING,
+        f"`{word}` is not given like this",
+        setting.span,
+        help=f"write `{form}`",
+        fix=_as_value(setting, allowed[0]),
+    )
+
+
+def _as_value(setting: ast.Setting, wanted: str) -> Fix | None:
+    """The setting with another sign before its value; None where a range is wanted or written."""
+    if setting.low is not None or wanted == "..":
+        return None
+    sign = f" {wanted} " if wanted else " "
+    return Fix(setting.span, f"{setting.name.text}{sign}{setting.high.span.text}")
+
+
+# ------------------------------------------------------------------ messages
+
+
+def unknown_word(context: Context, name: ast.Name, known: Sequence[str], owner: str, noun: str) -> str | Nothing:
+    """Reports a word that is not known; gives the one that was probably meant."""
+    near = nearest(name.text, known)
+    listed = f"{owner} takes {some_of(list(known), 10)}" if known else f"{owner} takes none"
+    context.report(
+        code.UNKNOWN_SETTING,
+        f"{owner} has no {noun} `{name.text}`",
+        name.span,
+        help=f"did you mean `{near}`?" if isinstance(near, str) else listed,
+        fix=Fix(name.span, near) if isinstance(near, str) else None,
+    )
+    return near
+
+
+def said_twice(
+    context: Context, what: str, span: Span, first: Span, fix: Fix | None = None, help: str | None = None
+) -> None:
+    context.report(
+        code.DECLARED_AGAIN,
+        f"{what} is said twice; once is allowed",
+        span,
+        beside="said again",
+        labels=(Label(first, "said here first"),),
+        help=help or "leave one of them out",
+        fix=fix,
+    )
+
+
+def missing(context: Context, what: str, span: Span, way_out: str) -> None:
+    context.report(code.DECLARATION_MISSING, f"{what} is missing", span, help=way_out)

@@ -1,0 +1,300 @@
+"""Resolution of shapes and of the motion of obstacles: metres, heights in a volume, offsets at times, and growth.
+
+    says MC104 MC201 MC205 MC207 MC210 MC303 MC512
+
+Shapes belong to regions and obstacles. A plane shape has its heights in a volume.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import assert_never
+
+from missionc import ir
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.model import Fix, Label
+from missionc.base.source import Span
+from missionc.base.units import UNITS, Dimension, Seconds
+from missionc.frontend.resolve.context import PLAIN, REPORTED, Context, Declared, Kind, Unresolved
+from missionc.frontend.resolve.definitions import ordered
+from missionc.frontend.resolve.polygon_faults import Simple, fault
+from missionc.frontend.resolve.resolve_points import (
+    as_many,
+    known,
+    no_area,
+    padded,
+    plane_point,
+    resolve_offset,
+    resolve_point,
+)
+from missionc.frontend.resolve.resolve_quantities import evaluate, fitted, number, shown, with_unit_of
+from missionc.frontend.syntax import ast
+
+
+def resolve_motion(context: Context, motion: ast.Motion | None) -> ir.Still | ir.Path:
+    match motion:
+        case None | ast.AlongFile():  # what a file holds took its place, or is reported
+            return ir.Still()
+        case ast.Moving():
+            factor = _unit(context, motion)
+            speeds = tuple(_speed(context, item, factor) for item in motion.velocity.coordinates)
+            velocity = as_many(context, padded(context, speeds), motion.velocity.span)
+            if math.isnan(context.step):
+                return ir.Still()
+            horizon = context.step * context.steps
+            rest = (0.0,) * len(velocity)
+            return ir.Path((Seconds(0.0), Seconds(horizon)), (rest, tuple(speed * horizon for speed in velocity)))
+        case ast.Along():
+            return _along(context, motion)
+        case _:
+            assert_never(motion)
+
+
+def resolve_growth(context: Context, growth: ast.Quantity | None) -> float:
+    """How fast an obstacle grows on all sides, m/s, at least 0; NaN once it is reported."""
+    return 0.0 if growth is None else number(context, growth, Dimension.SPEED, "the growth", least=0)
+
+
+def _unit(context: Context, motion: ast.Moving) -> float:
+    """What the unit after the bracket makes of the plain numbers in it; NaN once it is reported."""
+    if motion.unit is None:
+        return 1.0
+    dimension, factor = UNITS.get(motion.unit, (Dimension.NUMBER, REPORTED))
+    if dimension is Dimension.SPEED:
+        return factor
+    context.report(
+        code.WRONG_UNIT,
+        f"`{motion.unit}` is {dimension.value}; a speed is needed here",
+        motion.unit_span or motion.span,
+        help="write the velocity in m/s",
+    )
+    return REPORTED
+
+
+def _speed(context: Context, item: ast.Quantity, factor: float) -> float:
+    """One coordinate of a velocity; a plain number has the unit after the bracket."""
+    amount = evaluate(context, item)
+    value = fitted(context, amount, Dimension.SPEED, item)
+    return value * factor if amount.powers == PLAIN else value
+
+
+def _along(context: Context, along: ast.Along) -> ir.Path:
+    times = [number(context, item.time, Dimension.TIME, "the time", least=0) for item in along.waypoints]
+    offsets = tuple(resolve_offset(context, item.offset, item.span) for item in along.waypoints)
+    for index in range(1, len(times)):
+        if times[index] <= times[index - 1]:
+            context.report(
+                code.BOUNDS_REVERSED,
+                f"times run backwards: {shown(times[index])} s stands after {shown(times[index - 1])} s",
+                along.waypoints[index].time.span,
+                labels=(Label(along.waypoints[index - 1].time.span, "the time before"),),
+                help="give the offsets in the order of their times, each time once",
+            )
+    return ir.Path(tuple(map(Seconds, times)), offsets)
+
+
+NOWHERE = ir.Box((REPORTED, REPORTED), (REPORTED, REPORTED))
+"""In place of a shape that has been reported."""
+
+COMBINED: dict[str, type[ir.Union] | type[ir.Intersection] | type[ir.Difference]] = {
+    "+": ir.Union,
+    "*": ir.Intersection,
+    "-": ir.Difference,
+}
+"""What the signs between shapes make of them."""
+
+# --------------------------------------------------------------------- shapes
+
+
+def resolve_regions(context: Context) -> None:
+    """Every region and obstacle, the ones that others are made of first."""
+    items: list[ast.Region | ast.Obstacle] = [*context.declared(ast.Region), *context.declared(ast.Obstacle)]
+    declarations = {item.name.text: item for item in items}
+    shapes: dict[str, ir.Shape] = {}
+    parts: dict[str, tuple[float, int]] = {}
+    for name in ordered(context, {name: item.shape for name, item in declarations.items()}):
+        item = declarations[name]
+        shapes[name] = _within_limits(context, item, parts, resolve_shape(context, item.shape, shapes))
+    for name, item in declarations.items():
+        shape = shapes.get(name, NOWHERE)
+        match item:
+            case ast.Region():
+                context.regions[name] = ir.Region(name, shape, item.name.span)
+            case ast.Obstacle():
+                motion = resolve_motion(context, item.motion)
+                growth = resolve_growth(context, item.growth)
+                context.obstacles[name] = ir.Obstacle(name, shape, motion, item.name.span, growth)
+
+
+def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape]) -> ir.Shape:
+    """The shape in metres; ``made`` are the shapes that names in it may stand for."""
+    match shape:
+        case ast.Name(text=text):
+            declared = context.find(shape, Kind.REGION, Kind.OBSTACLE, needed="a region or an obstacle")
+            if isinstance(declared, Unresolved):
+                return NOWHERE
+            if isinstance(declared.declaration, ast.Obstacle):
+                _stays(context, shape, declared, declared.declaration)
+            return made.get(text, NOWHERE)
+        case ast.Box():
+            return _box(context, shape)
+        case ast.Disc(height=height):
+            centre = plane_point(context, shape.centre, "the centre of a disc", "write a `ball`, or leave one out")
+            band = _band(context, height)
+            return ir.Disc(centre, _radius(context, shape.radius, "disc", shape.span), band)
+        case ast.Cylinder():
+            centre = plane_point(context, shape.centre, "the foot of a cylinder", "say where it stands by `height`")
+            radius = _radius(context, shape.radius, "cylinder", shape.span)
+            return ir.Disc(centre, radius, _band(context, shape.height))
+        case ast.Ball():
+            return _ball(context, shape)
+        case ast.Polygon():
+            return _polygon(context, shape)
+        case ast.Combined(operator=operator):
+            left, right = resolve_shape(context, shape.left, made), resolve_shape(context, shape.right, made)
+            return COMBINED[operator](left, right)
+        case _:
+            assert_never(shape)
+
+
+def _box(context: Context, box: ast.Box) -> ir.Shape:
+    if context.dimension == 3 and len(box.low.coordinates) == 2:
+        first: ir.Vector = plane_point(context, box.low, "this box", "")
+        second: ir.Vector = plane_point(context, box.high, "the other corner of this box", "give both as many")
+        band = _band(context, box.height)
+        assert band is not None
+        first, second = (*first, band.low), (*second, band.high)
+    else:
+        first = resolve_point(context, box.low)
+        same = known(first) or len(box.high.coordinates) != len(box.low.coordinates)
+        second = resolve_point(context, box.high) if same else first  # what is wrong with both is said of one
+        if box.height is not None:
+            _height_not_here(context, box.height, "this box has its height in its corners")
+    if len(first) != len(second) or not known(first, second):
+        return NOWHERE
+    low, high = tuple(map(min, first, second)), tuple(map(max, first, second))
+    if any(a == b for a, b in zip(low, high, strict=True)):
+        no_area(context, "the box", box.span)
+    return ir.Box(low, high)
+
+
+def _ball(context: Context, ball: ast.Ball) -> ir.Shape:
+    if context.dimension == 2:
+        context.report(
+            code.WRONG_DIMENSION,
+            "a ball has three coordinates; the world is a plane",
+            ball.span,
+            help="write `disc at (x, y) radius r`",
+        )
+        return NOWHERE
+    return ir.Ball(resolve_point(context, ball.centre), _radius(context, ball.radius, "ball", ball.span))
+
+
+def _polygon(context: Context, polygon: ast.Polygon) -> ir.Shape:
+    if len(polygon.corners) > context.limits.shape_parts:
+        too_many_parts(context, f"the polygon has {len(polygon.corners)} corners", polygon.span)
+        return NOWHERE
+    corners = tuple(
+        plane_point(context, corner, "the corner of a polygon", "say how high it is by `height a..b`")
+        for corner in polygon.corners
+    )
+    band = _band(context, polygon.height)
+    if known(*corners):
+        match fault(corners):
+            case str() as phrase:
+                context.report(
+                    code.NO_AREA,
+                    f"the polygon {phrase}",
+                    polygon.span,
+                    help="give its corners in the order in which its border passes them, each once",
+                )
+            case Simple():
+                pass
+    return ir.Polygon(corners, band)
+
+
+def _radius(context: Context, radius: ast.Quantity, what: str, span: Span) -> float:
+    value = number(context, radius, Dimension.LENGTH, f"the radius of the {what}", least=0)
+    if value == 0:
+        no_area(context, f"the {what}", span)
+    return value
+
+
+def _band(context: Context, height: ast.Height | None) -> ir.Prism | None:
+    """The heights a plane shape has in a volume: its own, or the world's; none in a plane."""
+    if context.dimension != 3:
+        if height is not None and context.dimension == 2:
+            _height_not_here(context, height, "the world is a plane")
+        return None
+    if height is None:
+        return ir.Prism(context.low[2], context.high[2])
+    low = number(context, with_unit_of(height.low, height.high, Dimension.LENGTH), Dimension.LENGTH, "the height")
+    high = number(context, height.high, Dimension.LENGTH, "the height")
+    if low > high:
+        context.report(
+            code.BOUNDS_REVERSED,
+            f"bounds run backwards: {shown(high)} m comes after {shown(low)} m",
+            height.span,
+            help=f"write `height {shown(high)}..{shown(low)}`",
+            fix=Fix(height.span, f"height {shown(high)}..{shown(low)}"),
+        )
+    elif low == high:
+        no_area(context, "the height", height.span)
+    return ir.Prism(low, high)
+
+
+# --------------------------------------------------------------------- limits
+
+
+def _within_limits(
+    context: Context, item: ast.Region | ast.Obstacle, parts: dict[str, tuple[float, int]], shape: ir.Shape
+) -> ir.Shape:
+    """The shape, or NOWHERE where it is made of too many parts or of parts too deep in one another."""
+    count, depth = _size(item.shape, parts)
+    too_large = count > context.limits.shape_parts or (depth > context.limits.nesting and not math.isnan(count))
+    parts[item.name.text] = (math.nan, 1) if too_large else (count, depth)
+    if too_large:
+        too_many_parts(context, f"`{item.name.text}` is made of {shown(count)} shapes, {depth} deep", item.shape.span)
+    return NOWHERE if too_large else shape
+
+
+def _size(shape: ast.Shape, parts: dict[str, tuple[float, int]]) -> tuple[float, int]:
+    """How many simple shapes it is made of, and how deep; ``parts`` knows those made before (NaN: reported)."""
+    match shape:
+        case ast.Name(text=text):
+            return parts.get(text, (1, 1))
+        case ast.Combined():
+            left, right = _size(shape.left, parts), _size(shape.right, parts)
+            return left[0] + right[0], 1 + max(left[1], right[1])
+        case _:
+            return 1, 1
+
+
+# ------------------------------------------------------------------ messages
+
+
+def too_many_parts(context: Context, what: str, span: Span) -> None:
+    limits = context.limits
+    context.report(
+        code.TOO_LARGE_TO_EXPAND,
+        f"{what}; the limits are {limits.shape_parts} and {limits.nesting} deep",
+        span,
+        help="make it simpler, or raise the limit with `--limit shape_parts=VALUE`",
+    )
+
+
+def _stays(context: Context, name: ast.Name, declared: Declared, obstacle: ast.Obstacle) -> None:
+    """Reports an obstacle whose shape changes with time."""
+    if obstacle.motion is None and obstacle.growth is None:
+        return
+    context.report(
+        code.WRONG_KIND,
+        f"`{name.text}` {'grows' if obstacle.motion is None else 'moves'}; a shape that stays is needed here",
+        name.span,
+        labels=(Label(declared.span, "declared here"),),
+        help="declare its shape as a region, and use that in both places",
+    )
+
+
+def _height_not_here(context: Context, height: ast.Height, why: str) -> None:
+    context.report(code.WRONG_DIMENSION, f"no height can be given here: {why}", height.span, help="leave `height` out")

@@ -1,0 +1,503 @@
+"""Expansion of families and ``for``: a declaration for each member, a conjunction for ``for``, numbers for indices.
+
+    in   Program
+    out  Program without FamilyName, Indexed and ForEach; nothing if the text is ambiguous
+    says MC101 MC102 MC104 MC105 MC107 to MC110 MC207 MC303, and errors of a quantity
+
+A family is a declaration that is repeated for each value of its indices; its members have names. The words of a
+member are those of its family: their spans record the indices (``Span.turns``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import field, replace
+from functools import cache
+from typing import cast
+
+from missionc.base.diagnostics import code
+from missionc.base.diagnostics.model import Diagnostic, Fix, Label, has_errors
+from missionc.base.late_dataclass import dataclass
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span, Turn
+from missionc.frontend.resolve.context import (
+    AGENTS,
+    STATE_WORDS,
+    Context,
+    Declared,
+    Kind,
+    Named,
+    Names,
+    collect,
+    kind_of,
+    state_word,
+)
+from missionc.frontend.resolve.resolve_quantities import excerpt, resolve_parameters, shown, whole
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.references import NOT_REFERENCES, nodes
+
+LEAST_INDEX = -(10**9)
+"""No index is less: a number may not be either, whatever the limit of its magnitude."""
+
+
+@dataclass(frozen=True, slots=True)
+class Env:
+    """The values of the indices around a part of the text; none outside of families and ``for``."""
+
+    turns: tuple[Turn, ...] = ()
+
+    def value(self, name: str) -> int | None:
+        """The value of an index of that name, or None where no index has it."""
+        return next((turn.value for turn in self.turns if turn.name == name), None)
+
+    def span(self, span: Span) -> Span:
+        """A place of the text as it is read with these indices."""
+        return Span(span.source, span.start, span.end, self.turns) if self.turns else span
+
+
+NOWHERE = Env()
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """``members`` are names by the values of the indices, one at least."""
+
+    name: ast.FamilyName
+    kind: Kind
+    members: Mapping[tuple[int, ...], str]
+
+    @property
+    def first(self) -> str:
+        """What stands in for a member that is not there."""
+        return next(iter(self.members.values()))
+
+
+def member_name(family: str, indices: tuple[int, ...]) -> str:
+    """``rack[3, 7]``"""
+    return f"{family}[{', '.join(map(str, indices))}]"
+
+
+@dataclass(slots=True)
+class Families:
+    """Those of a mission by name, beside all that is ``declared``; ``groups`` are sets of agents that it names."""
+
+    context: Context
+    declared: dict[str, Named]
+    families: dict[str, Family] = field(default_factory=dict)
+    groups: dict[str, ast.Group] = field(default_factory=dict)
+
+    def add(self, name: ast.FamilyName, declaration: Named, members: Mapping[tuple[int, ...], str]) -> None:
+        self.families[name.text] = Family(name, kind_of(declaration), members)
+
+    def member(self, name: ast.Name, indices: tuple[ast.Quantity, ...], whole_span: Span) -> ast.Name:
+        """The name of the member with these indices, which name no index any more; the first where it is reported."""
+        family = self.families.get(name.text)
+        if family is None:
+            return self._of_no_family(name, indices, whole_span)
+        values = [whole(self.context, each, f"the index of `{name.text}`", least=LEAST_INDEX) for each in indices]
+        if any(map(math.isnan, values)):
+            return ast.Name(whole_span, family.first)
+        asked = tuple(int(value) for value in values)
+        if asked in family.members:
+            return ast.Name(whole_span, family.members[asked])
+        self._not_there(family, asked, whole_span)
+        return ast.Name(whole_span, family.first)
+
+    def all(self, name: ast.Name) -> ast.Name:
+        """The agents of a whole family, as a group that has its name; reported where it is not one of agents."""
+        family = self.families[name.text]
+        if family.kind not in AGENTS:
+            self._which_one(family, name.span)
+            return ast.Name(name.span, family.first)
+        return self._group(name.text, name.span, tuple(family.members.values()))
+
+    def some(self, name: ast.Name, low: ast.Quantity, high: ast.Quantity, span: Span) -> ast.Name:
+        """The agents of the members from one index to another, as a group."""
+        family = self.families[name.text]
+        if family.kind not in AGENTS or len(family.name.indices) > 1:
+            self._which_one(family, span)
+            return ast.Name(span, family.first)
+        ends = [whole(self.context, each, "the index", least=LEAST_INDEX) for each in (low, high)]
+        if any(map(math.isnan, ends)):
+            return ast.Name(span, family.first)
+        first, last = map(int, ends)
+        if first > last:
+            words = f"{name.text}[{last}..{first}]"
+            reversed_range(self.context, first, last, span, f"write `{words}`", Fix(span, words))
+            return ast.Name(span, family.first)
+        for end in (first, last):
+            if (end,) not in family.members:
+                self._not_there(family, (end,), span)
+                return ast.Name(span, family.first)
+        members = tuple(family.members[index,] for index in range(first, last + 1))
+        return self._group(f"{name.text}[{first}..{last}]", span, members)
+
+    def _group(self, text: str, span: Span, members: tuple[str, ...]) -> ast.Name:
+        if text not in self.groups:
+            named = tuple(ast.Name(span, member) for member in members)
+            self.groups[text] = ast.Group(span, ast.Name(span, text), named)
+        return ast.Name(span, text)
+
+    # -------------------------------------------------------------- messages
+
+    def _of_no_family(self, name: ast.Name, indices: tuple[ast.Quantity, ...], span: Span) -> ast.Name:
+        """``drone[0, 1]``, ``base[3]``; a name that nothing declares is for whoever looks for it."""
+        declared = self.declared.get(name.text)
+        if declared is None:
+            return ast.Name(name.span, name.text)
+        kind = kind_of(declared)
+        if kind is Kind.TEAM and len(indices) == 2:
+            between = Span(span.source, indices[0].span.end, indices[1].span.start, span.turns)
+            self.context.report(
+                code.NO_SUCH_MEMBER,
+                "members of a team are counted `0..2`, with two points",
+                between,
+                labels=(Label(declared.name.span, "declared here"),),
+                help="write `..`",
+                fix=Fix(between, ".."),
+            )
+        else:
+            no_family(self.context, declared.name, kind, span)
+        return ast.Name(span, name.text)
+
+    def _which_one(self, family: Family, span: Span) -> None:
+        text, kind = family.name.text, family.kind.value.split(maxsplit=1)[1]
+        indices = [index.name.text for index in family.name.indices]
+        self.context.report(
+            code.FAMILY_AS_ONE,
+            f"`{excerpt(span)}` is a family of {kind}s; one of them is needed here",
+            span,
+            labels=(Label(self.families[text].name.span, "declared here"),),
+            help=f"name one, as in `{family.first}`; of each of them, `for {', '.join(indices)} in …: …"
+            f" {text}[{', '.join(indices)}]`",
+        )
+
+    def _not_there(self, family: Family, asked: tuple[int, ...], span: Span) -> None:
+        text, members = family.name.text, list(family.members.values())
+        wanted = len(family.name.indices)
+        message = f"`{member_name(text, asked)}` is not there: `{text}` has {shown(len(members))} members"
+        if len(asked) != wanted:
+            each = ", ".join(f"`{index.name.text}`" for index in family.name.indices)
+            number = f"{wanted} {'index' if wanted == 1 else 'indices'}, {each}"
+            message = f"`{text}` has {number}; here {'is' if len(asked) == 1 else 'are'} {len(asked)}"
+        self.context.report(
+            code.NO_SUCH_INDEX,
+            message,
+            span,
+            labels=(Label(family.name.whole_span, "declared here"),),
+            help=f"the members are `{members[0]}` … `{members[-1]}`",
+        )
+
+
+def no_family(context: Context, declared: ast.Name, kind: Kind, span: Span) -> None:
+    """Reports a member of something that is not a family."""
+    context.report(
+        code.NO_SUCH_INDEX,
+        f"`{declared.text}` is {kind.value} and no family: it has no member `{excerpt(span)}`",
+        span,
+        labels=(Label(declared.span, "declared here"),),
+        help=f"write `{declared.text}`, or declare a family as in `{declared.text}[i in 0..9]`",
+    )
+
+
+def reversed_range(context: Context, low: int, high: int, span: Span, way_out: str, fix: Fix | None = None) -> None:
+    """Reports a range of indices that ends before it begins."""
+    context.report(code.BOUNDS_REVERSED, f"bounds run backwards: {high} comes after {low}", span, help=way_out, fix=fix)
+
+
+def mentions_family(nodes: Iterator[object], families: frozenset[str]) -> bool:
+    """Whether there is anything to spell out among these nodes, in a mission with these families."""
+    for node in nodes:
+        match node:
+            case ast.Indexed() | ast.ForEach() | ast.FamilyName():
+                return True
+            case ast.Name(text=text) | ast.Member(team=ast.Name(text=text)) if text in families:
+                return True
+            case _:
+                pass
+    return False
+
+
+class UnclearError(Exception):
+    """What is meant cannot be told, and that has been reported: nothing is looked at any further."""
+
+
+def spell_out(
+    program: ast.Program, names: Names, overrides: dict[str, str], limits: Limits, findings: list[Diagnostic]
+) -> ast.Program | None:
+    """The mission without families.
+
+    Args:
+        names: what is declared, each family by its name.
+        overrides: values of parameters from the command line.
+        findings: what is wrong is added to them.
+    """
+    declared = {text: each.declaration for text, each in names.declared.items()}
+    families = frozenset(text for text, each in declared.items() if isinstance(each.name, ast.FamilyName))
+    spelt = [item for item in program.declarations if mentions_family(nodes(item), families) or _is_family(item)]
+    if not spelt:
+        return program
+    taken = _first_of_each_name(program, names)
+    try:
+        return replace(program, declarations=tuple(_spelt_out(taken, declared, families, overrides, limits, findings)))
+    except UnclearError:
+        return None
+
+
+def _first_of_each_name(program: ast.Program, names: Names) -> list[ast.Declaration]:
+    """The declarations but for those of families whose name is taken, and of others that take the name of one."""
+    kept = []
+    for item in program.declarations:
+        first = names.declared.get(item.name.text) if isinstance(item, Named) else None
+        again = first is not None and first.declaration is not item
+        if not again or not (_is_family(item) or _is_family(cast(Declared, first).declaration)):
+            kept.append(item)
+    return kept
+
+
+def _is_family(item: ast.Declaration) -> bool:
+    return isinstance(_name(item), ast.FamilyName)
+
+
+def _name(item: ast.Declaration) -> ast.Name | None:
+    """The name or the label of a declaration."""
+    return item.label if isinstance(item, ast.Require | ast.Prefer) else getattr(item, "name", None)
+
+
+def _spelt_out(
+    items: list[ast.Declaration],
+    declared: dict[str, Named],
+    families: frozenset[str],
+    overrides: dict[str, str],
+    limits: Limits,
+    findings: list[Diagnostic],
+) -> Iterator[ast.Declaration]:
+    params = [item for item in items if isinstance(item, ast.Param)]
+    plain = [item for item in params if not mentions_family(nodes(item), families) and not _is_family(item)]
+    spelling = _Spelling(Families(_known(plain, overrides, limits, findings), declared), families)
+    for param in params:
+        if _is_family(param):
+            spelling.members(param)
+    of_params = [spelt for param in params for spelt in spelling.of_declaration(param)]
+    of_all = cast("list[ast.Param]", of_params)
+    spelling.known.context = _known(of_all, overrides, limits, findings)
+    others = [item for item in items if not isinstance(item, ast.Param)]
+    for item in others:
+        if _is_family(item) and isinstance(item, Named):
+            spelling.members(item)
+    spelt = {id(item): spelling.of_declaration(item) for item in others}
+    yield from of_params
+    for item in others:
+        yield from spelt[id(item)]
+    yield from spelling.known.groups.values()
+
+
+def _known(params: list[ast.Param], overrides: dict[str, str], limits: Limits, findings: list[Diagnostic]) -> Context:
+    """Where quantities of these parameters can be evaluated; what is wrong with the parameters is said elsewhere."""
+    context = Context(collect(ast.Program(tuple(params), params[0].span), []) if params else Names(), limits, [])
+    resolve_parameters(context, overrides)
+    context.findings = findings
+    return context
+
+
+@cache
+def _fields(kind: str) -> tuple[tuple[str, bool], ...]:
+    """The fields of a kind of node, each with whether a quantity may stand there."""
+    written = getattr(ast, kind)
+    return tuple((name, "Quantity" in str(written.__annotations__[name])) for name in written.__match_args__)
+
+
+@dataclass(slots=True)
+class _Spelling:
+    """``parts`` counts what has been spelt out so far."""
+
+    known: Families
+    families: frozenset[str]
+    parts: int = 0
+    ranges: dict[str, list[Env]] = field(default_factory=dict)
+
+    # ---------------------------------------------------------- declarations
+
+    def members(self, item: Named) -> list[Env]:
+        """The values of the indices of a family; its members are known from now on."""
+        name = item.name
+        assert isinstance(name, ast.FamilyName)
+        if name.text not in self.ranges:
+            if name.text in STATE_WORDS:
+                raise self._unclear(state_word(name))
+            self.ranges[name.text] = envs = self._turns(name.indices, NOWHERE)
+            members = {_values(env): member_name(name.text, _values(env)) for env in envs}
+            self.known.add(name, item, members)
+        return self.ranges[name.text]
+
+    def of_declaration(self, item: ast.Declaration) -> list[ast.Declaration]:
+        """The declaration, or one for each member of a family."""
+        name = _name(item)
+        if isinstance(name, ast.FamilyName):
+            envs = self.members(item) if isinstance(item, Named) else self._turns(name.indices, NOWHERE)
+            return [self._member(item, name, env) for env in envs]
+        if not mentions_family(nodes(item), self.families):
+            return [item]
+        return [cast(ast.Declaration, self._copy(item, NOWHERE))]
+
+    def _member(self, item: ast.Declaration, family: ast.FamilyName, env: Env) -> ast.Declaration:
+        name = ast.Name(env.span(family.span), member_name(family.text, _values(env)))
+        if isinstance(item, ast.Require | ast.Prefer):
+            return cast(ast.Declaration, self._copy(replace(item, label=name), env))
+        assert isinstance(item, Named)
+        return cast(ast.Declaration, self._copy(replace(item, name=name), env))
+
+    # --------------------------------------------------------------- indices
+
+    def _turns(self, indices: tuple[ast.Index, ...], around: Env) -> list[Env]:
+        """Every choice of values for these indices, the last one changing first."""
+        envs = [around]
+        for index in indices:
+            self._own_name(index.name, around)
+            envs = [Env((*env.turns, turn)) for env in envs for turn in self._values_of(index, env)]
+            around = Env((*around.turns, Turn(index.name.text, 0, 0, 0)))
+        return envs
+
+    def _values_of(self, index: ast.Index, env: Env) -> list[Turn]:
+        """The values of one index; reported where there is none."""
+        context, name = self.known.context, index.name.text
+        ends = [
+            whole(
+                context, cast(ast.Quantity, self._copy(end, env, numeric=True)), f"{which} `{name}`", least=LEAST_INDEX
+            )
+            for end, which in ((index.low, "the first"), (index.high, "the last"))
+        ]
+        if any(map(math.isnan, ends)):
+            raise self._no_value(index, env)
+        low, high = map(int, ends)
+        if low > high:
+            span = env.span(index.low.span.to(index.high.span))
+            reversed_range(context, low, high, span, "write a range from the least to the greatest")
+            raise UnclearError
+        self._count(high - low + 1, env.span(index.span))
+        return [Turn(name, value, low, high) for value in range(low, high + 1)]
+
+    def _no_value(self, index: ast.Index, env: Env) -> UnclearError:
+        """A finding where none has been reported: the range rests on a parameter that has none."""
+        if has_errors(self.known.context.findings):
+            return UnclearError()
+        span = env.span(index.low.span.to(index.high.span))
+        return self._unclear(
+            Diagnostic(
+                code.INDEX_MISPLACED,
+                f"the range of `{index.name.text}` rests on a parameter that has no value here",
+                Label(span),
+                help="write numbers, or parameters that are no members of a family",
+            )
+        )
+
+    def _own_name(self, name: ast.Name, around: Env) -> None:
+        """An index has a name that means nothing else there."""
+        text = name.text
+        declared = self.known.declared.get(text)
+        if text in STATE_WORDS:
+            raise self._unclear(state_word(name))
+        if around.value(text) is not None:
+            message = f"`{text}` is an index already"
+            raise self._unclear(Diagnostic(code.NAME_TWICE, message, Label(name.span), help="choose another name"))
+        if declared is not None:
+            raise self._unclear(
+                Diagnostic(
+                    code.NAME_TWICE,
+                    f"`{text}` is declared, so it cannot be an index",
+                    Label(name.span),
+                    (Label(declared.name.span, "declared here"),),
+                    help="choose another name",
+                )
+            )
+
+    # ------------------------------------------------------------------ trees
+
+    def _copy(self, node: object, env: Env, *, numeric: bool = False) -> object:
+        """A part of the tree with these indices; ``numeric`` where a quantity may stand."""
+        if isinstance(node, Span):
+            return env.span(node)
+        kind = type(node)
+        if isinstance(node, Source) or not hasattr(kind, "__match_args__"):
+            return node
+        self._count(1, cast(ast.Name, node).span)
+        match node:
+            case ast.Indexed(indices=indices, whole_span=span):
+                at = [cast(ast.Quantity, self._copy(each, env, numeric=True)) for each in indices]
+                return self.known.member(ast.Name(env.span(node.span), node.text), tuple(at), env.span(span))
+            case ast.Name():
+                return self._name(node, env, numeric)
+            case ast.Member():
+                return self._agents(node, env)
+            case ast.ForEach():
+                return self._for(node, env)
+            case _:
+                pass
+        values: list[object] = []
+        for name, takes_numbers in _fields(kind.__name__):  # inline: a function would take a stack frame for each level
+            value = getattr(node, name)
+            if name in NOT_REFERENCES and isinstance(value, ast.Name):
+                values.append(ast.Name(env.span(value.span), value.text))
+            elif isinstance(value, tuple):
+                parts = []
+                for part in value:
+                    parts.append(self._copy(part, env, numeric=takes_numbers))  # noqa: PERF401
+                values.append(tuple(parts))
+            else:
+                values.append(self._copy(value, env, numeric=takes_numbers))
+        return kind(*values)
+
+    def _name(self, name: ast.Name, env: Env, numeric: bool) -> ast.Name | ast.Number:
+        value, span = env.value(name.text), env.span(name.span)
+        if value is not None and numeric:
+            return ast.Number(span, float(value))
+        if value is not None:
+            message = f"`{name.text}` is an index, which is a number; something else is needed here"
+            advice = f"name a member with it, as in `w[{name.text}]`, or compute with it"
+            raise self._unclear(Diagnostic(code.INDEX_MISPLACED, message, Label(name.span), help=advice))
+        if name.text in self.families:
+            return self.known.all(ast.Name(span, name.text))
+        return ast.Name(span, name.text)
+
+    def _agents(self, member: ast.Member, env: Env) -> ast.Name | ast.Member:
+        """``drone[2]``, ``t[i]``, ``t[0..2]`` of a family, ``t[i][2]``."""
+        span, team = env.span(member.span), member.team
+        low = cast(ast.Quantity, self._copy(member.low, env, numeric=True))
+        high = cast("ast.Quantity | None", self._copy(member.high, env, numeric=True))
+        if isinstance(team, ast.Indexed):
+            return ast.Member(span, cast(ast.Name, self._copy(team, env)), low, high)
+        here = ast.Name(env.span(team.span), team.text)
+        if team.text not in self.families:
+            return ast.Member(span, here, low, high)
+        return self.known.member(here, (low,), span) if high is None else self.known.some(here, low, high, span)
+
+    def _for(self, node: ast.ForEach, env: Env) -> ast.Formula:
+        parts = []
+        for inner in self._turns(node.indices, env):
+            parts.append(cast(ast.Formula, self._copy(node.body, inner)))  # noqa: PERF401
+        if len(parts) == 1:
+            return parts[0]
+        operator = "and" if node.kind == "every" else "or"
+        return ast.Apply(env.span(node.span), operator, env.span(node.word_span), tuple(parts))
+
+    def _count(self, parts: int, span: Span) -> None:
+        limit = self.known.context.limits.family_parts
+        self.parts += parts
+        if self.parts > limit:
+            raise self._unclear(
+                Diagnostic(
+                    code.TOO_LARGE_TO_EXPAND,
+                    f"families and `for` are spelt out to more than {shown(limit)} parts up to here",
+                    Label(span),
+                    help="take smaller ranges, or raise the limit with `--limit family_parts=VALUE`",
+                )
+            )
+
+    def _unclear(self, finding: Diagnostic) -> UnclearError:
+        self.known.context.findings.append(finding)
+        return UnclearError()
+
+
+def _values(env: Env) -> tuple[int, ...]:
+    return tuple(turn.value for turn in env.turns)

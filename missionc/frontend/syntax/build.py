@@ -1,0 +1,379 @@
+"""Tree construction from grammar rules: one function for each rule, by its name in ``grammars/mission.lark``.
+
+A function gets the span of its text and the parts the grammar keeps: nodes,
+``ast.Name`` for a name, tokens for other words and signs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from missionc.base.diagnostics.code import SYNTAX
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.late_dataclass import dataclass
+from missionc.base.source import Span
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.build_formula import FORMULAS, QUANTITIES, MisreadError, as_formula
+from missionc.frontend.syntax.tokens import Token, quoted
+
+FORMATIONS = ("line", "chain", "circle", "grid", "star", "offsets", "distances")
+
+
+@dataclass(frozen=True, slots=True)
+class _Total:
+    """``total tolerance 0.5 m``, until the formation around it is read."""
+
+    setting: ast.Setting
+
+
+@dataclass(frozen=True, slots=True)
+class _OfPairs:
+    """``{ tower to drone 8 m }``, until the graph around it is read."""
+
+    span: Span
+    pairs: tuple[ast.OfPair, ...]
+
+
+def same(span: Span, node: object) -> object:
+    """A node in brackets, or one that the rule only lets stand here."""
+    return node
+
+
+# -------------------------------------------------------------------- shapes
+
+
+def combined(span: Span, left: ast.Shape, sign: Token, right: ast.Shape) -> ast.Combined:
+    return ast.Combined(span, sign.text, left, right)
+
+
+def polygon(span: Span, *parts: ast.Point | ast.Height | None) -> ast.Polygon:
+    corners = tuple(part for part in parts if isinstance(part, ast.Point))
+    height = parts[-1]
+    return ast.Polygon(span, corners, height if isinstance(height, ast.Height) else None)
+
+
+def moving(span: Span, velocity: ast.Point, unit: Token | None) -> ast.Moving:
+    if unit is None:
+        return ast.Moving(span, velocity)
+    return ast.Moving(span, velocity, unit.text, unit.span)
+
+
+def along(span: Span, *waypoints: ast.Waypoint) -> ast.Along:
+    return ast.Along(span, waypoints)
+
+
+def waypoint(span: Span, time: ast.Quantity, *offset: ast.Quantity) -> ast.Waypoint:
+    return ast.Waypoint(span, time, offset)
+
+
+# -------------------------------------------------------------------- agents
+
+
+def team(span: Span, name: ast.Name, size: ast.Quantity, *items: ast.TeamItem) -> ast.Team:
+    return ast.Team(span, name, size, items)
+
+
+def agent(span: Span, name: ast.Name, *items: ast.TeamItem) -> ast.Team:
+    return ast.Team(span, name, None, items)
+
+
+def dynamics(span: Span, name: ast.Name, *settings: ast.Setting | None) -> ast.Dynamics:
+    return ast.Dynamics(span, name, tuple(setting for setting in settings if setting is not None))
+
+
+def vehicle(span: Span, name: ast.Name, *settings: ast.Setting | None) -> ast.Vehicle:
+    return ast.Vehicle(span, name, tuple(setting for setting in settings if setting is not None))
+
+
+def flight(span: Span, *items: ast.Pads | ast.Setting | None) -> ast.Flight:
+    return ast.Flight(span, tuple(item for item in items if item is not None))
+
+
+def yaw(span: Span, angle: ast.Quantity | None = None) -> ast.Yaw:
+    """``along path`` is words alone, which the grammar leaves out."""
+    return ast.Yaw(span, angle)
+
+
+def setting(span: Span, name: ast.Name, *value: Token | ast.Quantity) -> ast.Setting:
+    match value:
+        case (Token() as relation, high):
+            assert not isinstance(high, Token)
+            return ast.Setting(span, name, relation.text, high)
+        case (high,):
+            assert not isinstance(high, Token)
+            return ast.Setting(span, name, "", high)
+        case _:
+            raise AssertionError(value)
+
+
+def setting_range(span: Span, name: ast.Name, low: ast.Quantity, sign: Token, high: ast.Quantity) -> ast.Setting:
+    """``speed 1..2 m/s``: the unit stays with the high end; ``resolve`` lends it to the low one."""
+    return ast.Setting(span, name, sign.text, high, low)
+
+
+def at_points(span: Span, *points: ast.Point) -> ast.AtPoints:
+    return ast.AtPoints(span, points)
+
+
+def between(span: Span, kind: ast.Name, first: ast.Point, last: ast.Point) -> ast.OnLine | ast.OnGrid:
+    match kind.text:
+        case "line":
+            return ast.OnLine(span, first, last)
+        case "grid":
+            return ast.OnGrid(span, first, last)
+        case text:
+            message = f"agents stand on a `line` or a `grid` between two points, not on {quoted(text)}"
+            raise MisreadError(
+                Diagnostic(SYNTAX, message, Label(kind.span), help="write `line P to P` or `grid P to P`")
+            )
+
+
+def file(span: Span, path: Token) -> ast.File:
+    return ast.File(path.span, path.text[1:-1])
+
+
+def from_file(
+    span: Span, kind: Token, file: ast.File, *options: ast.Setting | ast.FileOption | ast.Height
+) -> ast.FromFile:
+    settings = tuple(each for each in options if isinstance(each, ast.Setting))
+    heights = tuple(each for each in options if isinstance(each, ast.Height))
+    others = tuple(each for each in options if isinstance(each, ast.FileOption))
+    return ast.FromFile(span, kind.text, file, settings, others, heights)
+
+
+def words_of(word: str) -> Callable[..., ast.FileOption]:
+    """The function of an option of a file that has texts or names after its word."""
+    return lambda span, *words: ast.FileOption(span, word, tuple(each.text.strip('"') for each in words))
+
+
+def group(span: Span, name: ast.Name, *members: ast.Name | ast.Member) -> ast.Group:
+    return ast.Group(span, name, members)
+
+
+# --------------------------------------------------------- graphs, formations
+
+
+def graph(
+    span: Span,
+    name: ast.Name,
+    kind: Token,
+    radius: ast.Quantity | None,
+    over: ast.Name | ast.Member | None,
+    ranges: _OfPairs | None,
+    *weights: ast.Weight,
+) -> ast.Graph:
+    if ranges is not None and kind.text == "beacons":
+        message = "two agents share a beacon, so that the range of `beacons` is one for all pairs"
+        help = "give ranges of pairs to `proximity` or `sight`, or leave them out"
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(ranges.span), help=help))
+    return ast.Graph(span, name, kind.text, radius, over, () if ranges is None else ranges.pairs, weights)
+
+
+def graph_of_pairs(
+    span: Span, name: ast.Name, kind: Token, over: ast.Name | ast.Member | None, ranges: _OfPairs, *weights: ast.Weight
+) -> ast.Graph:
+    return graph(span, name, kind, None, over, ranges, *weights)
+
+
+def of_pairs(span: Span, *pairs: ast.OfPair) -> _OfPairs:
+    return _OfPairs(span, pairs)
+
+
+def weight(span: Span, name: ast.Name, value: ast.Quantity, pairs: _OfPairs | None) -> ast.Weight:
+    return ast.Weight(span, name, value, () if pairs is None else pairs.pairs)
+
+
+def link(span: Span, ends: ast.Quantity, length: ast.Quantity) -> ast.Link:
+    match ends:
+        case ast.Arithmetic(_, "-", first, second):
+            return ast.Link(span, first, second, length)
+        case _:
+            message = "a link is between two agents, by their numbers"
+            raise MisreadError(Diagnostic(SYNTAX, message, Label(ends.span), help="write `0-1: 0.8 m`"))
+
+
+def total(span: Span, name: ast.Name, value: ast.Quantity) -> _Total:
+    if name.text != "tolerance":
+        message = f"`tolerance` was expected after `total`, not {quoted(name.text)}"
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(name.span), help="write `total tolerance 0.5 m`"))
+    return _Total(ast.Setting(span, name, "", value))
+
+
+def formation(
+    span: Span,
+    name: ast.Name,
+    kind: ast.Name,
+    agents: ast.Name | ast.Member,
+    places: tuple[ast.Point, ...] | tuple[ast.Link, ...] | ast.File | None,
+    *settings: ast.Setting | _Total,
+) -> ast.Formation:
+    if kind.text not in FORMATIONS:
+        message = f"no formation is called {quoted(kind.text)}"
+        kinds = ", ".join(f"`{known}`" for known in FORMATIONS)
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(kind.span), help=f"write one of {kinds}"))
+    listed = (places,) if isinstance(places, ast.File) else places or ()
+    points = tuple(place for place in listed if isinstance(place, ast.Point | ast.File))
+    links = tuple(place for place in listed if isinstance(place, ast.Link))
+    if bool(points) != (kind.text == "offsets") or bool(links) != (kind.text == "distances"):
+        takes = {"offsets": "points, such as `(0, 0), (-1, 1)`", "distances": "links, such as `(0-1: 0.8 m)`"}
+        message = f"`{kind.text}` takes {takes.get(kind.text, 'neither points nor links')}"
+        where = listed[0].span.to(listed[-1].span) if listed else agents.span
+        advice = f"write them after {quoted(agents.span.text)}" if kind.text in takes else "delete them"
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(where), help=advice))
+    return ast.Formation(
+        span,
+        name,
+        kind,
+        agents,
+        tuple(setting.setting if isinstance(setting, _Total) else setting for setting in settings),
+        places if isinstance(places, ast.File) else tuple(each for each in points if isinstance(each, ast.Point)),
+        links,
+        any(isinstance(setting, _Total) for setting in settings),
+    )
+
+
+# -------------------------------------------------------- resources and flags
+
+
+def resource(span: Span, name: ast.Name, agents: ast.Name | ast.Member, *rates: ast.Rate) -> ast.Resource:
+    return ast.Resource(span, name, agents, rates)
+
+
+def rate(span: Span, name: ast.Name, value: ast.Quantity, unit: Token | None, within: ast.Name | None) -> ast.Rate:
+    return ast.Rate(span, name, value, None if unit is None else ast.Name(unit.span, unit.text), within)
+
+
+def flag(span: Span, name: ast.Name, agents: ast.Name | ast.Member, *marks: ast.Mark) -> ast.Flag:
+    return ast.Flag(span, name, agents, marks)
+
+
+# -------------------------------------------------------------- declarations
+
+
+def goal(span: Span, name: ast.Name | Token) -> ast.Name:
+    return ast.Name(span, name.text)
+
+
+def include(span: Span, path: Token) -> ast.Include:
+    return ast.Include(span, path.text.strip('"'))
+
+
+def let(span: Span, name: ast.Name, body: ast.Formula) -> ast.Let:
+    return ast.Let(span, name, as_formula(body))
+
+
+def require(span: Span, label: ast.Name | None, body: ast.Formula) -> ast.Require:
+    return ast.Require(span, label, as_formula(body))
+
+
+def prefer(span: Span, label: ast.Name | None, body: ast.Formula, weight: ast.Quantity | None) -> ast.Prefer:
+    return ast.Prefer(span, label, as_formula(body), weight)
+
+
+def file_setting(span: Span, name: ast.Name, sign: Token, path: Token) -> ast.FileSetting:
+    return ast.FileSetting(span, name, path.text[1:-1])
+
+
+def solve(span: Span, backend: ast.Name, *options: ast.Setting | ast.FileSetting | None) -> ast.Solve:
+    settings = tuple(option for option in options if isinstance(option, ast.Setting))
+    return ast.Solve(span, backend, settings, tuple(each for each in options if isinstance(each, ast.FileSetting)))
+
+
+FUNCTIONS: dict[str, Callable[..., object]] = (
+    FORMULAS
+    | QUANTITIES
+    | {
+        "agent": agent,
+        "along": along,
+        "along_file": ast.AlongFile,
+        "at_listed": ast.AtListed,
+        "at_points": at_points,
+        "ball": ast.Ball,
+        "beacon": ast.Beacon,
+        "between": between,
+        "box": ast.Box,
+        "clearance": ast.Clearance,
+        "combined": combined,
+        "cylinder": ast.Cylinder,
+        "disc": ast.Disc,
+        "dynamics": dynamics,
+        "finish": ast.Finish,
+        "flight": flight,
+        "file": file,
+        "file_setting": file_setting,
+        "flag": flag,
+        "formation": formation,
+        "from_file": from_file,
+        "goal": goal,
+        "graph": graph,
+        "graph_kind": same,
+        "graph_of_pairs": graph_of_pairs,
+        "group": group,
+        "height": ast.Height,
+        "in_region": ast.InRegion,
+        "include": include,
+        "index": ast.Index,
+        "layers": words_of("layer"),
+        "let": let,
+        "link": link,
+        "links": lambda span, *links: links,
+        "listed_offsets": same,
+        "mark": ast.Mark,
+        "minimize": ast.Minimize,
+        "mission": ast.MissionName,
+        "moving": moving,
+        "name": same,
+        "named": words_of("named"),
+        "obstacle": ast.Obstacle,
+        "of_pair": ast.OfPair,
+        "of_pairs": of_pairs,
+        "offsets": lambda span, *points: points,
+        "origin": lambda span, point: ast.FileOption(span, "origin", point),
+        "pads": ast.Pads,
+        "param": ast.Param,
+        "parentheses": same,
+        "placed": lambda span, point: ast.FileOption(span, "at", point),
+        "polygon": polygon,
+        "prefer": prefer,
+        "rate": rate,
+        "region": ast.Region,
+        "require": require,
+        "resource": resource,
+        "separation": ast.Separation,
+        "setting": setting,
+        "setting_range": setting_range,
+        "solve": solve,
+        "start": ast.Start,
+        "team": team,
+        "time": ast.Time,
+        "tolerate": ast.Tolerate,
+        "total": total,
+        "unknown": words_of("unknown"),
+        "vehicle": vehicle,
+        "waypoint": waypoint,
+        "weight": weight,
+        "world": ast.World,
+        "yaw": yaw,
+    }
+)
+
+NESTS: frozenset[str] = frozenset(
+    {
+        *(
+            "arithmetic",
+            "negative",
+            "extreme",
+            "extreme_of_terms",
+            "indexed",
+            "call",
+            "term",
+            "minus",
+            "combined",
+            "parentheses",
+            "comparison",
+        ),
+        *("infix", "bounded_infix", "prefix", "bounded_prefix", "chain", "count"),
+        *("quantified", "recurrent", "at_least", "without", "one_agent", "for_every", "for_some"),
+    }
+)
+"""The rules that put a node into another of its kind, or brackets around one."""

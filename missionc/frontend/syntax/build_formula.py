@@ -1,0 +1,285 @@
+"""Tree construction from the grammar rules of formulas, quantities, points, and names with indices.
+
+Words alone do not tell a number from a formula: ``(x`` may continue as ``(x and y)`` or as ``(x + 1) <= 2``. The
+functions therefore look again. ``build`` has the other rules.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from missionc.base.diagnostics.code import SYNTAX, UNKNOWN_NAME
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.source import Span
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.tokens import Token, quoted
+
+
+def number(span: Span, value: Token, unit: Token | None) -> ast.Number:
+    if unit is None:
+        return ast.Number(span, float(value.text))
+    return ast.Number(span, float(value.text), unit.text, unit.span)
+
+
+def negative(span: Span, sign: Token, body: ast.Quantity) -> ast.Negative:
+    return ast.Negative(span, body)
+
+
+def arithmetic(span: Span, left: ast.Quantity, sign: Token, right: ast.Quantity) -> ast.Arithmetic:
+    return ast.Arithmetic(span, sign.text, left, right)
+
+
+def extreme(span: Span, word: Token, *parts: ast.Quantity) -> ast.Extreme:
+    return ast.Extreme(span, word.text, parts)
+
+
+def member(span: Span, team: ast.Name, low: ast.Quantity, high: ast.Quantity | None) -> ast.Member:
+    return ast.Member(span, team, low, high)
+
+
+def family(span: Span, name: ast.Name, *indices: ast.Index) -> ast.FamilyName:
+    return ast.FamilyName(name.span, name.text, indices, span)
+
+
+def indexed(span: Span, name: ast.Name, *indices: ast.Quantity) -> ast.Indexed:
+    return ast.Indexed(name.span, name.text, indices, span)
+
+
+def of_team_or_family(span: Span, name: ast.Indexed) -> ast.Member | ast.Indexed:
+    """``drone[2]`` and ``rack[2, 3]``; only the second is of a family for sure."""
+    if len(name.indices) > 1:
+        return name
+    return ast.Member(span, ast.Name(name.span, name.text), name.indices[0])
+
+
+def distance(span: Span, *ends: ast.Name | ast.Member) -> ast.Distance:
+    return ast.Distance(span, ends)
+
+
+def point(span: Span, *coordinates: ast.Quantity) -> ast.Point:
+    return ast.Point(span, coordinates)
+
+
+QUANTITIES: dict[str, Callable[..., object]] = {
+    "arithmetic": arithmetic,
+    "distance": distance,
+    "extreme": extreme,
+    "family": family,
+    "indexed": indexed,
+    "member": member,
+    "negative": negative,
+    "number": number,
+    "of_team_or_family": of_team_or_family,
+    "point": point,
+}
+"""The function for each of these rules."""
+
+
+class MisreadError(Exception):
+    """Each token may stand where it stands, but together they say nothing."""
+
+    def __init__(self, finding: Diagnostic) -> None:
+        super().__init__(finding.message)
+        self.finding = finding
+
+
+def infix(span: Span, left: ast.Formula, operator: Token, right: ast.Formula) -> ast.Apply:
+    return ast.Apply(span, operator.word, operator.span, (as_formula(left), as_formula(right)))
+
+
+def chain(span: Span, *parts: ast.Formula | Token) -> ast.Apply:
+    """``a and b and c``: one operator on many operands."""
+    operator = parts[1]
+    assert isinstance(operator, Token)
+    operands = tuple(as_formula(part) for part in parts if not isinstance(part, Token))
+    return ast.Apply(span, operator.word, operator.span, operands)
+
+
+def bounded_infix(
+    span: Span, left: ast.Formula, operator: Token, bounds: ast.Window | ast.Length, right: ast.Formula
+) -> ast.Apply:
+    return replace(infix(span, left, operator, right), bounds=bounds)
+
+
+def prefix(span: Span, operator: Token, body: ast.Formula) -> ast.Apply:
+    return ast.Apply(span, operator.word, operator.span, (as_formula(body),))
+
+
+def bounded_prefix(span: Span, operator: Token, bounds: ast.Window | ast.Length, body: ast.Formula) -> ast.Apply:
+    return ast.Apply(span, operator.word, operator.span, (as_formula(body),), bounds)
+
+
+def count(
+    span: Span, operator: Token, length: ast.Length, body: ast.Formula, relation: Token, value: ast.Quantity
+) -> ast.Apply:
+    return ast.Apply(span, operator.word, operator.span, (as_formula(body),), length, relation.text, value)
+
+
+def quantified(span: Span, kind: Token, agents: ast.Name | ast.Member, body: ast.Formula) -> ast.Quantified:
+    return ast.Quantified(span, kind.word, None, agents, as_formula(body))
+
+
+def period(span: Span, length: ast.Quantity) -> ast.Period:
+    return ast.Period(span, length)
+
+
+def recurrent(span: Span, kind: Token, every: ast.Period, body: ast.Formula) -> ast.Apply:
+    """``every 40 s: f``"""
+    return ast.Apply(span, kind.word, kind.span, (as_formula(body),), every)
+
+
+def at_least(span: Span, least: ast.Quantity, agents: ast.Name | ast.Member, body: ast.Formula) -> ast.Quantified:
+    return ast.Quantified(span, "at least", least, agents, as_formula(body))
+
+
+def without(span: Span, number: ast.Quantity, agents: ast.Name | ast.Member, body: ast.Formula) -> ast.Quantified:
+    return ast.Quantified(span, "without any", number, agents, as_formula(body))
+
+
+def one_agent(span: Span, name: ast.Name | ast.Member, body: ast.Formula) -> ast.OneAgent:
+    return ast.OneAgent(span, name, as_formula(body))
+
+
+def term(span: Span, left: ast.Formula, sign: Token, right: ast.Formula) -> ast.Arithmetic:
+    return ast.Arithmetic(span, sign.text, as_quantity(left), as_quantity(right))
+
+
+def minus(span: Span, sign: Token, body: ast.Formula) -> ast.Negative:
+    return ast.Negative(span, as_quantity(body))
+
+
+def comparison(span: Span, left: ast.Formula, relation: Token, right: ast.Formula) -> ast.Compare:
+    return ast.Compare(span, relation.text, as_quantity(left), as_quantity(right))
+
+
+def facing(span: Span, within: ast.Quantity, towards: ast.Quantity) -> ast.Facing:
+    return ast.Facing(span, within, towards)
+
+
+def for_every(span: Span, word: Token, *parts: ast.Index | ast.Formula) -> ast.ForEach:
+    return _for_each(span, "every", word, parts)
+
+
+def for_some(span: Span, word: Token, some: Token, *parts: ast.Index | ast.Formula) -> ast.ForEach:
+    return _for_each(span, "some", word, parts)
+
+
+def _for_each(span: Span, kind: str, word: Token, parts: tuple[ast.Index | ast.Formula, ...]) -> ast.ForEach:
+    indices = tuple(part for part in parts if isinstance(part, ast.Index))
+    body = parts[-1]
+    assert not isinstance(body, ast.Index)
+    return ast.ForEach(span, kind, word.span, indices, as_formula(body))
+
+
+def call(span: Span, name: ast.Name, *arguments: ast.Formula | ast.Quantity) -> ast.Call:
+    return ast.Call(span, name, tuple(map(_argument, arguments)))
+
+
+def extreme_of_terms(span: Span, word: Token, *parts: ast.Formula | ast.Quantity) -> ast.Extreme:
+    return ast.Extreme(span, word.text, tuple(map(as_quantity, parts)))
+
+
+def window(span: Span, low: ast.Quantity, high: ast.Quantity | None = None) -> ast.Window:
+    return ast.Window(span, low, high)
+
+
+def length_between(
+    span: Span, unit: Token | ast.Name, low: ast.Quantity | None, high: ast.Quantity | None, graph: ast.Name | None
+) -> ast.Length:
+    if isinstance(unit, ast.Name):
+        return ast.Length(span, ast.Metric.WEIGHT, low, high, graph, unit)
+    return ast.Length(span, ast.Metric(unit.word), low, high, graph)
+
+
+def length_up_to(span: Span, unit: Token | ast.Name, high: ast.Quantity, graph: ast.Name | None) -> ast.Length:
+    return length_between(span, unit, None, high, graph)
+
+
+def length_from(span: Span, unit: Token | ast.Name, low: ast.Quantity, graph: ast.Name | None) -> ast.Length:
+    return length_between(span, unit, low, None, graph)
+
+
+FORMULAS: dict[str, Callable[..., object]] = {
+    "at_least": at_least,
+    "bounded_infix": bounded_infix,
+    "bounded_prefix": bounded_prefix,
+    "call": call,
+    "chain": chain,
+    "comparison": comparison,
+    "count": count,
+    "extreme_of_terms": extreme_of_terms,
+    "facing": facing,
+    "infix": infix,
+    "length_between": length_between,
+    "length_from": length_from,
+    "length_up_to": length_up_to,
+    "minus": minus,
+    "one_agent": one_agent,
+    "period": period,
+    "prefix": prefix,
+    "quantified": quantified,
+    "recurrent": recurrent,
+    "term": term,
+    "window": window,
+    "compare": lambda span, relation: relation,
+    "number_compare": lambda span, relation: relation,
+    "for_every": for_every,
+    "for_some": for_some,
+    "false": lambda span: ast.Truth(span, False),
+    "length_of": lambda span, metric: metric,
+    "true": lambda span: ast.Truth(span, True),
+    "without": without,
+}
+
+
+# ------------------------------------------------------------------ messages
+
+
+def as_formula(node: ast.Formula | ast.Quantity) -> ast.Formula:
+    match node:
+        case ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Extreme() | ast.Distance():
+            text = quoted(node.span.text)
+            finding = Diagnostic(
+                SYNTAX,
+                f"a formula was expected; {text} is a number",
+                Label(node.span),
+                help=f"compare it: `{node.span.text} <= 2`" if len(text) <= 30 else "compare it with another number",
+            )
+            raise MisreadError(finding)
+        case _:
+            return node
+
+
+def _argument(node: ast.Formula | ast.Quantity) -> ast.Quantity | ast.Member:
+    match node:
+        case ast.Name() | ast.Member() | ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Extreme():
+            return node
+        case _:
+            message = f"a name or a number was expected in the brackets, not {quoted(node.span.text)}"
+            advice = "name a region, a graph or agents; `let` gives a name to a formula, `param` to a number"
+            raise MisreadError(Diagnostic(SYNTAX, message, Label(node.span), help=advice))
+
+
+def _no_measure(call: ast.Call) -> Diagnostic:
+    message = f"no measure is called {quoted(call.name.text)}"
+    advice = "write `distance(…)`, or a state: `x`, `y`, `z`, `speed`, `altitude`"
+    return Diagnostic(UNKNOWN_NAME, message, Label(call.name.span), help=advice)
+
+
+def as_quantity(node: ast.Formula | ast.Quantity) -> ast.Quantity:
+    match node:
+        case ast.Name() | ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Extreme() | ast.Distance():
+            return node
+        case ast.Member(span, team, low, None) if not isinstance(team, ast.Indexed):
+            return ast.Indexed(team.span, team.text, (low,), span)
+        case _:
+            if isinstance(node, ast.Call) and node.name.text not in ("inside", "touches", "connected"):
+                raise MisreadError(_no_measure(node))
+            finding = Diagnostic(
+                SYNTAX,
+                f"a number was expected; {quoted(node.span.text)} is a formula",
+                Label(node.span),
+                help="compare numbers only, such as `x + 2 <= 3`",
+            )
+            raise MisreadError(finding)

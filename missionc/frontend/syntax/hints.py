@@ -1,0 +1,583 @@
+"""Syntax error messages: the tokens expected at the error, and the intended text for frequent mistakes.
+
+Each function for a mistake with signs and brackets, or with words and names, returns one finding, or nothing.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+from missionc.base.diagnostics.code import NAME_NOT_ALLOWED, UNKNOWN_OPERATOR, UNKNOWN_UNIT
+from missionc.base.diagnostics.model import Diagnostic, Fix, Label
+from missionc.base.source import Span
+from missionc.base.units import UNITS
+from missionc.frontend.syntax import forms
+from missionc.frontend.syntax.expected import ARITHMETIC, COMPARISONS, FORMULA, SHAPES, SIGNS, in_words
+from missionc.frontend.syntax.parse_table import END
+from missionc.frontend.syntax.stopping_place import Place, finding, just_after, meant_by
+from missionc.frontend.syntax.tokens import (
+    DECLARATIONS,
+    NAME,
+    NUMBER,
+    OPERATORS,
+    SPELLINGS,
+    STATES,
+    STRAY,
+    TEXT,
+    UNIT,
+    Token,
+    quoted,
+    reserved,
+)
+
+
+def foreign_sign(place: Place) -> Diagnostic | None:
+    token = place.found
+    if token.kind != STRAY:
+        return None
+    if token.text == ";" and "," in place.expected:
+        return finding("`;` is not a sign of the language", token.span, "write `,`", ",")
+    if token.text in ("^", "**"):
+        message = "there are no powers: a comparison is linear"
+        return finding(message, token.span, "multiply by numbers only; `distance(base)` is a distance")
+    if token.text in forms.SIGNS:
+        ours = forms.SIGNS[token.text]
+        if not ours:
+            message, advice = f"{quoted(token.text)} stands between no declarations and ends none", "delete it"
+            if token.text == "." and place.before.kind == NUMBER and place.before.span.end == token.span.start:
+                message = "a number does not end in a point"
+        else:
+            message, advice = f"{quoted(token.text)} is not a sign of the language", f"write `{ours}`"
+        return finding(message, token.span, advice, ours)
+    if token.text == '"':
+        return finding("the text that starts here has no end", token.span, 'close it with `"` on the same line')
+    if token.text in ("==", "!=", "<>", "><"):
+        if token.text != "==" and counts(place):
+            advice = "ask for either: `count[…] f < 2 or count[…] f > 2`"
+            return finding(f"`{token.text}` does not compare a count", token.span, advice)
+        if "=" in place.expected:
+            return finding(f"`{token.text}` is not a sign of the language", token.span, "write `=`", "=")
+        if token.text == "==" and not counts(place) and place.before.kind == NAME and place.before.text not in STATES:
+            return finding("`==` is not a sign of the language", token.span, "of two formulas, write `iff`", "iff")
+        return _never_equal(place)
+    return finding(f"{quoted(token.text)} means nothing in the language", token.span, "delete it")
+
+
+def equals(place: Place) -> Diagnostic | None:
+    """``=`` or ``:`` for one another, in a comparison, or before a value that needs none."""
+    token, expected = place.found, place.expected
+    if token.kind not in ("=", ":"):
+        return None
+    wanted = expected & {"=", ":"}
+    if len(expected) == 1 and wanted:
+        (sign,) = wanted
+        return finding(f"`{sign}` was expected after {quoted(place.before.text)}", token.span, f"write `{sign}`", sign)
+    if token.kind == "=" and place.declaration.word in ("require", "prefer") and place.here == place.first + 2:
+        return finding("a requirement's label ends in `:`", token.span, "write `:`", ":")
+    if token.kind == "=" and expected >= COMPARISONS:
+        return _never_equal(place)
+    if NUMBER in expected and not place.in_formula:
+        message = f"there is no `{token.kind}` between {quoted(place.before.text)} and what it is"
+        return finding(message, token.span, "delete it", "")
+    return None
+
+
+def _never_equal(place: Place) -> Diagnostic:
+    message = f"`{place.found.text}` compares nothing: no two measures are ever exactly equal"
+    return finding(message, place.found.span, "say how close: `x >= 2 and x <= 2.1`")
+
+
+def counts(place: Place) -> bool:
+    """Whether the comparison of a ``count`` is still to come."""
+    return place.in_formula and place.expected >= COMPARISONS and "and" not in place.expected
+
+
+def counted(place: Place) -> Diagnostic | None:
+    """``count[hops 1..1] a and b >= 2``"""
+    if not counts(place) or place.found.word not in OPERATORS:
+        return None
+    message = f"the comparison of `count` was expected before {quoted(place.found.text)}"
+    return finding(message, place.found.span, "put what is counted in brackets: `count[…] (f and g) >= 2`")
+
+
+def bounds_not_taken(place: Place) -> Diagnostic | None:
+    """``next[1] x``, ``x and[0, 5 s] y``, ``every[40 s] x``"""
+    before = place.before
+    adjacent = place.found.kind == "[" and place.found.span.start == before.span.end
+    if adjacent and before.kind == "every":
+        return finding("`every` has its period without brackets", place.found.span, "write it as in `every 40 s: …`")
+    if not adjacent or before.word not in OPERATORS or before.kind in forms.BOUNDS:
+        return None
+    message = f"{quoted(before.text)} takes no bounds"
+    advice = "delete them; `next` is one step ahead" if before.word == "next" else "delete them"
+    return finding(message, place.found.span, advice)
+
+
+def missing_bounds(place: Place) -> Diagnostic | None:
+    before = place.before
+    if place.expected != {"["} or before.kind not in forms.BOUNDS:
+        return None
+    what = "over which time" if before.kind.startswith("TIME") else "how far"
+    written = f"{before.text}{forms.BOUNDS[before.kind]}"
+    return finding(f"{quoted(before.text)} needs its bounds, to say {what}", before.span, f"write `{written}`")
+
+
+def wrong_bounds(place: Place) -> Diagnostic | None:
+    """``always[5 s]``, ``always[0..5 s]``, ``reach[0..2]``, ``reach[hops 0, 2]``, ``reach[hops 2]``."""
+    if not place.in_bounds:
+        return None
+    operator, token = place.tokens[place.opened[-1] - 1], place.found
+    if operator.kind not in forms.BOUNDS:
+        return None
+    written = f"write `{operator.text}{forms.BOUNDS[operator.kind]}`"
+    if operator.kind.startswith("TIME"):
+        if (token.kind in ("..", ":", "to") or token.text == ";") and "," in place.expected:
+            return finding("a comma stands between the ends of a window", token.span, "write `,`", ",")
+        if token.kind == "end":
+            message = "`end` is the later bound of a window, by itself"
+            return finding(message, token.span, f"write it as in `{operator.text}[5 s, end]`")
+        if token.kind in COMPARISONS or (token.kind == "]" and "," in place.expected):
+            return finding(f"a window has two ends: {quoted(operator.text)} from when to when", token.span, written)
+        if place.before.text in ("hops", "distance"):
+            message = f"{quoted(operator.text)} looks along time, not along a route"
+            return finding(message, place.before.span, written)
+        return None
+    if place.expected == {"hops", "distance", NAME}:
+        message = f"{quoted(operator.text)} needs to know what it counts, `hops` or `distance`"
+        return finding(message, operator.span, written)
+    if ".." in place.expected:
+        if token.kind == ",":
+            return finding("two points stand between the ends of a length", token.span, "write `..`", "..")
+        if token.kind in ("]", "on"):
+            value = quoted(place.tokens[place.opened[-1] + 2].span.to(place.before.span).text)
+            message = f"{value} alone does not say whether it is the least or the most"
+            return finding(message, place.before.span, "write it as in `2..2`, `2..` or `<= 2`")
+    if token.kind in COMPARISONS | {"=", ".."} and "<=" in place.expected:
+        return finding("a length is `<= 2`, or `1..2`, or `1..`", token.span, written)
+    return None
+
+
+def missing_comma(place: Place) -> Diagnostic | None:
+    """``polygon (1, 1) (2, 2)``"""
+    if "," not in place.expected or place.before.kind != ")" or place.found.kind != "(":
+        return None
+    end = just_after(place.before.span)
+    return finding("`,` was expected between two points", place.found.span, "write `,`", fix=Fix(end, ","))
+
+
+def needless_comma(place: Place) -> Diagnostic | None:
+    """``radius 0.1, dynamics …``, ``disc at (1, 1), radius 1``"""
+    following = place.tokens[place.here + 1] if place.found.kind == "," else place.found
+    if place.found.kind != "," or place.in_formula:
+        return None
+    if following.kind not in place.expected and not (following.may_be_name and NAME in place.expected):
+        return None
+    message = f"no comma stands between {quoted(place.before.text)} and {quoted(following.text)}"
+    return finding(message, place.found.span, "delete it", "")
+
+
+def two_comparisons(place: Place) -> Diagnostic | None:
+    if place.found.kind in COMPARISONS and "and" in place.expected and "<=" not in place.expected:
+        return finding("a comparison has two sides, not three", place.found.span, "write `x >= 0 and x <= 3`")
+    return None
+
+
+def bare_arithmetic(place: Place) -> Diagnostic | None:
+    if place.found.kind not in ARITHMETIC or place.expected & ARITHMETIC:
+        return None
+    tokens, last = place.tokens, place.here - 1
+    if tokens[last].kind == ")":
+        inside = tokens[place.after(last) : last]
+        if any(token.kind in (",", ":") for token in inside):
+            return None
+    elif tokens[last].kind == NAME:
+        if place.declaration.word in ("region", "obstacle", "group", "graph", "formation", "minimize"):
+            return None
+    elif tokens[last].kind not in (NUMBER, UNIT):
+        return None
+    return finding("arithmetic stands in brackets here", place.found.span, "write it as in `(T + 3 s)`")
+
+
+def brackets(place: Place) -> Diagnostic | None:
+    """One that is never closed, or closed by another kind."""
+    token = place.found
+    closing = {"(": ")", "[": "]", "{": "}"}
+    if not place.opened:
+        if token.kind in (")", "]", "}") and (END in place.expected):
+            return finding(f"nothing is open that `{token.text}` could close", token.span, "delete it", "")
+        return None
+    opening = place.tokens[place.opened[-1]]
+    closer = closing[opening.kind]
+    label = (Label(opening.span, "opened here"),)
+    if place.ends and closer in place.expected:
+        end = just_after(place.before.span)
+        message = f"`{closer}` was expected after {quoted(place.before.text)}: a bracket is still open"
+        return finding(message, place.before.span, f"close it with `{closer}`", fix=Fix(end, closer), labels=label)
+    if token.kind in closing.values() and token.kind != closer:
+        return finding(f"`{token.kind}` does not close `{opening.kind}`", token.span, f"write `{closer}`", labels=label)
+    return None
+
+
+def limit(place: Place) -> Diagnostic | None:
+    """``single_integrator(speed < 2 m/s)``"""
+    if place.found.kind in COMPARISONS | {"="} and "<=" in place.expected and not place.in_formula:
+        return finding("a limit is inclusive", place.found.span, "write `<=`", "<=")
+    return None
+
+
+INFIX = frozenset(
+    word.text for word in OPERATORS.values() if "INFIX" in word.token or (not word.token and word.text != "count")
+)
+BEFORE_OPERAND = (frozenset(OPERATORS) - INFIX) | {"every", "some"}
+BOUNDED = frozenset(word.text for word in OPERATORS.values() if word.token in forms.BOUNDS or word.text == "count")
+
+
+def unknown_declaration(place: Place) -> Diagnostic | None:
+    if place.here != place.first:
+        return None
+    token = place.found
+    meant = meant_by(token.text, DECLARATIONS) if token.kind == NAME else ""
+    if meant and not token.text.lower().startswith("maximi"):
+        message = f"no declaration is called {quoted(token.text)}"
+        return finding(message, token.span, f"did you mean `{meant}`?", meant)
+    if token.kind in FORMULA - {NAME, NUMBER, "-", "("}:
+        message = f"{quoted(token.text)} begins a formula, and a formula stands in a declaration"
+        return finding(message, token.span, f"write `require LABEL: {token.text} …`")
+    if token.kind in (")", "]", "}"):
+        return finding(f"nothing is open that `{token.text}` could close", token.span, "delete it", "")
+    if token.text.lower().startswith("maximi"):
+        return finding("a mission minimizes", token.span, "write `minimize distance`, `duration` or `energy`")
+    message = f"a declaration was expected, not {quoted(token.text)}"
+    return finding(message, token.span, f"begin with one of its words, as in `{forms.DECLARED['require']}`")
+
+
+def reserved_name(place: Place) -> Diagnostic | None:
+    token = place.found
+    names = place.here == place.first + 1 and place.declaration.declares and place.expected == {NAME}
+    if not names or not reserved(token.text) or place.ends:
+        return None
+    word = SPELLINGS[token.text]
+    if token.text == word.letter:
+        message = f"`{token.text}` is short for `{word.text}`, so it cannot be a name"
+    else:
+        message = f"`{token.text}` is a word of the language ({word.says}), so it cannot be a name"
+    return finding(message, token.span, f"choose another, such as `{token.text}_1`", code=NAME_NOT_ALLOWED)
+
+
+def hyphen(place: Place) -> Diagnostic | None:
+    """``mission wild-fire``, ``require no-fly: …``"""
+    tokens, last = place.tokens, place.first + 1
+    if tokens[last].kind != NAME or place.found.kind not in ("-", ":", "=", "[", "{"):
+        return None
+    while tokens[last + 1].kind == "-" and tokens[last + 2].kind != END:
+        joined = tokens[last].span.to(tokens[last + 2].span)
+        if any(letter.isspace() for letter in joined.text):
+            break
+        last += 2
+    if last == place.first + 1 or place.here > last + 1:
+        return None
+    span = tokens[place.first + 1].span.to(tokens[last].span)
+    name = span.text.replace("-", "_")
+    message = f"{quoted(span.text)} is no name: `-` is the sign for minus"
+    return finding(message, span, f"write `{name}`", name, NAME_NOT_ALLOWED)
+
+
+def unknown_unit(place: Place) -> Diagnostic | None:
+    token = place.found
+    if token.kind != NAME or place.before.kind != NUMBER or UNIT not in place.expected or token.starts_line:
+        return None
+    if meant_by(token.text, INFIX):
+        return None
+    if token.text in STATES:
+        words = place.before.span.to(token.span)
+        message, advice = (
+            f"there is no `*` between the numbers of `{words.text}`",
+            f"{place.before.text} * {token.text}",
+        )
+        return finding(message, words, f"write `{advice}`", advice)
+    message = f"no unit is called {quoted(token.text)}"
+    return finding(message, token.span, f"the units are {', '.join(UNITS)}", code=UNKNOWN_UNIT)
+
+
+def unknown_shape(place: Place) -> Diagnostic | None:
+    """``region a = circle at (1, 1)``"""
+    before = place.before
+    in_shape = place.declaration.word in ("region", "obstacle") and place.found.kind in ("at", "(")
+    if not in_shape or before.kind != NAME:
+        return None
+    meant = meant_by(before.text, SHAPES)
+    message = f"no shape is called {quoted(before.text)}"
+    if meant:
+        return finding(message, before.span, f"did you mean `{meant}`?", meant)
+    return finding(message, before.span, f"the shapes are {', '.join(sorted(SHAPES))}")
+
+
+def unknown_operator(place: Place) -> Diagnostic | None:
+    """``alwais[0, 5 s] x``, ``nott x``, ``x untill[0, 5 s] y``, ``x annd y``."""
+    if not place.in_formula or place.ends:
+        return None
+    token, before, tokens = place.found, place.before, place.tokens
+    opening = place.opened[-1] if place.opened else place.first
+    if before.kind == "]":
+        opening = place.after(place.here - 1)
+    if tokens[opening].kind == "[" and tokens[opening - 1].kind == NAME:
+        name = tokens[opening - 1]
+        meant = meant_by(name.text, BOUNDED)
+        if meant or not _is_team(place, name.text):
+            return _no_operator(name, meant)
+        if token.kind == ",":
+            return finding("members of a team are counted `0..2`, with two points", token.span, "write `..`", "..")
+    if "and" not in place.expected:
+        return None
+    if token.kind == NAME:
+        meant = meant_by(token.text, INFIX)
+        if meant or place.tokens[place.here + 1].kind == "[":
+            return _no_operator(token, meant)
+    if before.kind == NAME and (token.kind in FORMULA or token.kind == NAME):
+        if before.text in forms.INSTEAD and before.text not in forms.WORDS:
+            return _no_operator(before, "")
+        meant = meant_by(before.text, BEFORE_OPERAND)
+        if meant:
+            return _no_operator(before, meant)
+    return None
+
+
+def odd_name(place: Place) -> Diagnostic | None:
+    """``region 2nd = …``, ``region "base" = …``"""
+    token = place.found
+    if place.here != place.first + 1 or place.expected != {NAME} or token.kind not in (NUMBER, TEXT):
+        return None
+    if token.kind == TEXT:
+        return finding("a name stands without quotes", token.span, "delete them", token.text.strip('"'))
+    after = place.tokens[place.here + 1]
+    words = token.span.to(after.span) if after.span.start == token.span.end else token.span
+    return finding(f"{quoted(words.text)} is no name: a name begins with a letter", words, "choose another name")
+
+
+def no_weight(place: Place) -> Diagnostic | None:
+    """``require a: … weight 2``"""
+    if place.declaration.word != "require" or place.found.text != "weight" or END not in place.expected:
+        return None
+    message = "a requirement has no weight: it must hold"
+    return finding(message, place.found.span, "delete it, or write `prefer` in place of `require`")
+
+
+def team_size(place: Place) -> Diagnostic | None:
+    """``team drone { … }``"""
+    if place.declaration.word != "team" or place.here != place.first + 2 or place.found.kind != "{":
+        return None
+    name = place.before
+    message = f"the team {quoted(name.text)} does not say how many agents it has"
+    return finding(message, name.span, f"write `team {name.text}[3]`, or `agent {name.text}` for a single one")
+
+
+def bare_setting(place: Place) -> Diagnostic | None:
+    """``single_integrator(2 m/s)``"""
+    if place.found.kind != NUMBER or place.expected != {NAME, ")"} or place.tokens[place.here - 3].kind != "dynamics":
+        return None
+    message = f"{quoted(place.found.text)} does not say which bound it is"
+    start = Span(place.found.span.source, place.found.span.start, place.found.span.start)
+    advice = f"write it as in `speed <= {place.found.text} m/s`"
+    return finding(message, place.found.span, advice, fix=Fix(start, "speed <= "))
+
+
+def members(place: Place) -> Diagnostic | None:
+    """``group east = drone[0, 1]``"""
+    if place.in_formula or not place.in_bounds or ".." not in place.expected or place.found.kind not in (",", ":"):
+        return None
+    return finding("members of a team are counted `0..2`, with two points", place.found.span, "write `..`", "..")
+
+
+def inside_without(place: Place) -> Diagnostic | None:
+    """``drone[0] in base``, ``every drone: in base``"""
+    if not place.in_formula or place.found.kind != "in" or place.in_bounds:
+        return None
+    message = "there is no `in` in formulas: a region's name says that an agent is in it"
+    return finding(message, place.found.span, "write it as in `drone[0]: base`")
+
+
+def heading_within(place: Place) -> Diagnostic | None:
+    """``heading <= 90 deg``, ``heading of 90 deg``"""
+    if place.before.kind != "heading" or place.expected != {"within"}:
+        return None
+    message = "no heading is more or less than another: they go round in a circle"
+    return finding(message, place.before.span, "ask how near it is, as in `heading within 10 deg of 90 deg`")
+
+
+def call_brackets(place: Place) -> Diagnostic | None:
+    """``inside base``, ``connected radio``"""
+    called = place.before.text in ("inside", "touches", "connected") and place.before.kind == NAME
+    if not place.in_formula or not called or place.found.kind != NAME:
+        return None
+    words = place.before.span.to(place.found.span)
+    written = f"{place.before.text}({place.found.text})"
+    return finding(f"what {quoted(place.before.text)} is of stands in brackets", words, f"write `{written}`", written)
+
+
+def label_colon(place: Place) -> Diagnostic | None:
+    """``require relay every drone: …``"""
+    label = place.tokens[min(place.first + 1, place.here)]
+    if place.declaration.word not in ("require", "prefer") or label.kind != NAME:
+        return None
+    in_brackets = place.opened == (place.first + 2,) and place.tokens[place.first + 2].kind == "("
+    if not in_brackets and (place.here != place.first + 2 or place.found.kind not in FORMULA):
+        return None
+    end = just_after(label.span)
+    message = f"`:` was expected after the label {quoted(label.text)}"
+    return finding(message, label.span, f"write `{place.declaration.text} {label.text}: …`", fix=Fix(end, ":"))
+
+
+def quantifier_colon(place: Place) -> Diagnostic | None:
+    """``every drone always[…] …``, ``every 40 s some drone: …``"""
+    if ":" not in place.expected or not place.expected <= {":", "[", "(", ".."} or not place.in_formula:
+        return None
+    start = place.after(place.here - 1) - 1 if place.before.kind == "]" else place.here - 1
+    number = place.after(start - 1) if place.tokens[start - 1].kind == ")" else start - 1
+    if place.tokens[start - 1].kind in ("every", "some"):
+        words = place.tokens[start - 1].span.to(place.before.span)
+    elif place.before.kind == UNIT and place.tokens[start - 2].kind == "every":
+        words = place.tokens[start - 2].span.to(place.before.span)
+    elif place.tokens[number - 1].kind in ("least", "any"):
+        words = place.tokens[number - 2].span.to(place.before.span)
+    else:
+        return None
+    end = just_after(words)
+    message = f"`:` was expected after {quoted(words.text)}"
+    return finding(message, words, f"write `{words.text}: …`", fix=Fix(end, ":"))
+
+
+def part_of_team(place: Place) -> Diagnostic | None:
+    """``team drone[2] { strat in base  dynamcs unicycle(speed <= 1) }``, ``start base``"""
+    if place.declaration.word not in ("team", "agent") or not place.opened:
+        return None
+    tokens, here = place.tokens, place.here
+    if tokens[here - 2].kind in ("start", "finish") and place.before.kind == NAME and place.found.kind != "(":
+        words = tokens[here - 2].span.to(place.before.span)
+        in_region = f"{tokens[here - 2].text} in {place.before.text}"
+        message = f"{quoted(words.text)} does not say how its places are given: `in`, `at`, `line` or `grid`"
+        return finding(message, words, f"write `{in_region}`", in_region)
+    for token in (place.before, tokens[here - 2]):
+        meant = meant_by(token.text, ("dynamics", "start", "finish")) if token.kind == NAME else ""
+        if meant and place.found.kind in ("in", "at", "("):
+            message = f"no part of a team is called {quoted(token.text)}"
+            return finding(message, token.span, f"did you mean `{meant}`?", meant)
+    return None
+
+
+def at_most(place: Place) -> Diagnostic | None:
+    """``at most 2 drone: …``"""
+    if place.before.kind != "at" or place.found.text not in forms.INSTEAD or not place.in_formula:
+        return None
+    words = place.before.span.to(place.found.span)
+    advice = f"say it as in `{forms.INSTEAD[place.found.text]}`"
+    return finding(f"there is no quantifier {quoted(words.text)}", words, advice)
+
+
+def at_least_how_many(place: Place) -> Diagnostic | None:
+    """``at least drone: …``, ``without any drone: …``"""
+    counting = {"least": ("at least", 2), "any": ("without any", 1)}.get(place.tokens[place.here - 2].kind)
+    if place.found.kind != ":" or NAME not in place.expected or counting is None:
+        return None
+    words = place.tokens[place.here - 2].span.to(place.before.span)
+    message = f"`{counting[0]}` needs a number before {quoted(place.before.text)}"
+    return finding(message, words, f"write `{counting[0]} {counting[1]} {place.before.text}: …`")
+
+
+def _no_operator(token: Token, meant: str) -> Diagnostic:
+    message = f"no operator is called {quoted(token.text)}"
+    if meant and token.text.lower() not in forms.INSTEAD:
+        return finding(message, token.span, f"did you mean `{meant}`?", meant, UNKNOWN_OPERATOR)
+    if token.text.lower() in forms.INSTEAD:
+        advice = f"say it as in `{forms.INSTEAD[token.text.lower()]}`"
+        return finding(message, token.span, advice, code=UNKNOWN_OPERATOR)
+    known = ", ".join(sorted(OPERATORS))
+    return finding(message, token.span, f"the operators are {known}", code=UNKNOWN_OPERATOR)
+
+
+def _is_team(place: Place, name: str) -> bool:
+    text = place.declaration.span.source.text
+    return re.search(rf'^[^#"\n]*\bteam\s+{re.escape(name)}\b', text, re.MULTILINE) is not None
+
+
+def explain(place: Place) -> Diagnostic:
+    """What is wrong at a place; of a name that is declared, nobody who leaves `=` out meant the bracket of a family."""
+    if place.expected == {"=", "["}:
+        place = replace(place, expected=frozenset({"="}))
+    for slip in SLIPS:
+        meant = slip(place)
+        if meant is not None:
+            return meant
+    return _plain(place)
+
+
+def _plain(place: Place) -> Diagnostic:
+    """What was expected, without a guess at what was meant."""
+    expected, before, token = place.expected, place.before, place.found
+    message = f"{in_words(expected, before)} was expected after {quoted(before.text)}"
+    advice = f"write it as in `{_form(place)}`"
+    labels: tuple[Label, ...] = ()
+    if place.opened:
+        labels = (Label(place.tokens[place.opened[-1]].span, "inside this bracket"),)
+    end = just_after(before.span)
+    fix = Fix(end, next(iter(expected))) if len(expected) == 1 and expected <= SIGNS - set("([{}])") else None
+    if place.ends:
+        message += ", but the file ends" if token.kind == END else ""
+        return finding(message, before.span, advice, fix=fix, labels=labels)
+    return finding(f"{message}, not {quoted(token.text)}", token.span, advice, fix=fix, labels=labels)
+
+
+def _form(place: Place) -> str:
+    """How the smallest part of the declaration that has a form of its own is written."""
+    tokens, unexpected = place.tokens, place.found
+    if place.in_formula:
+        if place.opened and tokens[place.opened[-1] - 1].kind in forms.BOUNDS:
+            operator = tokens[place.opened[-1] - 1]
+            return f"{operator.text}{forms.BOUNDS[operator.kind]}"
+        if counts(place):
+            return forms.IN_FORMULA["count"]
+        for token in (place.before, unexpected):
+            if token.word in forms.IN_FORMULA:
+                return forms.IN_FORMULA[token.word]
+    else:
+        for at in range(place.here - 1, place.first, -1):
+            if tokens[at].kind in forms.PARTS and place.declaration.word != "resource":
+                return forms.PARTS[tokens[at].kind]
+    return forms.DECLARED[place.declaration.word]
+
+
+SLIPS: tuple[Callable[[Place], Diagnostic | None], ...] = (
+    wrong_bounds,
+    foreign_sign,
+    unknown_declaration,
+    reserved_name,
+    odd_name,
+    no_weight,
+    team_size,
+    bare_setting,
+    members,
+    inside_without,
+    call_brackets,
+    heading_within,
+    hyphen,
+    unknown_unit,
+    unknown_shape,
+    quantifier_colon,
+    unknown_operator,
+    label_colon,
+    at_least_how_many,
+    at_most,
+    part_of_team,
+    limit,
+    equals,
+    missing_bounds,
+    bounds_not_taken,
+    missing_comma,
+    needless_comma,
+    counted,
+    two_comparisons,
+    bare_arithmetic,
+    brackets,
+)
+"""The first that gives a finding wins."""

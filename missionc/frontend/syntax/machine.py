@@ -1,0 +1,144 @@
+"""An LALR parser on a table: it takes tokens one at a time and knows which it would take next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from missionc.base.source import Span
+from missionc.frontend.syntax.parse_table import END, Rule, Table
+
+
+class Part(NamedTuple):
+    """What a piece of the text stands for, where it is, brackets included, and how deeply it is nested."""
+
+    value: object
+    span: Span
+    depth: int
+
+
+class Ahead(NamedTuple):
+    """What a token calls for before it is taken: reductions, which leave ``below`` of the states and put others above.
+
+    ``state`` is the one after the token.
+    """
+
+    state: int
+    rules: list[Rule]
+    below: int
+    above: list[int]
+
+
+REFUSED = Ahead(-1, [], 0, [])
+"""The token may not come next."""
+
+
+class TooDeepError(Exception):
+    """A node would lie deeper than the limit; ``part`` is a word of it."""
+
+    def __init__(self, part: Part) -> None:
+        super().__init__()
+        self.part = part
+
+
+class Machine:
+    """One run over the tokens of one text. Nothing here recurses, however deep the text is nested.
+
+    ``functions`` builds the node of each rule from its span and parts; those
+    named in ``nests`` lie one level deeper than their deepest part.
+    """
+
+    def __init__(
+        self, table: Table, functions: Mapping[str, Callable[..., object]], nests: frozenset[str], nesting: int
+    ) -> None:
+        self._table = table
+        self._functions = functions
+        self._nests = nests
+        self._nesting = nesting
+        self._states = [0]
+        self._parts: list[Part] = []
+
+    def takes(self, kind: str) -> bool:
+        """Whether a token of this kind may come next."""
+        return self._ahead(kind) is not REFUSED
+
+    def expected(self) -> frozenset[str]:
+        """Every kind of token that may come next."""
+        row = self._table.actions[self._states[-1]]
+        return frozenset(kind for kind in (*row, END) if self.takes(kind))
+
+    def feed(self, kind: str, value: object, span: Span) -> bool:
+        """Take a token if it may come next; say whether it did.
+
+        Raises:
+            TooDeepError: the text is nested more deeply than allowed.
+        """
+        ahead = self._ahead(kind)
+        if ahead is REFUSED:
+            return False
+        self._reduce(ahead)
+        self._states.append(ahead.state)
+        self._parts.append(Part(value, span, 0))
+        return True
+
+    def finish(self) -> object:
+        """What the whole text stands for; END may come next."""
+        self._reduce(self._ahead(END))
+        return self._parts[0].value
+
+    def _ahead(self, kind: str) -> Ahead:
+        """Only after all its reductions is it known whether a token may stand there, so they are tried on the side."""
+        table, states = self._table, self._states
+        actions, gotos, rules = table.actions, table.gotos, table.rules
+        below, state = len(states), states[-1]
+        above: list[int] = []
+        reduced: list[Rule] = []
+        while True:
+            action = actions[state].get(kind)
+            if action is None:
+                if kind != END or state != table.accept:
+                    return REFUSED
+                return Ahead(state, reduced, below, above)
+            if action >= 0:
+                return Ahead(action, reduced, below, above)
+            rule = rules[-1 - action]
+            for _ in range(rule.size):
+                if above:
+                    above.pop()
+                else:
+                    below -= 1
+            state = gotos[above[-1] if above else states[below - 1]][rule.symbol]
+            above.append(state)
+            if rule.name:
+                reduced.append(rule)
+
+    def _reduce(self, ahead: Ahead) -> None:
+        if not ahead.above:
+            return
+        self._states[ahead.below :] = ahead.above
+        parts = self._parts
+        for rule in ahead.rules:
+            size = rule.size
+            if size == 1:
+                part = parts[-1]
+                parts[-1] = self._part(rule, parts[-1:], part.span, part.depth)
+            else:
+                merged = parts[-size:]
+                depth = max([part.depth for part in merged])
+                parts[-size:] = [self._part(rule, merged, merged[0].span.to(merged[-1].span), depth)]
+
+    def _part(self, rule: Rule, parts: list[Part], span: Span, depth: int) -> Part:
+        if rule.name in self._nests:
+            depth += 1
+            if depth > self._nesting:
+                raise TooDeepError(next(part for part in parts if part.depth == 0 or part is parts[-1]))
+        arguments: list[object] = []
+        for place in rule.keep:
+            value = None if place < 0 else parts[place].value
+            if not isinstance(value, list):
+                arguments.append(value)
+            elif arguments:
+                arguments.extend(value)
+            else:
+                arguments = value  # a list that grows by one item each time: never copied
+        return Part(arguments if rule.name == "*" else self._functions[rule.name](span, *arguments), span, depth)

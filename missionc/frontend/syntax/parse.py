@@ -1,0 +1,296 @@
+"""The parser: text to the tree as written, the included files' declarations spliced in.
+
+    in   Source
+    out  Program
+    says MC001, MC003 to MC008, MC011 to MC013, MC033, MC202, and what ``load`` says
+
+Declarations are read one by one: after an error in one, reading goes on at the
+next, so that all the errors of a file are found in one run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field, replace
+from typing import TypeAlias, cast
+
+from missionc.base.diagnostics import code as codes
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.late_dataclass import dataclass
+from missionc.base.limits import DEEPEST, Limits
+from missionc.base.source import Source, Span
+from missionc.frontend.syntax import ast, parse_table
+from missionc.frontend.syntax.build import FUNCTIONS, NESTS
+from missionc.frontend.syntax.build_formula import MisreadError
+from missionc.frontend.syntax.hints import explain
+from missionc.frontend.syntax.machine import Machine, TooDeepError
+from missionc.frontend.syntax.parse_table import END
+from missionc.frontend.syntax.passages import passages
+from missionc.frontend.syntax.read_file import LINK, Loader
+from missionc.frontend.syntax.read_places import Files
+from missionc.frontend.syntax.stopping_place import Place
+from missionc.frontend.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
+
+Outcome: TypeAlias = ast.Declaration | Diagnostic
+
+
+def parse(source: Source, limits: Limits, load: Loader) -> tuple[ast.Program | None, list[Diagnostic]]:
+    """The program a text says, or all that is wrong with it, in file order."""
+    declarations, findings = read(source, limits, load)
+    if not declarations and not findings:
+        findings = [_empty(source)]
+    if findings:
+        return None, findings[:MOST_FINDINGS]
+    return ast.Program(tuple(declarations), Span(source, 0, len(source.text))), []
+
+
+def read(source: Source, limits: Limits, load: Loader) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+    """The declarations that can be read, those of included files at their place; and all that is wrong."""
+    return _Reader(limits, load, {source.name: Span(source, 0, 0)}, Files(limits, load)).read(source, ())
+
+
+def read_passage(passage: Span, limits: Limits) -> tuple[list[Outcome], list[Diagnostic]]:
+    """The declarations of a passage, or what is wrong with each; and what is wrong with single words."""
+    tokens, odd = tokenise(passage, limits)
+    outcomes = _read_declarations(tokens, 0, passage.end, limits)
+    if any(isinstance(outcome, Diagnostic) for outcome in outcomes):
+        # What is said of an error speaks of the words around the passage as well.
+        tokens, _ = tokenise(_with_neighbours(passage), limits)
+        first = next(at for at, token in enumerate(tokens) if token.span.start >= passage.start)
+        outcomes = _read_declarations(tokens, first, passage.end, limits)
+    return outcomes, odd
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Reads a file and those it includes.
+
+    ``read_already`` is where each file was first included; ``sizes`` are theirs, in bytes.
+    """
+
+    limits: Limits
+    load: Loader
+    read_already: dict[str, Span]
+    files: Files
+    sizes: list[int] = field(default_factory=list)
+
+    def read(self, source: Source, chain: tuple[Span, ...]) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+        """``chain`` are the includes that lead to this file."""
+        self.sizes.append(len(source.text.encode("utf-8", "replace")))
+        if sum(self.sizes) > self.limits.file_bytes:
+            return [], [_too_large(source, self.sizes, chain, self.limits)]
+        declarations: list[ast.Declaration] = []
+        findings: list[Diagnostic] = []
+        for passage in passages(source):
+            outcomes, odd = read_passage(passage, self.limits)
+            parsed, wrong = self._followed(outcomes, odd, source, chain)
+            declarations += parsed
+            findings += wrong
+            if len(findings) >= MOST_FINDINGS:
+                break
+        return declarations, findings
+
+    def _followed(
+        self, outcomes: list[Outcome], odd: list[Diagnostic], source: Source, chain: tuple[Span, ...]
+    ) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+        """A passage's declarations with those it includes, and what is wrong in the order of the text."""
+        declarations: list[ast.Declaration] = []
+        findings = [(_start(finding), finding) for finding in odd]
+        for outcome in outcomes:
+            match outcome:
+                case Diagnostic():
+                    findings.append((_start(outcome), outcome))
+                case ast.Include():
+                    included, more = self._follow(outcome, source, chain)
+                    declarations += included
+                    findings += [(outcome.span.start, finding) for finding in more]
+                case ast.Solve(files=files) if files:
+                    read = [self._with_source(each, source, chain) for each in files]
+                    findings += [(outcome.span.start, each) for each in read if isinstance(each, Diagnostic)]
+                    found = tuple(each for each in read if isinstance(each, ast.FileSetting))
+                    declarations.append(replace(outcome, files=found))
+                case _:
+                    whole, more = self.files.read(outcome)
+                    declarations.append(whole)
+                    findings += [(outcome.span.start, finding) for finding in more]
+        findings.sort(key=lambda pair: pair[0])
+        return declarations, [finding for _, finding in findings]
+
+    def _with_source(
+        self, setting: ast.FileSetting, source: Source, chain: tuple[Span, ...]
+    ) -> ast.FileSetting | Diagnostic:
+        """The setting with the file that it names, through one link if there is one, within the size of the whole."""
+        loaded = self.load(setting.path, setting.span)
+        if isinstance(loaded, Source) and (link := LINK.fullmatch(loaded.text)):
+            loaded = self.load(link[1], Span(loaded, 0, len(loaded.text)))
+        if isinstance(loaded, Diagnostic):
+            return loaded
+        self.sizes.append(len(loaded.text.encode("utf-8", "replace")))
+        if sum(self.sizes) > self.limits.file_bytes:
+            return _too_large(loaded, self.sizes, (*chain, setting.span), self.limits)
+        return replace(setting, source=loaded)
+
+    def _follow(
+        self, include: ast.Include, source: Source, chain: tuple[Span, ...]
+    ) -> tuple[list[ast.Declaration], list[Diagnostic]]:
+        loaded = self.load(include.path, include.span)
+        chain = (*chain, include.span)
+        match loaded:
+            case Diagnostic():
+                return [], [loaded]
+            case Source(name) if name == source.name or name in [span.source.name for span in chain]:
+                return [], [_cycle(name, chain)]
+            case Source(name) if name in self.read_already:
+                return [], [_included_twice(name, include, self.read_already[name])]
+            case Source() if len(chain) > self.limits.include_depth:
+                return [], [_includes_too_deep(chain, self.limits)]
+            case Source(name):
+                self.read_already[name] = include.span
+                return self.read(loaded, chain)
+
+
+def _with_neighbours(passage: Span) -> Span:
+    """From the beginning of the passage before one to the end of the passage after it."""
+    cuts = list(passages(passage.source))
+    here = cuts.index(passage)
+    return cuts[max(here - 1, 0)].to(cuts[min(here + 1, len(cuts) - 1)])
+
+
+def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Limits) -> list[Outcome]:
+    """Those that begin at a token or after it, and before the character ``end``."""
+    outcomes: list[Outcome] = []
+    wrong = 0
+    while tokens[here].kind != END and tokens[here].span.start < end and wrong < MOST_FINDINGS:
+        outcome, here = _read_declaration(tokens, here, limits)
+        outcomes.append(outcome)
+        wrong += isinstance(outcome, Diagnostic)
+    return outcomes
+
+
+def _read_declaration(tokens: Sequence[Token], first: int, limits: Limits) -> tuple[ast.Declaration | Diagnostic, int]:
+    """The declaration that starts at a token, or what is wrong with it; and where the next one starts."""
+    machine = Machine(parse_table.load(), FUNCTIONS, NESTS, limits.nesting)
+    opened: list[int] = []
+    here = first
+    try:
+        while True:
+            token = tokens[here]
+            ends = here > first and (token.kind == END or token.declares)
+            if ends or not feed(machine, token):
+                # What starts a line after a whole declaration is the next one's affair.
+                if here > first and (ends or token.starts_line) and machine.takes(END):
+                    return cast(ast.Declaration, machine.finish()), here
+                place = Place(tokens, first, here, machine.expected(), tuple(opened))
+                return explain(place), _next_start(tokens, first, here)
+            if token.kind in _OPENING:
+                opened.append(here)
+                if len(opened) > limits.nesting:
+                    return _too_deep(token.span, limits), _next_start(tokens, first, here)
+            elif token.kind in _CLOSING:
+                opened.pop()
+            here += 1
+    except MisreadError as misread:
+        return misread.finding, _next_start(tokens, first, here)
+    except TooDeepError as deep:
+        return _too_deep(deep.part.span, limits), _next_start(tokens, first, here)
+
+
+_NAMES = frozenset({NAME, LABEL})
+_OPENING = frozenset("([{")
+_CLOSING = frozenset(")]}")
+
+
+def feed(machine: Machine, token: Token) -> bool:
+    """Whether the token may stand where it stands, as what it is or else as a name; then it is taken."""
+    if token.kind in _NAMES:
+        return machine.feed(token.kind, ast.Name(token.span, token.text), token.span)
+    if machine.feed(token.kind, token, token.span):
+        return True
+    return token.may_be_name and machine.feed(NAME, ast.Name(token.span, token.text), token.span)
+
+
+def _next_start(tokens: Sequence[Token], first: int, here: int) -> int:
+    """Where reading goes on after an error: at a word that declares something and looks as if it was meant to."""
+    here = max(here, first + 1)
+    while tokens[here].kind != END:
+        if tokens[here].declares and (
+            tokens[here].starts_line or (tokens[here + 1].kind == NAME and tokens[here + 2].kind in ("=", "[", "{"))
+        ):
+            break
+        here += 1
+    return here
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _start(finding: Diagnostic) -> int:
+    return finding.primary.span.start if finding.primary else 0
+
+
+def _empty(source: Source) -> Diagnostic:
+    return Diagnostic(
+        codes.EMPTY,
+        "the mission says nothing: there is no declaration in the file",
+        Label(Span(source, 0, 0)),
+        help="start with `mission NAME`; `missionc explain MC003` shows a whole mission",
+    )
+
+
+def _too_large(source: Source, sizes: list[int], chain: tuple[Span, ...], limits: Limits) -> Diagnostic:
+    total = sum(sizes)
+    one = f"the file has {total} bytes"
+    many = f"`{source.name}` is one too many: the {len(sizes)} files of the mission have {total} bytes so far"
+    return Diagnostic(
+        codes.FILE_TOO_LARGE,
+        f"{many if chain else one}; the limit is {limits.file_bytes}",
+        Label(chain[-1] if chain else Span(source, 0, 0)),
+        help=f"raise the limit: `--limit file_bytes={total}`",
+    )
+
+
+def _too_deep(span: Span, limits: Limits) -> Diagnostic:
+    raised = min(2 * limits.nesting, DEEPEST)
+    more = f", or raise the limit: `--limit nesting={raised}`" if raised > limits.nesting else ""
+    return Diagnostic(
+        codes.NESTED_TOO_DEEP,
+        f"nested more than {limits.nesting} deep",
+        Label(span),
+        help=f"name the inner part with `let`{more}",
+    )
+
+
+def _cycle(name: str, chain: tuple[Span, ...]) -> Diagnostic:
+    files = [span.source.name for span in chain]
+    files = files[files.index(name) :]
+    steps = chain[len(chain) - len(files) :]
+    if len(files) == 1:
+        return Diagnostic(
+            codes.INCLUDE_CYCLE, f"`{name}` includes itself", Label(steps[-1]), help="delete the `include`"
+        )
+    return Diagnostic(
+        codes.INCLUDE_CYCLE,
+        f"`{name}` includes itself by way of {', '.join(f'`{file}`' for file in files[1:])}",
+        Label(steps[-1], f"`{name}` again"),
+        tuple(Label(step, f"`{file}` is included here") for step, file in zip(steps, files[1:], strict=False)),
+        help="delete one of these includes",
+    )
+
+
+def _included_twice(name: str, include: ast.Include, first: Span) -> Diagnostic:
+    return Diagnostic(
+        codes.DECLARED_AGAIN,
+        f"`{name}` is included twice",
+        Label(include.span),
+        (Label(first, "included here already"),),
+        help="delete one of the two",
+    )
+
+
+def _includes_too_deep(chain: tuple[Span, ...], limits: Limits) -> Diagnostic:
+    return Diagnostic(
+        codes.INCLUDE_TOO_DEEP,
+        f"includes within includes, {len(chain)} deep; the limit is {limits.include_depth}",
+        Label(chain[-1]),
+        help=f"include the files from the main one, or raise the limit: `--limit include_depth={len(chain)}`",
+    )

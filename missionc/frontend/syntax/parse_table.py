@@ -1,0 +1,154 @@
+"""The LALR parse table of the grammar: the action of each state on each token.
+
+Building the table with Lark takes half of what a whole ``check`` may take, so
+it is built beforehand and kept as plain JSON beside the grammar:
+
+    python -m missionc.frontend.syntax.parse_table
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import cache
+from typing import TYPE_CHECKING
+
+from missionc.base.late_dataclass import dataclass
+from missionc.base.resources import folder
+
+if TYPE_CHECKING:
+    from lark.grammar import Rule as LarkRule
+    from lark.grammar import Symbol
+    from lark.lexer import LexerState, Token
+
+END = "END"
+"""The token after the last one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What a reduction does.
+
+    ``name`` is the function that builds the node; empty where the one part is
+    handed on as it is, ``*`` where the parts become parts of the rule around.
+    ``keep`` picks the parts by place; -1 is an optional part that is not there.
+    """
+
+    symbol: str
+    name: str
+    size: int
+    keep: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """``actions[state][token]`` is the next state, or ``-1 - n`` for a reduction by ``rules[n]``.
+
+    Tokens are words and signs as written, or the grammar's upper-case names.
+    State 0 is the start; in the state ``accept`` the text may end.
+    """
+
+    accept: int
+    actions: tuple[dict[str, int], ...]
+    gotos: tuple[dict[str, int], ...]
+    rules: tuple[Rule, ...]
+
+
+@cache
+def load() -> Table:
+    """The table kept beside the grammar."""
+    data = json.loads((folder("grammars") / "mission.json").read_text(encoding="utf-8"))
+    return Table(
+        accept=data["accept"],
+        actions=tuple(data["actions"]),
+        gotos=tuple(data["gotos"]),
+        rules=tuple(Rule(symbol, name, size, tuple(keep)) for symbol, name, size, keep in data["rules"]),
+    )
+
+
+def build(grammar: str) -> Table:
+    """The table of a grammar, by Lark."""
+    from lark import Lark
+    from lark.lexer import Lexer
+    from lark.parsers.lalr_analysis import Shift
+
+    class NoLexer(Lexer):
+        """Lark then makes no lexer of its own; ours is ``tokens.py``."""
+
+        def __init__(self, _: object) -> None:
+            pass
+
+        def lex(self, lexer_state: LexerState, parser_state: object) -> Iterator[Token]:
+            raise NotImplementedError
+
+    lark = Lark(grammar, parser="lalr", lexer=NoLexer, maybe_placeholders=True)
+    texts = {terminal.name: terminal.pattern.value for terminal in lark.terminals if terminal.pattern is not None}
+    texts["$END"] = END
+    lalr = lark.parser.parser._parse_table
+    # Lark numbers states and rules differently each time; ours are in the order a walk from the start meets them.
+    states = {lalr.start_states["start"]: 0}
+    rules: dict[LarkRule, int] = {}
+    actions: list[dict[str, int]] = []
+    gotos: list[dict[str, int]] = []
+    queue = list(states)
+    for state in queue:
+        actions.append({})
+        gotos.append({})
+        for symbol, (action, argument) in sorted(lalr.states[state].items()):
+            if action is not Shift:
+                actions[-1][texts.get(symbol, symbol)] = -1 - rules.setdefault(argument, len(rules))
+                continue
+            if argument not in states:
+                queue.append(argument)
+            target = states.setdefault(argument, len(states))
+            (actions if symbol.isupper() else gotos)[-1][texts.get(symbol, symbol)] = target
+    return Table(
+        accept=states[lalr.end_states["start"]],
+        actions=tuple(actions),
+        gotos=tuple(gotos),
+        rules=tuple(_rule(rule) for rule in rules),
+    )
+
+
+def write(table: Table) -> str:
+    """The table as JSON, one state or rule a line."""
+    rules = [[rule.symbol, rule.name, rule.size, rule.keep] for rule in table.rules]
+    lists = {"rules": rules, "actions": table.actions, "gotos": table.gotos}
+    parts = [f'"accept": {table.accept}']
+    for name, rows in lists.items():
+        parts.append(f'"{name}": [\n' + ",\n".join(json.dumps(row) for row in rows) + "\n]")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def _rule(rule: LarkRule) -> Rule:
+    symbol = str(rule.origin.name)
+    if symbol.startswith("__"):
+        name = "*"
+    elif rule.alias is None and rule.options.expand1:
+        name = ""
+    else:
+        name = str(rule.alias or symbol)
+    return Rule(symbol, name, len(rule.expansion), tuple(_kept(rule)))
+
+
+def _kept(rule: LarkRule) -> list[int]:
+    """Lark's own convention: words and signs in quotes are left out, an absent ``[optional]`` leaves a gap."""
+    symbols: list[Symbol] = list(rule.expansion)
+    gaps = rule.options.empty_indices or (False,) * len(symbols)
+    positions = []
+    place = 0
+    for gap in gaps:
+        if gap:
+            positions.append(-1)
+        else:
+            symbol = symbols[place]
+            if rule.options.keep_all_tokens or not (symbol.is_term and getattr(symbol, "filter_out", False)):
+                positions.append(place)
+            place += 1
+    return positions
+
+
+if __name__ == "__main__":
+    grammars = folder("grammars")
+    table = build((grammars / "mission.lark").read_text(encoding="utf-8"))
+    (grammars / "mission.json").write_text(write(table), encoding="utf-8")

@@ -1,0 +1,324 @@
+"""Reading of untrusted files into text: a mission may come from anyone.
+
+    in   a path, a limit
+    out  Source
+    says MC002 MC004 MC009 MC010 MC033
+
+Only regular files are opened, nothing larger than the limit is read, and a
+file that changes meanwhile is not believed. What a mission includes lies in
+the mission's own folder or below it, symbolic links followed.
+"""
+
+from __future__ import annotations
+
+import codecs
+import errno
+import os
+import re
+import stat
+import sys
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from posixpath import normpath, relpath
+from typing import Protocol
+
+from missionc.base.diagnostics import code as codes
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+
+LIMITS = {
+    codes.UNREADABLE: "file_bytes",
+    codes.TRACE_UNREADABLE: "trace_bytes",
+    codes.CHECKPOINT_UNREADABLE: "checkpoint_bytes",
+    codes.FOLDER_UNREADABLE: "trace_bytes",
+    codes.MAP_UNREADABLE: "map_bytes",
+    codes.SCENARIO_UNUSABLE: "file_bytes",
+}
+"""The limit that a file of each kind may exceed, by the code that says it cannot be read."""
+
+
+class Loader(Protocol):
+    """Finds a file that a mission names: a mission that it includes, or ``data`` for its world."""
+
+    def __call__(self, written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic: ...
+
+
+class Absent(Diagnostic):
+    """What is said of a file that is not there."""
+
+    __slots__ = ()
+
+
+def read_bytes(
+    path: Path, name: str, limit: int, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
+) -> bytes | Diagnostic:
+    """What a regular file holds, at most ``limit`` bytes of it.
+
+    Args:
+        path: which file.
+        name: how messages call it.
+        limit: bytes; a larger file is refused before it is read.
+        code: of the message that says it cannot be read at all.
+        cause: the words that ask for the file, if any do.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+    except OSError as error:
+        return cannot_read(code, name, error, cause)
+    try:
+        return bytes_of(handle, name, limit, cause, code)
+    except OSError as error:
+        return cannot_read(code, name, error, cause)
+    finally:
+        os.close(handle)
+
+
+def read_text(
+    path: Path, name: str, limit: int, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
+) -> str | Diagnostic:
+    """A file's text: UTF-8, with or without a byte order mark, without NUL; arguments as of ``read_bytes``."""
+    content = read_bytes(path, name, limit, code, cause)
+    return content if isinstance(content, Diagnostic) else text_of(content, name, code, cause)
+
+
+def text_of(
+    content: bytes, name: str, code: codes.Code = codes.UNREADABLE, cause: Span | None = None
+) -> str | Diagnostic:
+    """The text that bytes are; arguments as of ``read_bytes``."""
+    if b"\0" in content:
+        return _unreadable(code, name, f"it is binary: byte {content.index(0) + 1} is zero", cause)
+    try:
+        return content.removeprefix(codecs.BOM_UTF8).decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        return _unreadable(code, name, f"byte {error.start + 1}, on line {line}, is not UTF-8", cause)
+
+
+def read_source(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
+    """A mission file, within the limits."""
+    text = read_text(path, name, limits.file_bytes, codes.UNREADABLE, cause)
+    return text if isinstance(text, Diagnostic) else Source(name, text)
+
+
+def unread(written: str, span: Span, /, *, data: bool = False) -> Source:
+    """A loader for who wants to know one file alone: all that it names is empty."""
+    return Source(written, "", b"" if data else None)
+
+
+def data_of(content: bytes, name: str) -> Source:
+    """A file that is no mission, with its text where it is one."""
+    text = text_of(content, name)
+    return Source(name, "" if isinstance(text, Diagnostic) else text, content)
+
+
+def read_data(path: Path, name: str, limits: Limits, cause: Span | None = None) -> Source | Diagnostic:
+    """A file that is no mission, within the limits."""
+    content = read_bytes(path, name, limits.map_bytes, codes.MAP_UNREADABLE, cause)
+    return content if isinstance(content, Diagnostic) else data_of(content, name)
+
+
+def read_standard_input(limits: Limits) -> Source | Diagnostic:
+    """A mission from standard input, within the limits; no more than that is read, however much there is."""
+    name, limit = "<stdin>", limits.file_bytes
+    if sys.stdin is None:
+        return closed_input()
+    try:
+        content = sys.stdin.buffer.read(limit + 1)
+    except (OSError, ValueError) as error:
+        why = _reason(error) if isinstance(error, OSError) else "standard input is closed"
+        return _unreadable(codes.UNREADABLE, name, why, None)
+    if len(content) > limit:
+        return too_large(codes.UNREADABLE, name, len(content), limit, more=True)
+    text = text_of(content, name)
+    return text if isinstance(text, Diagnostic) else Source(name, text)
+
+
+def closed_input() -> Diagnostic:
+    """The refusal of standard input that was closed when the process started: Python has no such file then."""
+    return _unreadable(codes.UNREADABLE, "<stdin>", "standard input is closed", None)
+
+
+def loader(main: Path, name: str, limits: Limits) -> Loader:
+    """The function that reads what the mission at ``main``, called ``name``, includes.
+
+    A path is relative to the file that includes it. Whatever way a file is
+    reached, its source has one name, so a cycle is seen by name. A link has a
+    source of its own, which includes the file that it leads to: so the sources
+    alone, under their names, are the mission.
+    """
+    folder, root = Path(name).parent, main.parent.resolve()
+    leads: dict[str, Path] = {}
+    paths = {name: root / main.name}
+    names = {main.resolve(): name}
+
+    def load(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
+        if strange(written):
+            return _not_allowed(written, "the path is not relative", span)
+        try:
+            path = leads.get(span.source.name) or (paths[span.source.name].parent / written).resolve()
+        except (OSError, RuntimeError, ValueError):
+            return _unreadable(codes.UNREADABLE, written, "its links lead nowhere", span)
+        # Whether a file outside exists is nobody's business, so this comes before any look at it.
+        if not path.is_relative_to(root):
+            return _not_allowed(written, "it lies outside the mission's own folder", span)
+        link = "" if path in names else _link(Path(span.source.name).relative_to(folder).parent / written, path, root)
+        called = names.setdefault(path, str(folder / path.relative_to(root)))
+        paths[called] = path
+        source = (read_data if data else read_source)(path, called, limits, span)
+        if not link or isinstance(source, Diagnostic):
+            return source
+        leads[str(folder / link)] = path
+        return Source(str(folder / link), f'include "{relpath(path.relative_to(root), PurePosixPath(link).parent)}"\n')
+
+    return load
+
+
+def _link(written: Path, path: Path, root: Path) -> str:
+    """The link in the root by which a file was reached, relative to it; empty where it was by its own name.
+
+    Also where that cannot be said in a mission: by more links than one, up and down again, or with strange characters.
+    """
+    named, own = normpath(written.as_posix()), path.relative_to(root).as_posix()
+    if named == own or named.startswith("../") or (root / named).resolve() != path:
+        return ""
+    return "" if strange(own) or '"' in own or not own.isprintable() or not named.isprintable() else named
+
+
+def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> tuple[Source | Diagnostic, Loader]:
+    """A mission whose files are in hand already, and the function that finds what it includes among them.
+
+    Args:
+        main: the mission's name, one of ``files``.
+        folder: in which messages say that they lie.
+        files: what each holds, by its name relative to the folder.
+    """
+
+    def source(name: str, cause: Span | None = None, data: bool = False) -> Source | Diagnostic:
+        shown = f"{folder}/{name}"
+        if name not in files:
+            absent = "it is not one of the mission's files"
+            return _unreadable(codes.MAP_UNREADABLE if data else codes.UNREADABLE, shown, absent, cause, absent=True)
+        if data and not _leads(files[name]):
+            return data_of(files[name], shown)
+        if len(files[name]) > limits.file_bytes:
+            return too_large(codes.UNREADABLE, shown, len(files[name]), limits.file_bytes, cause)
+        text = text_of(files[name], shown, codes.UNREADABLE, cause)
+        return text if isinstance(text, Diagnostic) else Source(shown, text)
+
+    def load(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
+        if strange(written):
+            return _not_allowed(written, "the path is not relative", span)
+        beside = PurePosixPath(span.source.name).relative_to(folder).parent
+        name = normpath(str(beside / written))
+        if name.startswith("../"):
+            return _not_allowed(written, "it lies outside the mission's own folder", span)
+        return source(name, span, data)
+
+    return source(main), load
+
+
+LINK = re.compile(r'include "([^"\n]*)"\n')
+"""The text of a link: where it leads."""
+
+
+def _leads(content: bytes) -> bool:
+    """Whether this is a link to a file, and not the file."""
+    return content.startswith(b"include ") and LINK.fullmatch(content.decode("utf-8", "replace")) is not None
+
+
+def strange(written: str) -> bool:
+    """Whether no file can be named so: by an absolute path, none, or with characters of another system's."""
+    return PurePosixPath(written).is_absolute() or not written or "\0" in written or "\\" in written
+
+
+def bytes_of(handle: int, name: str, limit: int, cause: Span | None, code: codes.Code) -> bytes | Diagnostic:
+    """What an open file holds; arguments as of ``read_bytes``.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    before = os.fstat(handle)
+    if not stat.S_ISREG(before.st_mode):
+        what = "a folder" if stat.S_ISDIR(before.st_mode) else "not a regular file"
+        return _unreadable(code, name, f"it is {what}", cause)
+    if before.st_size > limit:
+        return too_large(code, name, before.st_size, limit, cause)
+    content = _read(handle, before.st_size + 1)
+    after = os.fstat(handle)
+    if len(content) != after.st_size or (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
+        return changed_meanwhile(name, cause)
+    return content
+
+
+def too_large(
+    code: codes.Code, name: str, size: int, limit: int, cause: Span | None = None, *, more: bool = False
+) -> Diagnostic:
+    """What is said of ``size`` bytes, or ``more`` of which nobody knows how many, where ``limit`` are allowed."""
+    limited = LIMITS.get(code)
+    raised = f"allow more with `--limit {limited}={'BYTES' if more else size}`" if limited else "give a smaller file"
+    return Diagnostic(
+        codes.FILE_TOO_LARGE,
+        f"`{name}` has {size} bytes{' or more' if more else ''}; the limit is {limit}",
+        Label(cause, "asked for here") if cause else None,
+        help=f"split the mission with `include`, or {raised}" if code is codes.UNREADABLE else raised,
+    )
+
+
+def cannot_read(code: codes.Code, name: str, error: OSError, cause: Span | None = None) -> Diagnostic:
+    """What is said where the system refuses to open or read a file."""
+    return _unreadable(code, name, _reason(error), cause, absent=error.errno == errno.ENOENT)
+
+
+def _read(handle: int, limit: int) -> bytes:
+    """Everything up to ``limit`` bytes; one read may give less than asked for."""
+    parts: list[bytes] = []
+    while limit > 0 and (part := os.read(handle, limit)):
+        parts.append(part)
+        limit -= len(part)
+    return b"".join(parts)
+
+
+def nowhere() -> bool:
+    """Whether the working directory has been removed."""
+    try:
+        os.getcwd()
+    except OSError:
+        return True
+    return False
+
+
+def _reason(error: OSError) -> str:
+    """The system's words for a failure, as the end of a sentence."""
+    words = os.strerror(error.errno) if error.errno else str(error)
+    return words[:1].lower() + words[1:]
+
+
+def _unreadable(code: codes.Code, name: str, reason: str, cause: Span | None, *, absent: bool = False) -> Diagnostic:
+    return (Absent if absent else Diagnostic)(
+        code,
+        f"cannot read `{name}`: {reason}",
+        Label(cause, "asked for here") if cause else None,
+        help="give a file that is there and can be read"
+        if code in (codes.CHECKPOINT_UNREADABLE, codes.FOLDER_UNREADABLE, codes.MAP_UNREADABLE)
+        else "give a file of UTF-8 text that is there and can be read",
+    )
+
+
+def changed_meanwhile(name: str, cause: Span | None = None) -> Diagnostic:
+    """What to say of a file that somebody writes to while it is read, or before what was made of it is written."""
+    return Diagnostic(
+        codes.FILE_CHANGED,
+        f"`{name}` changed while it was read",
+        Label(cause, "asked for here") if cause else None,
+        help="run the command again when nothing writes to the file",
+    )
+
+
+def _not_allowed(written: str, reason: str, span: Span) -> Diagnostic:
+    return Diagnostic(
+        codes.INCLUDE_NOT_ALLOWED,
+        f"`{written}` cannot be included: {reason}",
+        Label(span),
+        help="include a file in the mission's own folder or below it, by a relative path",
+    )

@@ -1,0 +1,363 @@
+"""The tokenizer: the words of the language, and the tokens that text falls apart into.
+
+in   Source
+out  its tokens, the last of them END
+says MC006, MC007
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from itertools import islice
+from typing import NamedTuple
+
+from missionc.base.diagnostics.code import NAME_NOT_ALLOWED, NUMBER_OUT_OF_RANGE, UNKNOWN_UNIT
+from missionc.base.diagnostics.model import Diagnostic, Fix, Label
+from missionc.base.late_dataclass import dataclass
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.base.units import UNITS
+from missionc.frontend.syntax.forms import UNITS_IN_FULL
+from missionc.frontend.syntax.parse_table import END
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word with a meaning of its own.
+
+    ``says`` is what it is, in words. ``token`` is its class in the grammar,
+    where it shares one; ``letter`` its short form. A word that is not
+    ``reserved`` may also be a name, wherever the grammar does not ask for it.
+    """
+
+    text: str
+    says: str
+    token: str = ""
+    letter: str = ""
+    reserved: bool = True
+
+
+WORDS: tuple[Word, ...] = (
+    Word("mission", "a declaration"),
+    Word("param", "a declaration"),
+    Word("include", "a declaration"),
+    Word("time", "a declaration"),
+    Word("world", "a declaration"),
+    Word("region", "a declaration"),
+    Word("obstacle", "a declaration"),
+    Word("beacon", "a declaration"),
+    Word("team", "a declaration"),
+    Word("agent", "a declaration"),
+    Word("group", "a declaration"),
+    Word("graph", "a declaration"),
+    Word("formation", "a declaration"),
+    Word("separation", "a declaration"),
+    Word("clearance", "a declaration"),
+    Word("resource", "a declaration"),
+    Word("flag", "a declaration"),
+    Word("let", "a declaration"),
+    Word("require", "a declaration"),
+    Word("prefer", "a declaration"),
+    Word("minimize", "a declaration"),
+    Word("solve", "a declaration"),
+    Word("tolerate", "a declaration"),
+    Word("obstacles", "a declaration", "SEVERAL", reserved=False),
+    Word("regions", "a declaration", "SEVERAL", reserved=False),
+    Word("box", "a shape"),
+    Word("disc", "a shape"),
+    Word("ball", "a shape"),
+    Word("cylinder", "a shape"),
+    Word("polygon", "a shape"),
+    Word("not", "an operator", "PREFIX", "!"),
+    Word("next", "an operator", "PREFIX"),
+    Word("arrives", "an operator", "PREFIX"),
+    Word("leaves", "an operator", "PREFIX"),
+    Word("always", "an operator", "TIME_PREFIX", "G"),
+    Word("eventually", "an operator", "TIME_PREFIX", "F"),
+    Word("until", "an operator", "TIME_INFIX", "U"),
+    Word("release", "an operator", "TIME_INFIX", "Rel"),
+    Word("once", "an operator", "TIME_PREFIX"),
+    Word("historically", "an operator", "TIME_PREFIX"),
+    Word("since", "an operator", "TIME_INFIX"),
+    Word("escape", "an operator", "ROUTE_PREFIX", "E"),
+    Word("somewhere", "an operator", "ROUTE_PREFIX"),
+    Word("everywhere", "an operator", "ROUTE_PREFIX"),
+    Word("reach", "an operator", "ROUTE_INFIX", "R"),
+    Word("surround", "an operator", "ROUTE_INFIX"),
+    Word("count", "an operator"),
+    Word("and", "an operator", letter="&"),
+    Word("or", "an operator", letter="|"),
+    Word("implies", "an operator", letter="->"),
+    Word("iff", "an operator", letter="<->"),
+    Word("every", "a quantifier"),
+    Word("some", "a quantifier"),
+    Word("for", "a quantifier"),
+    Word("true", "a formula"),
+    Word("false", "a formula"),
+    Word("distance", "a measure"),
+    Word("end", "the mission's last step"),
+    Word("at", "a preposition"),
+    Word("in", "a preposition"),
+    Word("of", "a preposition"),
+    Word("on", "a preposition"),
+    Word("over", "a preposition"),
+    Word("to", "a preposition"),
+    Word("with", "a preposition"),
+    Word("per", "a preposition", reserved=False),
+    Word("step", "a part of `time`", reserved=False),
+    Word("horizon", "a part of `time`", reserved=False),
+    Word("radius", "a measure", reserved=False),
+    Word("height", "a measure", reserved=False),
+    Word("moving", "a motion", reserved=False),
+    Word("along", "a motion", reserved=False),
+    Word("uncertain", "a motion", reserved=False),
+    Word("dynamics", "a part of a team"),
+    Word("start", "a part of a team", reserved=False),
+    Word("finish", "a part of a team", reserved=False),
+    Word("vehicle", "a part of a team", reserved=False),
+    Word("flight", "a part of a team", reserved=False),
+    Word("pads", "a part of `flight`", reserved=False),
+    Word("yaw", "a part of a team", reserved=False),
+    Word("path", "a way to turn", reserved=False),
+    Word("proximity", "a kind of graph", reserved=False),
+    Word("beacons", "a kind of graph", reserved=False),
+    Word("sight", "a kind of graph", reserved=False),
+    Word("total", "a part of a formation", reserved=False),
+    Word("least", "a quantifier", reserved=False),
+    Word("without", "a quantifier"),
+    Word("any", "a quantifier", reserved=False),
+    Word("hops", "a measure", reserved=False),
+    Word("weight", "a part of `prefer`", reserved=False),
+    Word("delay", "a part of `tolerate`", reserved=False),
+    Word("heading", "a measure", reserved=False),
+    Word("within", "a preposition", reserved=False),
+    Word("from", "a preposition", reserved=False),
+    Word("origin", "a part of `from`", reserved=False),
+    Word("layer", "a part of `from`", reserved=False),
+    Word("unknown", "a part of `from`", reserved=False),
+    Word("named", "a part of `from`", reserved=False),
+)
+"""Every word of the grammar. A letter (``U``) may also be a name, but for those of operators before their operand."""
+
+SPELLINGS: dict[str, Word] = {word.text: word for word in WORDS} | {word.letter: word for word in WORDS if word.letter}
+DECLARATIONS: frozenset[str] = frozenset(word.text for word in WORDS if word.says == "a declaration")
+OPERATORS: dict[str, Word] = {word.text: word for word in WORDS if word.says == "an operator"}
+
+STATES: frozenset[str] = frozenset({"x", "y", "z", "speed", "altitude"})
+"""What a comparison asks of an agent's own state: names to the grammar, but never of anything declared."""
+
+EXTREMES: frozenset[str] = frozenset({"min", "max"})
+"""What takes numbers in brackets and is one of them; names where no bracket follows."""
+
+NAME, LABEL, NUMBER, UNIT, TEXT, EXTREME = "NAME", "LABEL", "NUMBER", "UNIT", "TEXT", "EXTREME"
+MOST_FINDINGS = 100
+"""More than anybody reads; what follows them is mostly their echo."""
+
+SEVERAL = "SEVERAL"
+"""``obstacles``, ``regions`` or ``beacons`` where a file follows; anywhere else they are what they were."""
+
+PLURALS = frozenset({"obstacles", "regions", "beacons"})
+
+STRAY = "STRAY"
+"""A character, or a sign of another language, that the grammar does not know."""
+
+
+class Token(NamedTuple):
+    """``kind`` is a token of the grammar; ``word`` an operator's or keyword's word, whichever way it is spelled."""
+
+    kind: str
+    text: str
+    span: Span
+    word: str = ""
+    starts_line: bool = False
+
+    @property
+    def declares(self) -> bool:
+        """Whether this is the first word of a declaration."""
+        return self.kind == SEVERAL or (self.word in DECLARATIONS and self.kind == self.word)
+
+    @property
+    def may_be_name(self) -> bool:
+        return bool(self.word) and self.text[0].isalpha() and not reserved(self.text)
+
+
+def nameable(text: str) -> bool:
+    """Whether a text has the form of a name; it may be a word of the language all the same."""
+    return _NAME_FORM.fullmatch(text) is not None
+
+
+def reserved(text: str) -> bool:
+    """Whether a word can never be a name."""
+    word = SPELLINGS.get(text)
+    if word is None:
+        return False
+    if text == word.letter:
+        return word.token.endswith("PREFIX")
+    return word.reserved
+
+
+# Characters that show nothing, or turn the direction of the text around them.
+_UNSEEN = r"\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u00ad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\ufffb"
+_UNSEEN_CHARACTER = re.compile(f"[{_UNSEEN}]")
+_TOKEN = re.compile(
+    rf"""
+    (?:[\s{_UNSEEN}]|\#[^\n]*)*+
+    (?: (?P<number> (?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)? )
+    | (?P<word>   [^\W\d]\w* )
+    | (?P<text>   "[^"\n]*" )
+    | (?P<stray>  <=> | ==>? | => | =< | >< | <> | != | // | /\* | && | \|\| | := | \.\.\. | \*\* | /\\ | \\/ )
+    | (?P<sign>   <-> | -> | <= | >= | \.\. | [-+*/=<>()\[\]{{}},:!&|] )
+    | (?P<other>  . )
+    | (?P<end>    )
+    )
+    """,
+    re.VERBOSE | re.DOTALL,
+)
+_UNIT = re.compile(r"([A-Za-z]+)(?:/(?:min|ms|s|h)(?:\^?[0-9])?)?(?!\w)")
+_NAME_FORM = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_BEFORE_BRACKET = re.compile(r"\s*\(")
+_BEFORE_COLON = re.compile(r"\s*:")
+BEFORE_FILE = r'(?=\s*(?:from\b|"))'
+_BEFORE_FILE = re.compile(BEFORE_FILE)
+
+
+def tokenise(lines: Span, limits: Limits) -> tuple[list[Token], list[Diagnostic]]:
+    """The tokens of whole lines of a text, END last, and what is wrong with single ones of them."""
+    source, begin, last = lines.source, lines.start, lines.end
+    text = source.text
+    tokens: list[Token] = []
+    findings = _unseen(source, begin, last)
+    position = begin
+    while (match := _TOKEN.match(text, position, last)) and (group := match.lastgroup) != "end":
+        assert group is not None
+        start, end = match.span(group)
+        starts_line = position == begin or (start > position and "\n" in text[position:start])
+        written, word = match[group], ""
+        match group:
+            case "sign":
+                kind = written
+            case "number":
+                kind = NUMBER
+            case "word":
+                kind, written = _word(text, start, written, tokens)
+                end = start + len(written)
+            case "text":
+                kind = TEXT
+            case _:
+                kind = STRAY
+        if kind == SEVERAL:
+            word = written
+        elif kind in (NAME, written) and written in SPELLINGS and SPELLINGS[written].token != SEVERAL:
+            word = SPELLINGS[written].text
+            kind = SPELLINGS[written].token or word
+        token = Token(kind, written, Span(source, start, end), word, starts_line)
+        tokens.append(token)
+        if kind in _CHECKS and len(findings) < MOST_FINDINGS:
+            findings += _CHECKS[kind](token, limits)
+        position = end
+    tokens.append(Token(END, "", Span(source, last, last), starts_line=True))
+    return tokens, findings
+
+
+def _word(text: str, start: int, written: str, tokens: list[Token]) -> tuple[str, str]:
+    """What a word is by the tokens before it, and how far it goes: a unit may hold a ``/``."""
+    before = tokens[-1].kind if tokens else END
+    # After `moving (2, 0)`, `per` or a number stands a unit; but in `at least 2 m:` it is a group that is called `m`.
+    counted = [token.kind for token in tokens[-3:-1]] in (["at", "least"], ["without", "any"])
+    if before in (NUMBER, ")", "per") and not counted:
+        unit = _UNIT.match(text, start)
+        if unit and (unit[1] in UNITS or unit[0].lower() in UNITS_IN_FULL):
+            return UNIT, unit[0]
+    if before in ("require", "prefer") and _BEFORE_COLON.match(text, start + len(written)):
+        return LABEL, written
+    if written in PLURALS and before != "=" and _BEFORE_FILE.match(text, start + len(written)):
+        return SEVERAL, written
+    if written in EXTREMES and _BEFORE_BRACKET.match(text, start + len(written)):
+        return EXTREME, written
+    return NAME, written
+
+
+# ------------------------------------------------------------------ messages
+
+
+def quoted(text: str) -> str:
+    """Text of the user's in backticks, cut where it is long."""
+    return f"`{text}`" if len(text) <= 40 else f"`{text[:30]}…`"
+
+
+def _unseen(source: Source, begin: int, end: int) -> list[Diagnostic]:
+    first = 1 if begin == 0 and source.text.startswith("\ufeff") else begin
+    return [
+        Diagnostic(
+            NAME_NOT_ALLOWED,
+            f"the character U+{ord(match[0]):04X} cannot be seen, or turns the text around",
+            Label(Span(source, match.start(), match.end())),
+            help="delete it",
+            fix=Fix(Span(source, match.start(), match.end()), ""),
+        )
+        for match in islice(_UNSEEN_CHARACTER.finditer(source.text, first, end), MOST_FINDINGS)
+    ]
+
+
+def _check_name(token: Token, limits: Limits) -> list[Diagnostic]:
+    if len(token.text) > limits.name_length:
+        return [
+            Diagnostic(
+                NAME_NOT_ALLOWED,
+                f"a name of {len(token.text)} characters; the limit is {limits.name_length}",
+                Label(token.span),
+                help=f"choose a shorter one, or raise the limit: `--limit name_length={len(token.text)}`",
+            )
+        ]
+    if not token.text.isascii():
+        return [
+            Diagnostic(
+                NAME_NOT_ALLOWED,
+                f"{quoted(token.text)} has letters other than a to z",
+                Label(token.span),
+                help="write it with the letters a to z, digits and `_`; comments may say anything",
+            )
+        ]
+    return []
+
+
+def _check_number(token: Token, limits: Limits) -> list[Diagnostic]:
+    value = float(token.text)
+    if len(token.text) <= limits.digits and 1 <= value <= limits.magnitude:
+        return []
+    digits = token.text.lower().partition("e")[0].replace(".", "").lstrip("0")
+    if len(digits) > limits.digits:
+        message = f"a number of {len(digits)} digits; at most {limits.digits} are kept exactly"
+        advice = f"round it, or raise the limit: `--limit digits={len(digits)}`"
+    elif not math.isfinite(value):
+        message = f"{quoted(token.text)} is larger than any number the compiler can hold"
+        advice = f"write a number up to {limits.magnitude:g}"
+    elif value > limits.magnitude:
+        message = f"{quoted(token.text)} is larger than {limits.magnitude:g}"
+        advice = f"write a smaller number, or raise the limit: `--limit magnitude={token.text}`"
+    elif digits and value == 0:
+        message = f"{quoted(token.text)} is smaller than any number the compiler can hold"
+        advice = "write `0`"
+    else:
+        return []
+    fix = Fix(token.span, "0") if advice == "write `0`" else None
+    return [Diagnostic(NUMBER_OUT_OF_RANGE, message, Label(token.span), help=advice, fix=fix)]
+
+
+def _check_unit(token: Token, limits: Limits) -> list[Diagnostic]:
+    meant = UNITS_IN_FULL.get(token.text.lower(), "")
+    if not meant:
+        return []
+    message = f"no unit is called {quoted(token.text)}"
+    fix = Fix(token.span, meant)
+    return [Diagnostic(UNKNOWN_UNIT, message, Label(token.span), help=f"did you mean `{meant}`?", fix=fix)]
+
+
+_CHECKS: dict[str, Callable[[Token, Limits], list[Diagnostic]]] = {
+    NUMBER: _check_number,
+    UNIT: _check_unit,
+    NAME: _check_name,
+    LABEL: _check_name,
+}

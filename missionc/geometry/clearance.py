@@ -1,0 +1,316 @@
+"""Clearance of bodies to obstacles, standing and moving.
+
+A body is the disc (in a volume the ball) of its radius around the agent's
+centre; it is clear where its distance to every obstacle is at least the
+mission's clearance. In the plane this is exact for every shape as written; a
+disc that an intersection or a difference cuts counts as the polygon around it.
+In a volume a prism keeps bodies out of its base, grown in the plane, over its
+height, grown up and down: a little more than the true distance at its rims.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import assert_never
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from missionc import ir
+from missionc.base.late_dataclass import dataclass
+from missionc.base.trace import Array, Flags
+from missionc.geometry.displacement import displaced
+
+Indices = NDArray[np.int64]
+
+ROUNDING = 5e-10
+"""Metres by which a body may be nearer than asked and only touch, which is allowed."""
+
+NOTHING = 1e-12
+"""Metres: the least distance kept, so that a body of no size is not within an obstacle."""
+
+BULGE = 0.01
+"""Metres: a bent motion is tested as chords from which it strays no more, grown by as much; an obstacle that grows, in
+parts of a step in which it grows by no more, as large as it is at their end."""
+
+PARTS = 64
+"""A step has at most so many parts for the sake of what grows."""
+
+BLOCK = 1 << 17
+"""Segments that are measured at once."""
+
+FEW = 16
+"""So many solids are each compared with all segments; of more those nearby are looked up in a tree."""
+
+CORNERS = 64
+"""Corners of the polygon that stands for a disc cut by another shape."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Column:
+    """The points within ``radius`` of a plane geometry, from height ``low`` to ``high``."""
+
+    base: shapely.Geometry
+    radius: float
+    low: float
+    high: float
+
+    def bounds(self, dimension: int) -> tuple[Array, Array]:
+        """Its lowest and its highest corner, (dim,) each, metres."""
+        west, south, east, north = shapely.bounds(self.base)
+        low = (west - self.radius, south - self.radius, self.low)
+        high = (east + self.radius, north + self.radius, self.high)
+        return np.array(low[:dimension]), np.array(high[:dimension])
+
+
+Solid = Column | ir.Ball
+"""What obstacles are made of."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motions:
+    """Motions of one step each, with constant acceleration.
+
+    Args:
+        position: (motions, dim), metres, at the start of the step.
+        velocity: (motions, dim), m/s, at the start of the step.
+        acceleration: (motions, dim), m/s².
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+    def at(self, time: float) -> Array:
+        """(motions, dim), metres, ``time`` seconds after the start."""
+        return self.position + self.velocity * time + self.acceleration * (0.5 * time * time)
+
+    def bulge(self, duration: float) -> Array:
+        """(motions,), metres: how far a motion strays from its chord over ``duration``."""
+        bulge: Array = np.linalg.norm(self.acceleration, axis=-1) * (duration * duration / 8)
+        return bulge
+
+
+def solids(shape: ir.Shape) -> tuple[Solid, ...]:
+    """What a shape is made of: its points, or (where a disc or ball is cut) a few more."""
+    everywhere = ir.Prism(-math.inf, math.inf)
+    match shape:
+        case ir.Box(low, high):
+            heights = ir.Prism(low[2], high[2]) if len(low) == 3 else everywhere
+            return (Column(shapely.box(low[0], low[1], high[0], high[1]), 0.0, heights.low, heights.high),)
+        case ir.Disc(centre, radius, band):
+            heights = band or everywhere
+            return (Column(shapely.Point(centre[0], centre[1]), radius, heights.low, heights.high),)
+        case ir.Polygon(corners, band):
+            heights = band or everywhere
+            return (Column(shapely.Polygon(corners), 0.0, heights.low, heights.high),)
+        case ir.Ball():
+            return (shape,)
+        case ir.Union(left, right):
+            return solids(left) + solids(right)
+        case ir.Intersection(left, right):
+            return tuple(both for one in solids(left) for other in solids(right) for both in _common(one, other))
+        case ir.Difference(left, right):
+            rest = solids(left)
+            for other in solids(right):
+                rest = tuple(piece for one in rest for piece in _without(one, other))
+            return rest
+        case _:
+            assert_never(shape)
+
+
+def clear_of(obstacles: tuple[Solid, ...], start: Array, end: Array, margin: Array) -> Flags:
+    """Whether straight segments keep their distance from standing solids.
+
+    Args:
+        start: (segments, dim), metres; ``end`` likewise. Equal ends are a point.
+        margin: (segments,), metres, the distance to keep.
+
+    Returns:
+        (segments,)
+    """
+    clear = np.ones(len(start), dtype=bool)
+    if not len(start) or not obstacles:
+        return clear
+    reach = margin[:, None]
+    for number, near in _within_reach(obstacles, np.minimum(start, end) - reach, np.maximum(start, end) + reach):
+        for block in range(0, len(near), BLOCK):
+            here = near[block : block + BLOCK]
+            here = here[clear[here]]
+            clear[here] = ~_touches(obstacles[number], start[here], end[here], margin[here])
+    return clear
+
+
+def _within_reach(obstacles: tuple[Solid, ...], low: Array, high: Array) -> Iterator[tuple[int, Indices]]:
+    """For each obstacle, by number, the boxes, (some,), from low to high, (boxes, dim), metres, that may touch it."""
+    bounds = [_bounds(solid, low.shape[1]) for solid in obstacles]
+    if len(obstacles) <= FEW:
+        for number, (lowest, highest) in enumerate(bounds):
+            yield number, np.flatnonzero(((low <= highest) & (high >= lowest)).all(axis=1))
+        return
+    tree = shapely.STRtree(_rectangles(np.array([each for each, _ in bounds]), np.array([each for _, each in bounds])))
+    near, solid = tree.query(_rectangles(low, high))
+    order = np.lexsort((near, solid))
+    first = np.searchsorted(solid[order], np.arange(len(obstacles) + 1))
+    for number in np.flatnonzero(np.diff(first)).tolist():
+        yield number, near[order[first[number] : first[number + 1]]]
+
+
+def _rectangles(low: Array, high: Array) -> NDArray[np.object_]:
+    """The extent of each in the plane: (boxes, dim) twice, metres -> (boxes,)."""
+    rectangles: NDArray[np.object_] = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    return rectangles
+
+
+def standing_solids(mission: ir.Mission) -> tuple[Solid, ...]:
+    """The parts of all obstacles that stand still, those that grow as they are at first."""
+    return tuple(
+        solid
+        for obstacle in mission.obstacles
+        if isinstance(obstacle.motion, ir.Still)
+        for solid in solids(obstacle.shape)
+    )
+
+
+def clear_motions(obstacles: tuple[Solid, ...], motions: Motions, step: float, margin: float) -> Flags:
+    """Which motions, (motions,), keep ``margin`` metres from standing solids for the whole step."""
+    clear = np.ones(len(motions.position), dtype=bool)
+    for begin, until in pairwise(_chords(motions, 0.0, step)):
+        clear &= clear_of(obstacles, motions.at(begin), motions.at(until), motions.bulge(until - begin) + margin)
+    return clear
+
+
+def clear_of_movers(mission: ir.Mission, motions: Motions, margin: float) -> Flags:
+    """Which motions keep ``margin`` metres from the obstacles that move or grow, by the step at which they start.
+
+    Returns:
+        (steps, motions)
+    """
+    clear = np.ones((mission.steps, len(motions.position)), dtype=bool)
+    for obstacle in mission.obstacles:
+        if obstacle.constant:
+            continue
+        parts = solids(obstacle.shape)
+        for step in range(mission.steps):
+            now = step * mission.step
+            for begin, until in _straight(obstacle, motions, now, now + mission.step):
+                start = motions.at(begin - now) - displaced(obstacle, begin, mission.dimension)
+                end = motions.at(until - now) - displaced(obstacle, until, mission.dimension)
+                need = motions.bulge(until - begin) + margin + obstacle.grown(until)
+                clear[step] &= clear_of(parts, start, end, need)
+    return clear
+
+
+def clear_places(mission: ir.Mission, position: Array, margin: float, steps: Sequence[int]) -> Flags:
+    """Which places keep ``margin`` metres from the obstacles that move or grow at these steps.
+
+    Args:
+        position: (places, dim), metres.
+
+    Returns:
+        (steps, places)
+    """
+    clear = np.ones((len(steps), len(position)), dtype=bool)
+    for obstacle in mission.obstacles:
+        if obstacle.constant:
+            continue
+        parts = solids(obstacle.shape)
+        for row, step in enumerate(steps):
+            time = step * mission.step
+            place = position - displaced(obstacle, time, mission.dimension)
+            clear[row] &= clear_of(parts, place, place, np.full(len(position), margin + obstacle.grown(time)))
+    return clear
+
+
+def _straight(obstacle: ir.Obstacle, motions: Motions, begin: float, until: float) -> Iterator[tuple[float, float]]:
+    """The times between which the obstacle's path and, nearly, the motions are straight, and it hardly grows."""
+    path = obstacle.motion.times if isinstance(obstacle.motion, ir.Path) else ()
+    corners = [begin, *(time for time in path if begin < time < until), until]
+    for first, last in pairwise(corners):
+        yield from pairwise(_chords(motions, first, last, obstacle.growth))
+
+
+def _chords(motions: Motions, begin: float, until: float, growth: float = 0.0) -> list[float]:
+    """Times between which no motion strays from its chord by more than ``BULGE``, nor anything grows by
+    more, in ``PARTS`` parts at most for that."""
+    bulge = float(motions.bulge(until - begin).max(initial=0.0))
+    pieces = max(1, math.ceil(math.sqrt(bulge / BULGE)), min(math.ceil(growth * (until - begin) / BULGE), PARTS))
+    return [*(begin + (until - begin) * piece / pieces for piece in range(pieces)), until]
+
+
+def _bounds(solid: Solid, dimension: int) -> tuple[Array, Array]:
+    if isinstance(solid, Column):
+        return solid.bounds(dimension)
+    return np.array(solid.centre) - solid.radius, np.array(solid.centre) + solid.radius
+
+
+def _touches(solid: Solid, start: Array, end: Array, margin: Array) -> Flags:
+    """Which segments come closer than ``margin``."""
+    if isinstance(solid, ir.Ball):
+        along = end - start
+        square = np.sum(along * along, axis=1)
+        part = np.sum((solid.centre - start) * along, axis=1) / np.where(square > 0, square, 1.0)
+        nearest = start + along * np.clip(part, 0.0, 1.0)[:, None]
+        touches: Flags = np.linalg.norm(nearest - solid.centre, axis=1) < np.maximum(margin, NOTHING) + solid.radius
+        return touches
+    if start.shape[1] == 3:
+        level, start, end = _within_heights(start, end, solid.low - margin, solid.high + margin)
+    else:
+        level = np.ones(len(start), dtype=bool)
+    lines = shapely.linestrings(np.stack([start[:, :2], end[:, :2]], axis=1))
+    close: Flags = shapely.distance(lines, solid.base) < np.maximum(margin, NOTHING) + solid.radius
+    return level & close
+
+
+def _within_heights(start: Array, end: Array, low: Array, high: Array) -> tuple[Flags, Array, Array]:
+    """The part of each segment strictly between two heights, and whether there is one."""
+    climb = end[:, 2] - start[:, 2]
+    slope = np.where(climb == 0, 1.0, climb)
+    first, second = (low - start[:, 2]) / slope, (high - start[:, 2]) / slope
+    enters = np.where(climb == 0, 0.0, np.clip(np.minimum(first, second), 0.0, 1.0))
+    leaves = np.where(climb == 0, 1.0, np.clip(np.maximum(first, second), 0.0, 1.0))
+    level = (np.minimum(start[:, 2], end[:, 2]) < high) & (np.maximum(start[:, 2], end[:, 2]) > low)
+    along = end - start
+    return level, start + along * enters[:, None], start + along * leaves[:, None]
+
+
+def _around(column: Column) -> shapely.Geometry:
+    """A polygon that holds the column's base."""
+    return column.base if column.radius == 0 else _regular(column, column.radius / math.cos(math.pi / CORNERS))
+
+
+def _within(column: Column) -> shapely.Geometry:
+    """A polygon within the column's base."""
+    return column.base if column.radius == 0 else _regular(column, column.radius)
+
+
+def _regular(column: Column, radius: float) -> shapely.Geometry:
+    angles = np.arange(CORNERS) * (2 * math.pi / CORNERS)
+    centre = shapely.get_coordinates(column.base)[0]
+    return shapely.Polygon(centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+def _common(one: Solid, other: Solid) -> tuple[Solid, ...]:
+    if isinstance(one, ir.Ball) or isinstance(other, ir.Ball):
+        return (one,) if isinstance(one, ir.Ball) else (other,)
+    base = shapely.intersection(_around(one), _around(other))
+    return _column(base, max(one.low, other.low), min(one.high, other.high))
+
+
+def _without(one: Solid, other: Solid) -> tuple[Solid, ...]:
+    if isinstance(one, ir.Ball) or isinstance(other, ir.Ball):
+        return (one,)
+    apart = min(one.high, other.high) <= max(one.low, other.low)
+    if apart or shapely.disjoint(_around(one), _around(other)):
+        return (one,)
+    beside = _column(shapely.difference(_around(one), _within(other)), one.low, one.high)
+    below = _column(_around(one), one.low, min(one.high, other.low))
+    above = _column(_around(one), max(one.low, other.high), one.high)
+    return beside + below + above
+
+
+def _column(base: shapely.Geometry, low: float, high: float) -> tuple[Solid, ...]:
+    return () if shapely.area(base) == 0 or low >= high else (Column(base, 0.0, low, high),)

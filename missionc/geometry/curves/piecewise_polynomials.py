@@ -1,0 +1,234 @@
+"""Piecewise polynomials: joint motion of all agents on one grid of times, and the trajectory CSV of a Crazyflie.
+
+The motion between two steps is a polynomial of degree one or two, and the flight of a Crazyflie is one of degree
+seven. Everything that is proved about either is proved here once.
+
+The CSV has the uav_trajectories format: a header, then one row for each piece. A row holds the duration, and eight
+coefficients each of x, y, z and yaw in ascending powers of the seconds since the piece began. Numbers are read and
+written as the firmware holds them, in float32.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.base.trace import Array, Trace
+from missionc.geometry.vectors import norm
+from missionc.ir import Mission
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curves:
+    """Where each agent is at every moment.
+
+    Args:
+        times: (pieces + 1,), seconds, increasing.
+        coefficients: (agents, pieces, dim, degree + 1), metres and seconds:
+            ascending powers of the time since the piece began.
+    """
+
+    times: Array
+    coefficients: Array
+
+    @property
+    def durations(self) -> Array:
+        """(pieces,), seconds."""
+        return np.diff(self.times)
+
+    def derivative(self) -> Curves:
+        """The velocities of positions, the accelerations of velocities."""
+        power = np.arange(1, self.coefficients.shape[-1])
+        return Curves(self.times, self.coefficients[..., 1:] * power)
+
+    def at(self, times: Array) -> Array:
+        """Where everybody is, (samples,) -> (agents, samples, dim); times in seconds, outside all pieces their ends."""
+        piece = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, self.durations.size - 1)
+        local = np.clip(times - self.times[piece], 0.0, self.durations[piece])
+        return values(self.coefficients[:, piece], np.broadcast_to(local, (len(self.coefficients), local.size)))
+
+    def between(self, first: Indices, second: Indices) -> Curves:
+        """The difference ``first - second`` of pairs of agents, as if each pair were an agent."""
+        return Curves(self.times, self.coefficients[first] - self.coefficients[second])
+
+
+def derivatives_at(curves: Curves, times: Array, orders: int) -> Array:
+    """Where everybody is and the derivatives by time, (agents, samples, orders, dim); at joints of what begins there.
+
+    Args:
+        times: (samples,), seconds.
+        orders: how many: 1 for the position alone.
+    """
+    piece = np.clip(np.searchsorted(curves.times, times, side="right") - 1, 0, curves.durations.size - 1)
+    local = np.clip(times - curves.times[piece], 0.0, curves.durations[piece])
+    own, found = curves.coefficients[:, piece], []
+    for _ in range(orders):
+        found.append(values(own, np.broadcast_to(local, own.shape[:2])))
+        own = own[..., 1:] * np.arange(1, own.shape[-1])
+    return np.stack(found, axis=2)
+
+
+def values(coefficients: Array, local: Array) -> Array:
+    """Polynomials at local times: (..., dim, degree + 1), (...) -> (..., dim); 0 where they have no power at all."""
+    if not coefficients.shape[-1]:
+        return np.zeros(coefficients.shape[:-1])
+    result = coefficients[..., -1]
+    for power in range(coefficients.shape[-1] - 2, -1, -1):
+        result = result * local[..., None] + coefficients[..., power]
+    return result
+
+
+def control_points(coefficients: Array, duration: Array) -> Array:
+    """Bernstein control points over [0, duration]: (..., dim, degree + 1), (...) -> the same shape.
+
+    The curve stays in their convex hull.
+    """
+    degree = coefficients.shape[-1] - 1
+    change = np.array([[comb(j, i) / comb(degree, i) for j in range(degree + 1)] for i in range(degree + 1)])
+    scaled: Array = coefficients * duration[..., None, None] ** np.arange(degree + 1)
+    return np.asarray(scaled @ change)
+
+
+def from_control_points(points: Array, duration: Array) -> Array:
+    """Polynomials with these Bernstein control points over [0, duration]: the inverse of ``control_points``."""
+    degree, difference, columns = points.shape[-1] - 1, points, []
+    for power in range(degree + 1):
+        columns.append(difference[..., 0] * comb(degree, power) / duration[..., None] ** power)
+        difference = np.diff(difference, axis=-1)
+    return np.stack(columns, axis=-1)
+
+
+def speed_bounds(curves: Curves) -> Array:
+    """(agents, pieces), m/s: no agent is faster than this within the piece; exact up to degree two."""
+    velocity = curves.derivative()
+    if velocity.coefficients.shape[-1] == 0:
+        return np.zeros(curves.coefficients.shape[:2])
+    return np.asarray(norm(hulls(velocity).swapaxes(-1, -2)).max(axis=-1))
+
+
+def hulls(curves: Curves, parts: int = 1) -> Array:
+    """Bernstein control points of so many equal parts of each piece, (agents, pieces * parts, dim, degree + 1).
+
+    Each part stays in the convex hull of its points: four times as near to the curve for twice as many parts.
+    """
+    if parts > 1:
+        shares = np.arange(1, parts) / parts
+        curves = refined(curves, (curves.times[:-1, None] + curves.durations[:, None] * shares).ravel())
+    return control_points(curves.coefficients, np.broadcast_to(curves.durations, curves.coefficients.shape[:2]))
+
+
+def extents(curves: Curves) -> tuple[Array, Array]:
+    """The corners of a box around each agent's whole motion: (agents, dim) twice, metres."""
+    reach = speed_bounds(curves) * curves.durations / 2
+    middle = values(curves.coefficients, np.broadcast_to(curves.durations / 2, reach.shape))
+    return (middle - reach[..., None]).min(axis=1), (middle + reach[..., None]).max(axis=1)
+
+
+def refined(curves: Curves, extra: Array) -> Curves:
+    """The same motion with more joints: those of ``extra``, (moments,), seconds, that fall inside a piece."""
+    inside = extra[(extra > curves.times[0]) & (extra < curves.times[-1])]
+    times = np.union1d(curves.times, inside)
+    if times.size == curves.times.size:
+        return curves
+    piece = np.searchsorted(curves.times, times[:-1], side="right") - 1
+    return Curves(times, shifted(curves.coefficients[:, piece], times[:-1] - curves.times[piece]))
+
+
+def shifted(coefficients: Array, start: Array) -> Array:
+    """The polynomials with their local time counted from ``start``: (agents, pieces, dim, degree + 1), (pieces,)."""
+    size = coefficients.shape[-1]
+    change = np.zeros((start.size, size, size))
+    for old in range(size):
+        for new in range(old + 1):
+            change[:, old, new] = comb(old, new) * start ** (old - new)
+    return np.asarray(np.einsum("apdo,pon->apdn", coefficients, change))
+
+
+def motion(mission: Mission, trace: Trace) -> Curves:
+    """The motion of a trace between its steps.
+
+    First-order agents go straight at constant velocity from position to
+    position; a double integrator leaves with the velocity of the step and
+    reaches the next position under constant acceleration.
+    """
+    steps = trace.position.shape[1] - 1
+    start, move = trace.position[:, :-1], np.diff(trace.position, axis=1)
+    second_order = [agent.dynamics.has_momentum for agent in mission.agents]
+    linear, bend = move / trace.step, np.zeros_like(move)
+    if any(second_order):
+        chosen = np.array(second_order)
+        velocity = trace.velocity[chosen, :-1]
+        linear[chosen] = velocity
+        bend[chosen] = (move[chosen] - velocity * trace.step) / trace.step**2
+        return Curves(trace.step * np.arange(steps + 1), np.stack([start, linear, bend], axis=-1))
+    return Curves(trace.step * np.arange(steps + 1), np.stack([start, linear], axis=-1))
+
+
+COLUMNS = ("duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") for power in range(8)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """One file: (pieces,) seconds and (pieces, 4, 8) coefficients of x, y, z, yaw; float32 values."""
+
+    duration: Array
+    coefficients: Array
+
+    @property
+    def times(self) -> Array:
+        """(pieces + 1,), seconds: the joints."""
+        return np.concatenate([[0.0], np.cumsum(self.duration)])
+
+
+def curves_of(files: Sequence[Pieces], rows: slice) -> Curves:
+    """The joint motion that files with the same durations hold; ``rows`` are those wanted of x, y, z and yaw."""
+    return Curves(files[0].times, np.stack([own.coefficients[:, rows] for own in files]))
+
+
+def read(text: str) -> Pieces | str:
+    """The pieces of a file as the firmware will hold them, or what is wrong with it."""
+    lines = text.split("\n")
+    if lines[0] != ",".join(COLUMNS):
+        return "the first line is not the header"
+    if lines[-1] != "" or len(lines) < 4:
+        return "it has less than two whole rows"
+    rows = []
+    for number, line in enumerate(lines[1:-1], start=2):
+        try:
+            row = [float(word) for word in line.split(",")]
+        except ValueError:
+            return f"line {number} holds something else than numbers"
+        if len(row) != len(COLUMNS):
+            return f"line {number} has {len(row)} columns, not {len(COLUMNS)}"
+        rows.append(row)
+    with np.errstate(over="ignore"):
+        numbers = np.array(rows).astype(np.float32).astype(np.float64)
+    if not np.isfinite(numbers).all() or (numbers[:, 0] <= 0).any():
+        return "a number is not finite, or a duration not positive"
+    return Pieces(numbers[:, 0], numbers[:, 1:].reshape(-1, 4, 8))
+
+
+def polynomials(text: str) -> Pieces:
+    """The pieces of a file that was verified.
+
+    Raises:
+        ValueError: what is wrong with a text that holds none.
+    """
+    pieces = read(text)
+    if isinstance(pieces, str):
+        raise ValueError(pieces)
+    return pieces
+
+
+def written(pieces: Pieces) -> str:
+    """The text of a file; nine significant digits tell every float32 number from every other."""
+    table = np.concatenate([pieces.duration[:, None], pieces.coefficients.reshape(len(pieces.duration), -1)], axis=1)
+    # Adding zero turns -0 into 0.
+    rows = (",".join(f"{number + 0.0:.9g}" for number in row) for row in table.tolist())
+    return "\n".join((",".join(COLUMNS), *rows)) + "\n"

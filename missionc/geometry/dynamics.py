@@ -1,0 +1,230 @@
+"""Dynamics of agents within one step, and steering from one state to another in whole steps.
+
+Source:
+    [strel] Algorithm 1, STEER, and Experiment Setup; [clot] II-A.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.base.late_dataclass import dataclass
+from missionc.base.trace import Array, Flags
+from missionc.geometry.vectors import norm
+from missionc.ir import Dynamics
+
+Indices = NDArray[np.int64]
+
+SLACK = 1e-9
+"""By how much of it a motion may pass a bound on speed or acceleration: floating rounding, nothing else."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class States:
+    """Where agents are and how fast.
+
+    Args:
+        position: (states, dim), metres.
+        velocity: (states, dim), m/s; zero where the dynamics are of first order.
+    """
+
+    position: Array
+    velocity: Array
+
+    def take(self, which: Indices | Flags | slice) -> States:
+        return States(self.position[which], self.velocity[which])
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+
+def can_wait(dynamics: Dynamics) -> bool:
+    """An agent at rest may stay where it is."""
+    return dynamics.lowest_speed == 0
+
+
+def speeds(dynamics: Dynamics) -> tuple[float, float]:
+    """The least and the largest speed of a motion, m/s."""
+    return dynamics.lowest_speed, dynamics.top_speed
+
+
+def turn_in_step(dynamics: Dynamics, step: float) -> float:
+    """How far the heading may change from one step to the next, rad; infinite where nothing bounds it."""
+    turn = dynamics.top_turn * step
+    return math.inf if turn >= math.pi else turn
+
+
+def steer(
+    dynamics: Dynamics, start: States, end: States, step: float, most: int, side: int = 0
+) -> tuple[Indices, Array]:
+    """STEER, first half: in how few whole steps each state is brought to its partner, and how.
+
+    First order: in equal steps, straight or along an arc: one that turns by all
+    the turning rate allows in a step; or where nothing bounds it, to a place too
+    near for that, in two legs at the least speed.
+    Second order: by the accelerations of least effort. Obstacles, the world and
+    the headings at both ends are not looked at.
+
+    Args:
+        start: (pairs), where the motions start; ``end`` likewise.
+        step: seconds.
+        most: longer motions are not of interest.
+        side: 0 for straight, 1 or -1 for an arc that turns left or right; first order only.
+
+    Returns:
+        count, (pairs,), steps, 0 where there is no such motion within ``most``
+        steps; and bend, (pairs,), rad: the turn to the left from one step to the next.
+    """
+    if dynamics.has_momentum:
+        count = _steps_with_momentum(dynamics, start, end, step, most)
+        return count, np.zeros(len(count))
+    slowest_leg, fastest_leg = (speed * step for speed in speeds(dynamics))
+    shortest, longest = slowest_leg * (1 - SLACK), fastest_leg * (1 + SLACK)
+    way = end.position - start.position
+    length = norm(way)
+    if side == 0:
+        count = np.maximum(np.ceil(length / longest), 1).astype(np.int64)
+        return np.where((count <= most) & (count * shortest <= length), count, 0), np.zeros(len(count))
+    flat, climb = norm(way[:, :2]), np.linalg.norm(way[:, 2:], axis=-1)
+    limit = turn_in_step(dynamics, step)
+    if math.isinf(limit):
+        level = np.sqrt(np.maximum(slowest_leg**2 - (climb / 2) ** 2, 0.0))
+        able = (flat < 2 * level) & (flat > 0) & (most >= 2)
+        bend = 2 * np.arccos(np.clip(flat / np.where(able, 2 * level, 1.0), 0.0, 1.0))
+        return np.where(able, 2, 0), side * bend
+    count = np.zeros(len(way), dtype=np.int64)
+    for steps in range(2, min(most, math.ceil(2 * math.pi / limit) - 1) + 1):
+        leg = np.hypot(flat / _chord(steps, np.array(limit)), climb / steps)
+        count[(count == 0) & (leg >= shortest) & (leg <= longest)] = steps
+    return count, np.full(len(way), side * limit)
+
+
+def path_between(
+    dynamics: Dynamics, start: States, end: States, step: float, count: int, bend: Array
+) -> tuple[Array, Array]:
+    """STEER, second half: the states at the steps of motions that take ``count`` steps each.
+
+    Args:
+        bend: (pairs,), rad, as ``steer`` gives it.
+
+    Returns:
+        positions, (pairs, count + 1, dim), metres, and velocities, (pairs, count + 1, dim),
+        m/s (zero for first order); the first and last are ``start`` and ``end`` themselves.
+    """
+    if not dynamics.has_momentum:
+        position = _arc(start.position, end.position, count, bend)
+        return position, np.zeros_like(position)
+    mean, ramp = _least_effort(start, end, step, count)
+    acceleration = mean[:, None] + ramp[:, None] * ((count - 1) / 2 - np.arange(count))[None, :, None]
+    velocity = np.concatenate([start.velocity[:, None], acceleration], axis=1)
+    velocity[:, 1:] = start.velocity[:, None] + step * np.cumsum(acceleration, axis=1)
+    position = np.concatenate([start.position[:, None], np.zeros_like(acceleration)], axis=1)
+    position[:, 1:] = start.position[:, None] + step * np.cumsum((velocity[:, 1:] + velocity[:, :-1]) / 2, axis=1)
+    position[:, -1], velocity[:, -1] = end.position, end.velocity
+    return position, velocity
+
+
+def headings_along(start: States, end: States, count: int, bend: Array) -> Array:
+    """The heading of each step of first-order motions of ``count`` steps: (pairs, count), rad."""
+    way = end.position - start.position
+    middle = np.arctan2(way[:, 1], way[:, 0])
+    headings: Array = middle[:, None] + bend[:, None] * (np.arange(count) - (count - 1) / 2)
+    return headings
+
+
+def motion_of(dynamics: Dynamics, start: States, end: States, step: float) -> tuple[Array, Array, Array]:
+    """Position, velocity and acceleration, (pairs, dim) each, at the start of motions of one step."""
+    if dynamics.has_momentum:
+        return start.position, start.velocity, (end.velocity - start.velocity) / step
+    velocity = (end.position - start.position) / step
+    return start.position, velocity, np.zeros_like(velocity)
+
+
+SPEED, ACCELERATION, DRIFT = "its speed", "its acceleration", "its velocity"
+"""What of the dynamics one step may break; the last: position and velocity disagree."""
+
+UNIT_OF = {SPEED: "m/s", ACCELERATION: "m/s^2", DRIFT: "m"}
+"""The unit of each one's margin."""
+
+
+def check_step(
+    dynamics: Dynamics, position: Array, next_position: Array, velocity: Array, next_velocity: Array, step: float
+) -> dict[str, Array]:
+    """By how much one step obeys each part of the dynamics, the turning rate aside; negative where it does not.
+
+    Args:
+        position: (..., dim), metres, at the start of the step, ``next_position`` at its end.
+        velocity: (..., dim), m/s, likewise; read for second order only.
+
+    Returns:
+        (...) each: the margin of speed, m/s; for second order that of acceleration, m/s², and
+        minus the metres by which the motion and the velocities disagree too.
+    """
+    if not dynamics.has_momentum:
+        slowest, fastest = speeds(dynamics)
+        speed = norm(next_position - position) / step
+        return {SPEED: np.minimum(fastest - speed, speed - slowest)}
+    quickest = np.maximum(norm(velocity), norm(next_velocity))
+    acceleration = norm(next_velocity - velocity) / step
+    drift = norm(next_position - position - (velocity + next_velocity) * (step / 2))
+    margin = dynamics.top_acceleration - acceleration
+    return {SPEED: dynamics.top_speed - quickest, ACCELERATION: margin, DRIFT: -drift}
+
+
+def _chord(count: int, bend: Array) -> Array:
+    """How far ``count`` steps of length 1 lead that turn by ``bend`` from one to the next: (pairs,)."""
+    half = np.where(bend == 0, 1.0, np.abs(bend)) / 2
+    chord: Array = np.where(bend == 0, count, np.sin(count * half) / np.sin(half))
+    return chord
+
+
+def _arc(start: Array, end: Array, count: int, bend: Array) -> Array:
+    """Equal steps from ``start`` to ``end`` that each turn by ``bend`` from the last: (pairs, count + 1, dim)."""
+    part = np.linspace(0.0, 1.0, count + 1)[None, :, None]
+    position: Array = start[:, None] * (1 - part) + end[:, None] * part
+    if count == 1 or not np.any(bend):
+        return position
+    way = end - start
+    turn = bend[:, None] * (np.arange(count) - (count - 1) / 2)
+    chord = _chord(count, bend)[:, None, None]
+    ahead = np.cumsum(np.cos(turn), axis=1)[:, :-1, None] / chord
+    aside = np.cumsum(np.sin(turn), axis=1)[:, :-1, None] / chord
+    left = np.stack([-way[:, 1], way[:, 0]], axis=1)
+    position[:, 1:-1, :2] = start[:, None, :2] + ahead * way[:, None, :2] + aside * left[:, None]
+    return position
+
+
+def _least_effort(start: States, end: States, step: float, count: int) -> tuple[Array, Array]:
+    """The accelerations of least norm: ``mean + ramp * ((count - 1) / 2 - i)`` in step i.
+
+    They solve x_k = x_0 + k h v_0 + h² Σ (k - i - ½) a_i and v_k = v_0 + h Σ a_i.
+    """
+    mean = (end.velocity - start.velocity) / (count * step)
+    missing = (end.position - start.position) / step**2 - start.velocity * (count / step) - mean * (count**2 / 2)
+    return mean, missing * (12.0 / (count * (count**2 - 1)))
+
+
+def _steps_with_momentum(dynamics: Dynamics, start: States, end: States, step: float, most: int) -> Indices:
+    length = norm(end.position - start.position)
+    soonest = length / dynamics.top_speed
+    latest = 2 * soonest + 4 * dynamics.top_speed / dynamics.top_acceleration  # twice a stop, the whole way and a stop
+    fewest = np.zeros(len(start), dtype=np.int64)
+    for count in range(2, most + 1):  # one step has one acceleration, which meets no two conditions
+        time = count * step
+        if not np.any(missing := (fewest == 0) & (latest >= time - step)):
+            break
+        some = np.flatnonzero(missing & (soonest <= time))
+        mean, ramp = _least_effort(start.take(some), end.take(some), step, count)
+        reach = ramp * ((count - 1) / 2)
+        strongest = np.maximum(norm(mean + reach), norm(mean - reach))
+        half = count // 2
+        midway = start.velocity[some] + step * (half * mean + ramp * (half * (count - half) / 2))
+        gentle = (strongest <= dynamics.top_acceleration) & (norm(midway) <= dynamics.top_speed)
+        some = some[gentle]
+        _, velocity = path_between(dynamics, start.take(some), end.take(some), step, count, np.zeros(len(some)))
+        within = norm(velocity).max(axis=-1, initial=0.0) <= dynamics.top_speed
+        fewest[some[within]] = count
+    return fewest

@@ -1,0 +1,102 @@
+"""Even sampling of boxes and shapes, the same for the same generator."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from missionc.base.trace import Array, Flags
+from missionc.geometry.bounding_box import box_around
+from missionc.ir import Shape, Vector, World
+from missionc.ir.distances.signed_distance import signed_distance
+
+Indices = NDArray[np.int64]
+
+BATCH = 1 << 10
+"""How many points are tried at a time in the box around a shape."""
+
+BATCHES = 16
+"""How often; a shape that fills less than a ten-thousandth of its box may come out empty."""
+
+TINY = 1e-9
+"""Metres: a grid point so far past the box still counts as on its border."""
+
+
+def scatter(low: Vector, high: Vector, count: int, generator: np.random.Generator) -> Array:
+    """Points evenly spread over a box: (count, dim), metres. Any first few are spread as well.
+
+    The additive sequence of the generalised golden ratio, shifted at random and
+    shaken by up to a quarter of the points' spacing, so that no lattice is left.
+    """
+    dimension = len(low)
+    ratio = 2.0
+    for _ in range(60):
+        ratio = (1.0 + ratio) ** (1.0 / (dimension + 1))
+    stride = ratio ** -np.arange(1, dimension + 1)
+    shift = generator.random(dimension)
+    shake = (generator.random((count, dimension)) - 0.5) * (0.5 * count ** (-1.0 / dimension))
+    unit = (shift + stride * np.arange(1, count + 1)[:, None] + shake) % 1.0
+    points: Array = np.asarray(low) + unit * (np.asarray(high) - np.asarray(low))
+    return points
+
+
+def points_in(shape: Shape, world: World, enough: int, generator: np.random.Generator) -> tuple[Array, Array]:
+    """Points of a shape within the world, and how deep they are in it.
+
+    Args:
+        enough: stop looking once there are so many.
+
+    Returns:
+        (points, dim) and (points,), metres. Empty where none were met.
+    """
+    low, high = bounds(shape, world)
+    empty = np.zeros((0, world.dimension)), np.zeros(0)
+    if any(first > last for first, last in zip(low, high, strict=True)):
+        return empty
+    inside, deep = [empty[0]], [empty[1]]
+    for _ in range(BATCHES):
+        points = scatter(low, high, BATCH, generator)
+        depth = -np.asarray(signed_distance(np, shape, points))
+        inside.append(points[depth > 0])
+        deep.append(depth[depth > 0])
+        if sum(map(len, deep)) >= enough:
+            break
+    return np.concatenate(inside), np.concatenate(deep)
+
+
+def bounds(shape: Shape, world: World) -> tuple[Vector, Vector]:
+    """The corners of a box around the part of a shape that is in the world."""
+    low, high = box_around(shape, world.dimension)
+    return tuple(map(max, low, world.low)), tuple(map(min, high, world.high))
+
+
+def packed(shape: Shape, world: World, pitch: float) -> Array:
+    """The points of a shape on a square grid from the corner of the box around it: (points, dim), metres."""
+    low, high = bounds(shape, world)
+    if any(first > last for first, last in zip(low, high, strict=True)):
+        return np.zeros((0, world.dimension))
+    axes = [np.arange(first, last + TINY, pitch) for first, last in zip(low, high, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, world.dimension)
+    within: Flags = np.asarray(signed_distance(np, shape, points)) <= 0
+    return points[within]
+
+
+def far_apart(points: Array, count: int, others: Array) -> Indices:
+    """Which points to take, one after the other, each the farthest from those taken and from ``others``.
+
+    Args:
+        points: (points, dim), at least one; the first is taken first where ``others`` is empty.
+        others: (others, dim)
+
+    Returns:
+        (at most count,), in the order taken.
+    """
+    gap = np.full(len(points), np.inf) if len(others) == 0 else cKDTree(others).query(points)[0]
+    taken: list[int] = []
+    for _ in range(min(count, len(points))):
+        chosen = int(np.argmax(gap))
+        taken.append(chosen)
+        gap = np.minimum(gap, np.linalg.norm(points - points[chosen], axis=1))
+        gap[chosen] = -1.0
+    return np.array(taken, dtype=np.int64)

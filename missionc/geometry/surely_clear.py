@@ -1,0 +1,45 @@
+"""Given places that are surely far enough from an obstacle, and from each other; in plain numbers.
+
+What is left is for ``placement_conflicts``, which needs arrays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+
+from missionc.geometry import plain_floats
+from missionc.geometry.configuration_space import MANY, SURE
+from missionc.geometry.displacement import displaced
+from missionc.geometry.plain_floats import Place
+from missionc.ir import Mission, Obstacle, Vector
+from missionc.ir.distances.signed_distance import measured_outside, signed_distance
+
+RIM = math.sqrt(2)
+"""Times the margin that obstacles reach at the rims of their tops, where they are grown sideways and upwards alike."""
+
+
+def near_to(obstacle: Obstacle, time: float, places: Sequence[Vector], margins: Sequence[float]) -> list[int]:
+    """The places, by number, that may be closer to the obstacle at that time than their margins, in metres."""
+    if len(places) > MANY or not measured_outside(obstacle.shape):
+        return list(range(len(places)))
+    pairs = enumerate(zip(places, margins, strict=True))
+    return [at for at, (place, margin) in pairs if not _clear(obstacle, time, place, margin)]
+
+
+def _clear(obstacle: Obstacle, time: float, place: Vector, margin: float) -> bool:
+    by = displaced(obstacle, time, len(place))
+    there = Place(value - shift for value, shift in zip(place, by, strict=True))
+    margin += obstacle.grown(time)
+    reach = margin if len(place) == 2 else RIM * margin
+    return bool(signed_distance(plain_floats, obstacle.shape, there) > reach + SURE)
+
+
+def all_apart(places: Sequence[Vector], agents: Sequence[int], mission: Mission) -> bool:
+    """Whether every two places are surely further apart than the agents in them have to be."""
+    if len(places) > MANY:
+        return False
+    pairs = combinations(zip(places, agents, strict=True), 2)
+    most = ((math.dist(here, there), mission.spacing(one, other).most) for (here, one), (there, other) in pairs)
+    return all(apart > needed + SURE for apart, needed in most)

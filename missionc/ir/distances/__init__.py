@@ -1,0 +1,1 @@
+"""Distances to shapes, and what one shape hides of another."""

@@ -1,0 +1,216 @@
+"""The analysis of kernel formulas: look-ahead, relevance, and the agents each is about."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import reduce
+
+import numpy as np
+
+from missionc.base.trace import Flags
+from missionc.ir import Graph, Predicate
+from missionc.ir.kernel.nodes import (
+    At,
+    Atom,
+    Is,
+    LinkNode,
+    NeighbourNode,
+    Node,
+    Not,
+    PathLength,
+    ReachNode,
+    RouteNode,
+)
+from missionc.ir.kernel.walk import Ask, asks, bottom_up, children, postorder
+
+
+def steps_ahead(
+    roots: Iterable[Node], to_end: int = 0, of_predicate: Callable[[Predicate], int] = lambda _: 0
+) -> dict[Node, int]:
+    """The look-ahead of every node, where the mission lasts long enough.
+
+    Args:
+        to_end: what a window to the end counts beyond where it begins.
+        of_predicate: by how many steps a predicate itself looks ahead.
+
+    Source:
+        [strel] Definition 5.
+    """
+    known: dict[Node, int] = {}
+    for node in postorder(roots):
+        if isinstance(node, Atom):
+            known[node] = of_predicate(node.predicate)
+        else:
+            looks = (ask.low + to_end if ask.high is None else ask.high + known[ask.node] for ask in asks(node))
+            known[node] = max([0, *looks])  # the step it is asked at, at least, also of one that looks back
+    return known
+
+
+def robustness_unit(root: Node) -> str:
+    """The unit of a formula's robustness: ``m``; ``m/s`` where it compares speeds alone, nothing where units differ."""
+    units = {node.predicate.unit for node in postorder((root,)) if isinstance(node, Atom)} or {"m"}
+    return units.pop() if len(units) == 1 else ""
+
+
+def agents_asked(root: Node) -> dict[Node, set[int]]:
+    """The agents that each formula may be asked of, where the root is asked of the first."""
+    order = postorder((root,))
+    asked: dict[Node, set[int]] = {node: set() for node in order}
+    asked[root].add(0)
+    for node in reversed(order):
+        for ask in asks(node):
+            asked[ask.node].update(ask.agents, asked[node] if ask.of_itself else ())
+    return asked
+
+
+def remembering(roots: Iterable[Node]) -> set[int]:
+    """The agents of whom something may be asked that reads the past."""
+    roots = tuple(roots)
+    past = {node for node in postorder(roots) if isinstance(node, Atom) and node.predicate.reads_past}
+    if not past:
+        return set()
+    asked = ((node, agents) for root in roots for node, agents in agents_asked(root).items())
+    return {agent for node, agents in asked if node in past for agent in agents}
+
+
+def reads_lengths(node: Node) -> bool:
+    """Whether it is about lengths in metres, itself or what it denies."""
+    return isinstance(node.body if isinstance(node, Not) else node, RouteNode | PathLength)
+
+
+def linked_by(roots: Iterable[Node]) -> tuple[Graph, ...]:
+    """The graphs whose links, lengths apart, some of these formulas read."""
+    nodes = (node for node in postorder(roots) if isinstance(node, NeighbourNode | ReachNode))
+    return tuple(dict.fromkeys(node.graph for node in nodes))
+
+
+def helped_by_more(roots: Iterable[Node]) -> dict[Node, bool]:
+    """Whether agents that join can only make each node true."""
+
+    def is_helped(node: Node, below: tuple[bool, ...]) -> bool:
+        hindered = reads_lengths(node) or (isinstance(node, NeighbourNode | ReachNode) and node.every)
+        return not hindered and all(below)
+
+    return bottom_up(roots, is_helped)
+
+
+def same_for_all(roots: Iterable[Node]) -> dict[Node, bool]:
+    """Whether the truth of each node is the same whichever agent it is asked of."""
+
+    def is_same(node: Node, below: tuple[bool, ...]) -> bool:
+        match node:
+            case Atom(predicate):
+                return predicate.about_team
+            case At():
+                return True
+            case _:
+                return not isinstance(node, Is | LinkNode) and all(below)
+
+    return bottom_up(roots, is_same)
+
+
+def about_whom(roots: Iterable[Node], agents: int) -> dict[Node, Flags]:
+    """The agents whose motion may matter to every node.
+
+    Args:
+        agents: how many the mission has.
+
+    Returns:
+        (agents, agents): the motion of the first may matter where the second is asked.
+    """
+    known: dict[Node, Flags] = {}
+    # What is the same of many nodes is one array: each has a flag for every two agents.
+    nobody, itself = np.zeros((agents, agents), dtype=np.bool_), np.eye(agents, dtype=np.bool_)
+    for node in postorder(roots):
+        below = [known[child] for child in children(node)]
+        about: Flags = reduce(np.logical_or, below) if below else nobody
+        match node:
+            case Atom(predicate) if predicate.about_team or predicate.others:
+                about = itself.copy()
+                about[list(range(agents) if predicate.about_team else predicate.others)] = True
+            case Atom():
+                about = itself
+            case At(agent):
+                about = np.broadcast_to(about[:, [agent]], nobody.shape)
+            case ReachNode(graph) | RouteNode(graph):
+                about = below[1] | _among(graph, about)
+            case NeighbourNode(graph) | PathLength(graph):
+                about = _among(graph, about)
+            case _:
+                pass
+        known[node] = about
+    return known
+
+
+def _among(graph: Graph, about: Flags) -> Flags:
+    """Whose motion matters to every member of a graph: its members, and who matters to one of them."""
+    members = list(graph.agents)
+    mover = np.asarray(about[:, members].any(axis=1))
+    mover[members] = True
+    found = np.zeros_like(about)
+    found[:, members] = mover[:, None]
+    return found
+
+
+def relevance(formulas: Iterable[Node], agents: int, last: int) -> Iterator[tuple[Node, Flags]]:
+    """Every node of team formulas judged at step 0, and where it is asked, each node before those below it.
+
+    Args:
+        agents: how many the mission has.
+        last: the mission's last step; windows end there.
+
+    Returns:
+        Pairs of a node and flags, (agents, steps + 1): whether its truth at the
+        agent and the step can decide one of the formulas. Windows are nested as
+        the formulas nest them. A spatial operator may look at every agent of
+        its graph.
+
+    Source:
+        [clot] II-B, t ⊕ I in the recursive semantics.
+    """
+    at_start = np.zeros((agents, last + 1), dtype=np.bool_)
+    at_start[:, 0] = True
+    return relevance_below(dict.fromkeys(formulas, at_start))
+
+
+def relevance_below(
+    begin: Mapping[Node, Flags], within: Mapping[Node, Flags] | None = None
+) -> Iterator[tuple[Node, Flags]]:
+    """``relevance`` of formulas that are asked at these agents and steps, (agents, steps + 1).
+
+    Args:
+        within: where each node counts at all; elsewhere it asks nothing. Everywhere if left out.
+    """
+    asked = dict(begin)
+    nowhere = np.zeros_like(next(iter(begin.values()), np.zeros(0, dtype=np.bool_)))
+    for node in reversed(postorder(begin)):
+        where = asked.pop(node, nowhere)
+        if within is not None:
+            where = where & within[node]
+        yield node, where
+        for ask in asks(node):
+            there = _asked_there(ask, where)
+            asked[ask.node] = asked[ask.node] | there if ask.node in asked else there
+
+
+def _asked_there(ask: Ask, where: Flags) -> Flags:
+    """Where a node is asked by one that is asked at these agents and steps: (agents, steps + 1)."""
+    there = where if ask.of_itself else np.zeros_like(where)
+    if ask.agents:
+        there = there.copy()
+        there[list(ask.agents)] |= (where[list(ask.agents)] if ask.linked else where).any(axis=0)
+    return there if (ask.low, ask.high) == (0, 0) else _ahead(there, ask)
+
+
+def _ahead(where: Flags, ask: Ask) -> Flags:
+    """The steps of the window ahead of these."""
+    steps = where.shape[1]
+    high = steps - 1 if ask.high is None else ask.high
+    before = np.zeros((len(where), steps + 1), dtype=np.int64)
+    np.cumsum(where, axis=1, out=before[:, 1:])
+    step = np.arange(steps)
+    latest, earliest = (np.clip(edge, 0, steps) for edge in (step - ask.low + 1, step - high))
+    ahead: Flags = before[:, latest] > before[:, np.minimum(earliest, latest)]
+    if ask.before_last:
+        ahead[:, -1] = False
+    return ahead

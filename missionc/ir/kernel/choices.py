@@ -1,0 +1,114 @@
+"""Choices that a plan makes once: the nodes of a formula that are asked at one step, or kept from an event on.
+
+in   formulas about the team
+out  the nodes and agents that are asked so; formulas without some of their branches
+
+Of what is to last for a window from the moment that is awaited (``eventually always[0, 2 s] (a or b)``), a plan may
+keep one branch throughout; that is a choice too. What is chosen afresh at every step of any other window, or for every
+neighbour, is left to the motion and is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Node, WindowNode
+from missionc.ir.kernel.walk import awaited, children, rebuilt
+
+
+class Asked(NamedTuple):
+    """A node, and the agent that it is asked of.
+
+    Args:
+        low, high: the steps, counted from the event, over which it is to be kept; ``high`` None: to the last one.
+        event: whether it is asked from an event on, at a moment that the plan chooses.
+    """
+
+    node: Node
+    agent: int
+    low: int = 0
+    high: int | None = 0
+    event: bool = False
+
+    @property
+    def once(self) -> bool:
+        """Whether it is asked at one step, and not kept over several."""
+        return self.low == self.high
+
+
+def made_once(formula: Node) -> Iterator[Asked]:
+    """What is asked once where a formula about the team is asked, each node before those below it."""
+    stack, seen = [Asked(formula, 0)], set[Asked]()
+    while stack:
+        asked = stack.pop()
+        if asked in seen:
+            continue
+        seen.add(asked)
+        yield asked
+        stack.extend(reversed(_below(asked)))
+
+
+def branches(asked: Asked) -> tuple[Asked, ...]:
+    """The branches among which a plan chooses; none where there is nothing to choose."""
+    match asked.node:
+        case Any(parts) | AtLeast(_, parts) if len(parts) > _needed(asked.node):
+            return tuple(asked._replace(node=part) for part in parts)
+        case _:
+            return ()
+
+
+def witnesses(asked: Asked) -> int:
+    """How many of its branches have to hold."""
+    return _needed(asked.node)
+
+
+def kept(asked: Asked) -> Node:
+    """What holds at the step of the event where the node holds over all of its window: a new node, but for one step."""
+    return asked.node if asked.low == asked.high == 0 else Always(asked.node, asked.low, asked.high)
+
+
+def without(formula: Node, removed: Mapping[Asked, frozenset[int]]) -> Node:
+    """The formula without some branches, by their numbers, of its choices; the same node where it has none of them."""
+    made: dict[Asked, Node] = {}
+    stack = [Asked(formula, 0)]
+    while stack:
+        asked = stack[-1]
+        below = _below(asked)
+        waiting = [each for each in below if each not in made]
+        if waiting and asked not in made:
+            stack.extend(waiting)
+            continue
+        stack.pop()
+        made[asked] = _rewritten(asked, [made[each] for each in below], removed.get(asked, frozenset()))
+    return made[Asked(formula, 0)]
+
+
+def _below(asked: Asked) -> list[Asked]:
+    node = asked.node
+    match node:
+        case All(parts) | Any(parts) | AtLeast(_, parts):
+            return [asked._replace(node=part) for part in parts]
+        case At(other, body):
+            return [asked._replace(node=body, agent=other)]
+        case WindowNode(body, low, high) if node.every and asked.event and low >= 0:
+            last = None if asked.high is None or high is None else asked.high + high
+            return [asked._replace(node=body, low=asked.low + low, high=last)]
+        case _:
+            ask = awaited(node) if asked.once else None
+            return [] if ask is None else [Asked(ask.node, asked.agent, event=True)]
+
+
+def _needed(node: Node) -> int:
+    return node.count if isinstance(node, AtLeast) else 1
+
+
+def _rewritten(asked: Asked, below: list[Node], removed: frozenset[int]) -> Node:
+    node = asked.node
+    match node:
+        case Any() | AtLeast() if removed:
+            return rebuilt(node, tuple(part for number, part in enumerate(below) if number not in removed))
+        case _ if not below or all(new is old.node for new, old in zip(below, _below(asked), strict=True)):
+            return node
+        case _:
+            return rebuilt(node, (*children(node)[: -len(below)], *below))

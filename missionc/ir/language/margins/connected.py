@@ -1,0 +1,100 @@
+"""Margin of ``connected(graph)``: widest spanning trees for pairwise routes; algebraic connectivity.
+
+Every agent has a route to every other over agents of the set alone. Maximum spanning trees of many graphs at once are
+computed by Prim's algorithm in numpy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.base.trace import Array, Trace
+from missionc.ir import Graph
+from missionc.ir.language.margins.links import all_links, pieces
+from missionc.ir.pair_ranges import directed
+
+Indices = NDArray[np.int64]
+
+
+def spanning_tree(links: Array) -> tuple[Indices, Indices, Indices]:
+    """The tree whose worst link is best, and as good as can be in every other.
+
+    Of links that lead one way it is the tree of ways from the first member to all
+    others: no way to any of them has a better worst link than the one in it.
+
+    Args:
+        links: (graphs, members, members), metres; the more, the better.
+
+    Returns:
+        the edges in the order in which the tree grows, as numbers of members, (graphs, members - 1)
+        twice, the second of each new to the tree; and the number of the worst, (graphs,).
+    """
+    graphs, members, _ = links.shape
+    row = np.arange(graphs)
+    first = np.zeros((graphs, max(members - 1, 0)), dtype=np.int64)
+    second, quality = first.copy(), np.zeros(first.shape)
+    best, nearest = links[:, 0].copy(), np.zeros((graphs, members), dtype=np.int64)
+    outside = np.ones((graphs, members), dtype=np.bool_)
+    outside[:, 0] = False
+    for edge in range(members - 1):
+        chosen = np.where(outside, best, -np.inf).argmax(axis=1)
+        first[:, edge], second[:, edge], quality[:, edge] = nearest[row, chosen], chosen, best[row, chosen]
+        outside[row, chosen] = False
+        further = links[row, chosen]
+        better = further > best
+        best = np.where(better, further, best)
+        nearest = np.where(better, chosen[:, None], nearest)
+    worst = quality.argmin(axis=1) if members > 1 else np.zeros(graphs, dtype=np.int64)
+    return first, second, worst
+
+
+def margin(graph: Graph, trace: Trace) -> Array:
+    """The worst link of the best spanning tree: (steps + 1,), metres.
+
+    In a proximity graph that is the radius minus the longest edge of the
+    minimum spanning tree. Of links that lead one way, the worst of two trees: of
+    ways from the first agent to all others, and of ways back from them.
+    ``inf`` for fewer than two agents.
+    """
+    if directed(graph):
+        return _by_pieces(lambda links: np.minimum(_bottleneck(links), _bottleneck(links.mT)), graph, trace)
+    return _by_pieces(_bottleneck, graph, trace)
+
+
+def algebraic_connectivity(graph: Graph, trace: Trace) -> Array:
+    """The second smallest eigenvalue of the links' Laplacian, (steps + 1,): positive where the graph is connected.
+
+    Without unit; 0 for fewer than two agents. Of links that lead one way it says nothing.
+
+    Source:
+        [clot] III-C, λ₂.
+    """
+    return _by_pieces(_second_eigenvalue, graph, trace)
+
+
+def _by_pieces(measure: Callable[[Array], Array], graph: Graph, trace: Trace) -> Array:
+    steps = trace.position.shape[1]
+    return np.concatenate(
+        [measure(all_links(graph, trace.position[:, piece])) for piece in pieces(steps, len(graph.agents))]
+    )
+
+
+def _bottleneck(links: Array) -> Array:
+    """The worst link of the best spanning tree: (steps, members, members) -> (steps,), metres; without limit of one."""
+    if links.shape[1] < 2:
+        return np.full(len(links), np.inf)
+    first, second, worst = spanning_tree(links)
+    step = np.arange(len(links))
+    return np.asarray(links[step, first[step, worst], second[step, worst]])
+
+
+def _second_eigenvalue(links: Array) -> Array:
+    steps, members, _ = links.shape
+    if members < 2:
+        return np.zeros(steps)
+    linked = (links > 0).astype(np.float64)
+    laplacian = np.eye(members) * linked.sum(axis=2)[:, :, None] - linked
+    return np.linalg.eigvalsh(laplacian)[:, 1]

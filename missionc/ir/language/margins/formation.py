@@ -1,0 +1,16 @@
+"""Errors of a formation's edges."""
+
+from __future__ import annotations
+
+from missionc.ir import FormationEdge
+from missionc.ir.distances.signed_distance import Array, Namespace, distance_between, length
+
+
+def edge_error(xp: Namespace, edge: FormationEdge, first_position: Array, second_position: Array) -> Array:
+    """How far two agents are from the distance or offset they keep: (..., dim) twice -> (...), metres, at least 0."""
+    if not isinstance(edge.target, tuple):
+        return xp.abs(distance_between(xp, first_position, second_position) - edge.target)
+    return length(
+        xp,
+        [second_position[..., axis] - first_position[..., axis] - offset for axis, offset in enumerate(edge.target)],
+    )

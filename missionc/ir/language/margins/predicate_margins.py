@@ -1,0 +1,175 @@
+"""Margins of predicates along a trace, and in the states of one agent or two.
+
+All in metres, but for comparisons of speed alone (m/s). At exactly 0 the sign
+says nothing; ``holds`` knows on which side the border is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missionc.base.trace import Trace
+from missionc.ir import Flag, Formation, FormationEdge, Graph, Mission, Predicate, Resource
+from missionc.ir.distances.signed_distance import Array, Namespace
+from missionc.ir.language.margins import connected, formation, resources
+from missionc.ir.language.margins.connected import algebraic_connectivity
+from missionc.ir.language.margins.links import all_links, link_margin
+from missionc.ir.language.margins.view import View
+
+__all__ = [
+    "algebraic_connectivity",
+    "all_links",
+    "formation_margin",
+    "holds",
+    "link_margin",
+    "margin",
+    "of_pair",
+    "of_states",
+]
+
+
+def margin(predicate: Predicate, mission: Mission, trace: Trace) -> Array:
+    """A predicate's margin all along a trace.
+
+    Returns:
+        (agents, steps + 1) for predicates about one agent, (steps + 1,) for
+        those about the team.
+    """
+    return predicate.margin(_AlongTrace(mission, trace))
+
+
+def holds(predicate: Predicate, margins: Array) -> Array:
+    """Whether a predicate of these margins is true: (...) -> (...).
+
+    Regions, tolerances and ``>=`` hold at their border; links and ``>`` do not.
+    """
+    return margins > 0 if predicate.open_border else margins >= 0
+
+
+def of_states(
+    predicate: Predicate,
+    mission: Mission,
+    agent: int,
+    position: Array,
+    velocity: Array,
+    heading: Array | None = None,
+    *,
+    xp: Namespace = np,
+) -> Array:
+    """The margin of a predicate that one agent's own state decides: (..., dim) twice -> (...).
+
+    Args:
+        heading: (...), rad; NaN where nothing is known of it, which makes NaN of the margin. For who asks of headings.
+
+    Raises:
+        ValueError: the predicate needs another agent.
+    """
+    return predicate.margin(_OfSome(xp, mission, {agent: position}, velocity, heading))
+
+
+def of_pair(
+    predicate: Predicate,
+    mission: Mission,
+    first: int,
+    second: int,
+    first_position: Array,
+    second_position: Array,
+    *,
+    xp: Namespace = np,
+) -> Array:
+    """The margin, for agent ``first``, of a predicate that reads no other agent than ``second``.
+
+    Args:
+        first_position: (..., dim), metres; broadcasts with ``second_position``.
+
+    Returns:
+        (...), metres.
+
+    Raises:
+        ValueError: the predicate names no agent, or it reads a speed or a third agent.
+    """
+    if not predicate.others:
+        raise ValueError("only comparisons and edges of formations are about a pair of agents")
+    return predicate.margin(_OfSome(xp, mission, {first: first_position, second: second_position}, None))
+
+
+def formation_margin(
+    shape: Formation, edge: FormationEdge, first_position: Array, second_position: Array, *, xp: Namespace = np
+) -> Array:
+    """The tolerance minus one edge's error: (..., dim) twice -> (...), metres."""
+    return shape.tolerance - formation.edge_error(xp, edge, first_position, second_position)
+
+
+class _AlongTrace(View):
+    """All agents are asked: (agents, steps + 1, dim); of one there are (steps + 1, dim)."""
+
+    def __init__(self, mission: Mission, trace: Trace) -> None:
+        super().__init__(np, mission.dimension)
+        self.mission, self.trace = mission, trace
+
+    def own(self) -> Array:
+        return self.trace.position
+
+    def place(self, agent: int) -> Array:
+        return self.trace.position[agent]
+
+    def velocity(self) -> Array:
+        return self.trace.velocity
+
+    def heading(self) -> Array:
+        return self.trace.heading
+
+    def radius(self) -> Array:
+        return np.array([agent.radius for agent in self.mission.agents])[:, None]
+
+    def plane(self) -> Array:
+        return np.array([agent.altitude for agent in self.mission.agents])[:, None]
+
+    def weakest_link(self, graph: Graph) -> Array:
+        return connected.margin(graph, self.trace)
+
+    def level(self, resource: Resource) -> Array:
+        return resources.levels(resource, self.trace)
+
+    def flagged(self, flag: Flag) -> Array:
+        return resources.flag_margins(flag, self.trace)
+
+
+class _OfSome(View):
+    """The first of a few agents is asked; nothing is known of any other."""
+
+    def __init__(
+        self,
+        xp: Namespace,
+        mission: Mission,
+        places: dict[int, Array],
+        velocity: Array | None,
+        heading: Array | None = None,
+    ) -> None:
+        super().__init__(xp, mission.dimension)
+        self.places, self.moving, self.faced = places, velocity, heading
+        self.agent = mission.agents[next(iter(places))]
+
+    def own(self) -> Array:
+        return self.places[self.agent.index]
+
+    def place(self, agent: int) -> Array:
+        if agent not in self.places:
+            alone = len(self.places) == 1
+            raise ValueError("one agent's state does not decide it" if alone else "it reads a third agent")
+        return self.places[agent]
+
+    def velocity(self) -> Array:
+        return super().velocity() if self.moving is None else self.moving
+
+    def heading(self) -> Array:
+        return super().heading() if self.faced is None else self.faced
+
+    def nothing(self, *, of_team: bool = False) -> Array:
+        return 0.0 * self.own()[..., 0]
+
+    def radius(self) -> float:
+        return self.agent.radius
+
+    def plane(self) -> float:
+        return self.agent.altitude

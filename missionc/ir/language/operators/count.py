@@ -1,0 +1,94 @@
+"""``count[a..b] f >= n``: so many agents with ``f`` have their shortest way from here within the bounds.
+
+The agent itself counts where the lower bound is 0, also outside the graph.
+
+One agent that counts is a route to an agent with ``f``, whoever that is: ``reach`` says it without a name for each
+agent. It is necessary of more than one too, and worth at least as much, so that a count of more is an *and* of both
+and its robustness stays the ``n``-th largest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from missionc.ir import Apply
+from missionc.ir.kernel.nodes import All, At, AtLeast, Is, Node, Not
+from missionc.ir.language.operator import Bounds, Fixity, Operator, TooLarge, Use
+from missionc.ir.language.operators.reach import reach
+from missionc.ir.language.weighed_routes import always_true, distance_to, measured_in_metres, no_hops
+
+
+def expand(use: Use) -> Node | TooLarge:
+    some = _some_agent(use)
+    if isinstance(some, TooLarge):
+        return some
+    every, span, number = _each_agent(use), use.span, use.number
+
+    def at_least(count: int) -> Node:
+        if some is None or count < 1:
+            return AtLeast(count, every, span)
+        if count == 1 and use.length.low <= 1:
+            return some
+        return All((some, AtLeast(count, every, span)), span)
+
+    def fewer_than(count: int) -> Node:
+        return Not(at_least(count) if count == 1 else AtLeast(count, every, span), span)
+
+    match use.comparison:
+        case ">=":
+            return at_least(number)
+        case ">":
+            return at_least(number + 1)
+        case "<=":
+            return fewer_than(number + 1)
+        case "<":
+            return fewer_than(number)
+        case "=":
+            return All((at_least(number), fewer_than(number + 1)), span)
+        case _:
+            raise AssertionError(use.comparison)
+
+
+def _each_agent(use: Use) -> tuple[Node, ...]:
+    """For each agent that may count, that it does."""
+    (body,) = use.arguments
+    length, span = use.length, use.span
+
+    def counts(agent: int) -> Node:
+        other = Not(Is(frozenset((agent,)), span), span)
+        return All((other, distance_to(length, agent, span), At(agent, body, span)), span)
+
+    itself = (body,) if length.low <= 0 else ()
+    return itself + tuple(counts(agent) for agent in length.graph.agents)
+
+
+def _some_agent(use: Use) -> Node | TooLarge | None:
+    """A route no longer than the upper bound to an agent with ``f``, another than this one where that does not count.
+
+    None of lengths in metres that are bounded below, where routes would be tried one by one.
+    """
+    (body,) = use.arguments
+    length = use.length
+    if length.low > 0 and measured_in_metres(length):
+        return None
+    nearer = replace(use, bounds=replace(length, low=min(length.low, 1.0)))
+    return reach(nearer, always_true(use.span), body)
+
+
+def traps(use: Apply) -> tuple[str, ...]:
+    return ("count of oneself",) if no_hops(use) else ()
+
+
+OPERATOR = Operator(
+    name="count",
+    letter="",
+    fixity=Fixity.PREFIX,
+    bounds=Bounds.LENGTH,
+    spatial=True,
+    expand=expand,
+    says="so many agents where it holds are as far away as the bounds say",
+    reads="of the agents whose shortest way from {here} on {graph} is {far}{included}, there are {number} "
+    "of which each {body}",
+    example="count[hops 1..1 on radio] field >= 2",
+    traps=traps,
+)

@@ -1,0 +1,48 @@
+"""``escape[a..b] f``: a route of ``f``-agents, both ends included, to an agent that is as far away as the bounds say.
+
+How far is the shortest way over all agents, so route and distance are asked of
+each target apart. With a lower bound of 0 the agent itself will do: it is ``f``.
+
+Source:
+    [strel] Table 1; of its three readings, the one of its prose.
+"""
+
+from __future__ import annotations
+
+from missionc.ir import Apply
+from missionc.ir.kernel.nodes import All, Any, Is, Node, Reach
+from missionc.ir.language.operator import Bounds, Fixity, Operator, Use
+from missionc.ir.language.weighed_routes import distance_from, most_hops, no_hops
+
+
+def expand(use: Use) -> Node:
+    (body,) = use.arguments
+    length, span = use.length, use.span
+    if length.low <= 0:
+        return body
+
+    def towards(agent: int) -> Node:
+        end = All((body, Is(frozenset((agent,)), span)), span)
+        route = Reach(length.graph, body, end, most_hops(length), span)
+        return All((route, distance_from(length, agent, span)), span)
+
+    return Any(tuple(towards(agent) for agent in length.graph.agents), span)
+
+
+def traps(use: Apply) -> tuple[str, ...]:
+    return ("escape without a lower bound" if no_hops(use) else "how far one has escaped",)
+
+
+OPERATOR = Operator(
+    name="escape",
+    letter="E",
+    fixity=Fixity.PREFIX,
+    bounds=Bounds.LENGTH,
+    spatial=True,
+    expand=expand,
+    says="a route over agents where it holds, to an agent that is as far away as the bounds say",
+    reads="a route on {graph} leads from {here} to an agent{perhaps} whose shortest way from {here} is "
+    "{far}, and {body:agent on it, both ends included,}",
+    example="escape[hops 2.. on radio] not threat",
+    traps=traps,
+)

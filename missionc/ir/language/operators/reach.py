@@ -1,0 +1,127 @@
+"""``f reach[a..b] g``: a route within the bounds, ``f`` at every agent on it before the last, ``g`` at the last.
+
+A route visits no agent twice. ``Reach`` in the kernel may: with a lower bound
+of 0 that is the same, since a loop can be left out. Otherwise the first
+``low - 1`` agents are spelt out, and the rest of the route is a ``Reach`` of at
+least one link over the other agents: it ends at another agent than the one it
+starts from, so leaving out its loops leaves one link or more. What is left to
+go depends on the set of agents left behind, not on their order, so the formula
+grows with the number of such sets and not with the number of routes.
+
+Source:
+    [strel] Table 1, with routes and lower bounds as its prose means them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from math import comb, perm
+
+from missionc.ir import Apply, Length, Truth
+from missionc.ir.kernel.nodes import All, Any, Is, Neighbour, Node, Not, Reach, Route
+from missionc.ir.language.operator import Bounds, Fixity, Operator, TooLarge, Use
+from missionc.ir.language.weighed_routes import (
+    at_least,
+    measured_in_metres,
+    no_hops,
+    nodes_at_most,
+    up_to,
+    whole_bounds,
+)
+from missionc.ir.pair_ranges import lightest
+
+
+def expand(use: Use) -> Node | TooLarge:
+    through, end = use.arguments
+    return reach(use, through, end)
+
+
+def reach(use: Use, through: Node, end: Node) -> Node | TooLarge:
+    """The formula for other operands than those of the use: ``somewhere`` and ``everywhere`` share it."""
+    length, span = use.length, use.span
+    agents = len(length.graph.agents)
+    if measured_in_metres(length):
+        cost = _up_to(use.room, (perm(agents - 1, links) for links in range(agents))) if length.low > 0 else 0
+        route = Route(length.graph, through, end, length.low, length.high, span)
+        return TooLarge(cost) if cost > use.room else route
+    low, high = whole_bounds(length)
+    if low == 0:
+        return up_to(length, through, end, high, span)
+    if low > high:
+        return Any((), span)
+    most = low if length.weight is None else min(-(-low // lightest(length.weight)), agents)
+    each = 5 if length.weight is None else nodes_at_most(length, high)
+    cost = _up_to(use.room, (each * comb(agents, size) * (agents - size) for size in range(most)))
+    if cost > use.room:
+        return TooLarge(cost)
+    if length.weight is not None:
+        return at_least(length, through, end, low, high)
+    return _some_links(use, through, end, low, high)
+
+
+def _up_to(room: int, costs: Iterator[int]) -> int:
+    """The sum of the costs, or the first part of it that is more than there is room for.
+
+    In hops, each set of fewer than ``low`` agents costs a few nodes for each
+    agent outside it. In metres the formula is one node, but to tell the lengths
+    of routes apart each of them may have to be tried.
+    """
+    total = 0
+    for cost in costs:
+        total += cost
+        if total > room:
+            break
+    return total
+
+
+def _some_links(use: Use, through: Node, end: Node, low: int, high: int) -> Node:
+    graph, span = use.graph, use.span
+    here = {agent: Is(frozenset((agent,)), span) for agent in graph.agents}
+
+    @cache
+    def outside(body: Node, left: frozenset[int]) -> Node:
+        return All((body, Not(Is(left, span), span)), span) if left else body
+
+    @cache
+    def leaving(left: frozenset[int]) -> Node:
+        """A route goes on from this agent, none of those ``left`` behind, and enters none of them."""
+        return Any(tuple(onward(agent, left) for agent in graph.agents if agent not in left), span)
+
+    def onward(agent: int, left: frozenset[int]) -> Node:
+        behind = left | {agent}
+        if len(behind) < low:
+            return All((here[agent], through, Neighbour(graph, leaving(behind), span)), span)
+        rest = Reach(graph, outside(through, left), outside(end, behind), high - len(left), span)
+        return All((here[agent], rest), span)
+
+    return leaving(frozenset())
+
+
+def traps(use: Apply) -> tuple[str, ...]:
+    over_anybody = isinstance(use.operands[0], Truth)
+    return (*of_routes(use), *(() if over_anybody else ("the last of a route",)))
+
+
+def of_routes(use: Apply) -> tuple[str, ...]:
+    """What ``somewhere`` and ``everywhere`` hang on too."""
+    assert isinstance(use.bounds, Length)
+    if no_hops(use):
+        return ("zero hops",)
+    if use.bounds.low > 1:
+        return ("routes do not turn back", "the longer way counts")
+    return ("routes do not turn back",) if use.bounds.high > 1 else ()
+
+
+OPERATOR = Operator(
+    name="reach",
+    letter="R",
+    fixity=Fixity.INFIX,
+    bounds=Bounds.LENGTH,
+    spatial=True,
+    expand=expand,
+    says="a route within the bounds, over agents of the left one, ends at an agent of the right one",
+    reads="{route} leads from {here} to an agent{perhaps} that {right}, and {left:agent on it but the last}",
+    example="safe reach[hops 0..2 on radio] base",
+    traps=traps,
+)

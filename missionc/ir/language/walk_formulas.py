@@ -1,0 +1,164 @@
+"""Graph traversal of formulas as meant, without recursion: shared, and as deep as chains of ``let``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator
+from functools import wraps
+from typing import TypeGuard, TypeVar, assert_never
+from weakref import WeakKeyDictionary
+
+from missionc import ir
+from missionc.base.source import Span
+from missionc.ir.kernel.nodes import Is, Node
+from missionc.ir.kernel.walk import looks_back, postorder
+from missionc.ir.language.operator import TooLarge, Use
+from missionc.ir.language.operators import by_name
+
+T = TypeVar("T")
+V = TypeVar("V")
+
+
+def once(function: Callable[[T], V]) -> Callable[[T], V]:
+    """Works out only once what follows from a formula, or a mission, alone; and forgets it together with that.
+
+    What follows must not hold on to what it follows from.
+    """
+    known: WeakKeyDictionary[T, V] = WeakKeyDictionary()
+
+    @wraps(function)
+    def of(what: T) -> V:
+        try:
+            return known[what]
+        except KeyError:
+            value = known[what] = function(what)
+            return value
+
+    return of
+
+
+def goals(mission: ir.Mission) -> tuple[ir.Requirement | ir.Preference, ...]:
+    """Everything the mission asks for: its requirements, then its preferences."""
+    return (*mission.requirements, *mission.preferences)
+
+
+def operands(formula: ir.Formula) -> tuple[ir.Formula, ...]:
+    """The formulas directly below."""
+    match formula:
+        case ir.Truth() | ir.Holds() | ir.Belongs():
+            return ()
+        case ir.Apply():
+            return formula.operands
+        case ir.AtLeastOf() | ir.OfAgent():
+            return (formula.body,)
+        case ir.Without():
+            return formula.cases
+        case _:
+            assert_never(formula)
+
+
+def as_written(formula: ir.Formula) -> tuple[ir.Formula, ...]:
+    """The formulas directly below in the text: of a team without some, what is written once and said of each case."""
+    return (formula.body,) if isinstance(formula, ir.Without) else operands(formula)
+
+
+@once
+def formulas(mission: ir.Mission) -> tuple[ir.Formula, ...]:
+    """All that the mission's goals are made of, bottom up."""
+    return tuple(bottom_up(goal.formula for goal in goals(mission)))
+
+
+def bottom_up(
+    roots: Iterable[ir.Formula], below: Callable[[ir.Formula], tuple[ir.Formula, ...]] = operands
+) -> list[ir.Formula]:
+    """Every formula below the roots and the roots themselves, once each, operands before the formulas that use them."""
+    order: dict[ir.Formula, None] = {}
+    stack = list(roots)[::-1]
+    while stack:
+        formula = stack[-1]
+        first = [] if formula in order else [operand for operand in below(formula) if operand not in order]
+        if first:
+            stack.extend(reversed(first))
+        else:
+            order.setdefault(stack.pop())
+    return list(order)
+
+
+def bits_of(agents: tuple[int, ...]) -> int:
+    """A set of agents as the bits of a number."""
+    if agents and agents == tuple(range(agents[0], agents[0] + len(agents))):
+        return ((1 << len(agents)) - 1) << agents[0]
+    bits = bytearray(max(agents, default=0) // 8 + 1)
+    for agent in agents:
+        bits[agent // 8] |= 1 << agent % 8
+    return int.from_bytes(bits, "little")
+
+
+def asked_agents(mission: ir.Mission) -> Iterator[tuple[ir.Formula, tuple[int, ...]]]:
+    """Every formula of the mission's goals with the agents that it is asked of, as quantifiers and graphs say it.
+
+    One that is asked in several places comes with each of these sets of agents, once.
+    """
+    seen: set[tuple[ir.Formula, tuple[int, ...]]] = set()
+    waiting: list[tuple[ir.Formula, tuple[int, ...]]] = [(goal.formula, ()) for goal in goals(mission)]
+    while waiting:
+        formula, agents = waiting.pop()
+        if (formula, agents) in seen:
+            continue
+        seen.add((formula, agents))
+        yield formula, agents
+        match formula:
+            case ir.AtLeastOf(agents=named, body=body):
+                waiting.append((body, named.agents))
+            case ir.OfAgent(agent=agent, body=body):
+                waiting.append((body, (agent,)))
+            case ir.Apply(bounds=ir.Length(graph=graph)):
+                everyone = tuple(sorted({*agents, *graph.agents}))
+                waiting.extend((operand, everyone) for operand in operands(formula))
+            case _:
+                waiting.extend((operand, agents) for operand in operands(formula))
+
+
+@once
+def meaning(formula: ir.Apply) -> tuple[Node, tuple[Is, ...]]:
+    """What a temporal or Boolean operator says, in kernel form, over a placeholder for each of its operands.
+
+    So a pass knows the kernel's few constructors and no operator by name. Not
+    for spatial operators: their kernel form may grow with the team.
+    """
+    assert not formula.operator.spatial
+    places = tuple(Is(frozenset()) for _ in formula.operands)
+    node = by_name[formula.operator.name].expand(Use(places, formula.bounds, formula.span))
+    assert not isinstance(node, TooLarge)
+    return node, places
+
+
+def reaches_back(formula: ir.Formula) -> TypeGuard[ir.Apply]:
+    """Whether a formula is an operator of the past."""
+    return _in_time(formula) and looks_back(meaning(formula)[0])
+
+
+def asks_the_past(formula: ir.Formula) -> TypeGuard[ir.Apply]:
+    """Whether what an operator says is about earlier steps too, in some part of it."""
+    return _in_time(formula) and any(map(looks_back, postorder((meaning(formula)[0],))))
+
+
+def _in_time(formula: ir.Formula) -> TypeGuard[ir.Apply]:
+    """Whether it is an operator that may be about other steps: no spatial one, and no chain of and or or."""
+    return isinstance(formula, ir.Apply) and not formula.operator.spatial and len(formula.operands) <= 2
+
+
+def operator_words(formula: ir.Apply) -> Span:
+    """The operator with its bounds, as written (``always[0, 16 s]``); without bounds, the whole formula."""
+    whole = formula.span
+    if formula.bounds is None:
+        return whole
+    bounds = formula.bounds.span
+    if bounds.source is not whole.source or not whole.start <= bounds.start <= bounds.end <= whole.end:
+        return whole
+    word = re.search(r"\w+\s*\[?\s*$", whole.source.text[whole.start : bounds.start])
+    end = bounds.end
+    closing = re.match(r"\s*\]", whole.source.text[end : whole.end])
+    if closing and not whole.source.text[bounds.start : end].endswith("]"):
+        end += closing.end()
+    return whole.part(whole.start + word.start(), end) if word else whole

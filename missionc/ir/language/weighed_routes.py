@@ -1,0 +1,170 @@
+"""Routes with a bounded weight of links, in kernel form: one link at a time, by the rest of the bound.
+
+Every link weighs at least 1, so the bound runs out. States differ in the rest of the bound and, for agents, in the
+weights of their links, not in their names. With a lower bound, they also differ in the agents already passed. Helpers
+on route lengths serve all spatial operators.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+from missionc.base.source import Span
+from missionc.frontend.syntax.ast import Metric
+from missionc.ir import Apply, Graph, Length, Weight
+from missionc.ir.kernel.nodes import All, Any, Is, Neighbour, Node, Not, PathLength, Reach
+from missionc.ir.pair_ranges import heaviest, kinds_of_weight, weigh
+
+
+def nodes_at_most(length: Length, most: int) -> int:
+    """How many kernel nodes the routes that weigh up to ``most`` come to, about."""
+    assert length.weight is not None
+    alike = len(kinds_of_weight(length.graph, length.weight))
+    return (most + 1) * (4 + alike * (3 + 2 * alike))
+
+
+def within(length: Length, through: Node, end: Node, most: int) -> Node:
+    """A route over ``through`` agents to an ``end`` that weighs at most so much in all."""
+    graph, weight, span = length.graph, length.weight, length.span
+    assert weight is not None
+    ways = _ways(graph, weight)
+    left = {most}
+    for _ in range(len(graph.agents)):
+        more = {rest - each for rest in left for each in {w for _, _, w in ways} if rest >= each} - left
+        if not more:
+            break
+        left |= more
+    made: dict[int, Node] = {}
+    for rest in sorted(left):
+        onward = _onward(graph, ways, made, rest, span)
+        made[rest] = Any((end, All((through, onward), span)), span) if onward.parts else end
+    return made[most]
+
+
+def at_least(length: Length, through: Node, end: Node, low: int, high: int) -> Node:
+    """Likewise a route that weighs at least ``low``, above 0, in all: it visits no agent twice.
+
+    Up to where it weighs so much the agents left behind are told apart; the rest is over the others, and a walk
+    among them leaves out its loops and is a route.
+    """
+    graph, weight, span = length.graph, length.weight, length.span
+    assert weight is not None
+    here = {agent: Is(frozenset((agent,)), span) for agent in graph.agents}
+
+    @cache
+    def rest(behind: frozenset[int], most: int) -> Node:
+        outside = Not(Is(behind, span), span)
+        return within(length, All((through, outside), span), All((end, outside), span), most)
+
+    @cache
+    def leaving(behind: frozenset[int], spent: int) -> Node:
+        """From an agent that is not among those behind."""
+        return Any(tuple(from_(agent, behind, spent) for agent in graph.agents if agent not in behind), span)
+
+    @cache
+    def from_(agent: int, behind: frozenset[int], spent: int) -> Node:
+        left = behind | {agent}
+        ends = tuple(arriving(agent, other, left, spent) for other in graph.agents if other not in left)
+        return All((here[agent], through, Neighbour(graph, Any(ends, span), span)), span)
+
+    def arriving(agent: int, other: int, left: frozenset[int], spent: int) -> Node:
+        total = spent + weigh(weight, agent, other)
+        if total > high:
+            return Any((), span)
+        onward = rest(left, high - total) if total >= low else from_(other, left, total)
+        return All((here[other], onward), span)
+
+    return leaving(frozenset(), 0)
+
+
+def _ways(graph: Graph, weight: Weight) -> tuple[tuple[tuple[int, ...], tuple[int, ...], int], ...]:
+    """From agents of a kind to those of another, and what their links weigh."""
+    alike = kinds_of_weight(graph, weight)
+    return tuple(
+        (senders, receivers, weigh(weight, senders[0], receivers[-1]))
+        for senders in alike
+        for receivers in alike
+        if senders is not receivers or len(senders) > 1
+    )
+
+
+def _onward(
+    graph: Graph,
+    ways: tuple[tuple[tuple[int, ...], tuple[int, ...], int], ...],
+    made: dict[int, Node],
+    rest: int,
+    span: Span,
+) -> Any:
+    """From whoever this is, a link that weighs no more than the rest, to where what is left of it is enough."""
+    starts: dict[tuple[int, ...], list[Node]] = {}
+    for senders, receivers, each in ways:
+        if each <= rest and rest - each in made:
+            ends = All((Is(frozenset(receivers), span), made[rest - each]), span)
+            starts.setdefault(senders, []).append(ends)
+    return Any(
+        tuple(
+            All((Is(frozenset(senders), span), Neighbour(graph, Any(tuple(ends), span), span)), span)
+            for senders, ends in starts.items()
+        ),
+        span,
+    )
+
+
+def most_hops(length: Length) -> int:
+    """Links of the longest route without repeated agents: one fewer than the graph's agents."""
+    return max(len(length.graph.agents) - 1, 0)
+
+
+def longest(length: Length) -> float:
+    """How long a route without repeated agents can be: in hops, or in what links weigh; in metres, without limit."""
+    if measured_in_metres(length):
+        return math.inf
+    return most_hops(length) * (1 if length.weight is None else heaviest(length.weight))
+
+
+def whole_bounds(length: Length) -> tuple[int, int]:
+    """The bounds of a length that is not in metres as whole numbers, the upper one at most ``longest``."""
+    return int(length.low), int(min(length.high, longest(length)))
+
+
+def measured_in_metres(length: Length) -> bool:
+    return length.metric is Metric.METRES
+
+
+def up_to(length: Length, through: Node, end: Node, most: int, span: Span) -> Node:
+    """A route over ``through`` agents to an ``end`` of at most so many hops, or so much weight."""
+    if length.weight is not None:
+        return within(length, through, end, most)
+    return Reach(length.graph, through, end, min(most, most_hops(length)), span)
+
+
+def no_hops(use: Apply) -> bool:
+    """Whether the agent itself is within the bounds: a route of no links will do."""
+    return isinstance(use.bounds, Length) and use.bounds.low <= 0
+
+
+def always_true(span: Span) -> Node:
+    return All((), span)
+
+
+def distance_to(length: Length, agent: int, span: Span) -> Node:
+    """The shortest way from here to ``agent``, over any agents, is within the bounds."""
+    if measured_in_metres(length):
+        return PathLength(length.graph, agent, length.low, length.high, span)
+    low, high = whole_bounds(length)
+    near = _within(length, agent, high, span)
+    return near if low == 0 else All((near, Not(_within(length, agent, low - 1, span), span)), span)
+
+
+def distance_from(length: Length, agent: int, span: Span) -> Node:
+    """``distance_to`` where a route to ``agent`` is known to be there, so that an open bound asks no more."""
+    if not measured_in_metres(length) and length.low > 0 and length.high >= longest(length):
+        low = int(length.low)
+        return Not(_within(length, agent, low - 1, span), span)
+    return distance_to(length, agent, span)
+
+
+def _within(length: Length, agent: int, most: int, span: Span) -> Node:
+    target = Is(frozenset((agent,)), span)
+    return target if most == 0 else up_to(length, always_true(span), target, most, span)

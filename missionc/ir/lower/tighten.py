@@ -1,0 +1,251 @@
+"""Tightening of a mission by a margin, so that a flight that misses its plan a little still satisfies it.
+
+in   Mission, Kernel, a margin in metres
+out  a Mission and a Kernel that ask for more: what is true of a plan of theirs, by the margin, is true of the mission's
+
+Requirements are tightened by their sense: where a region has to be entered it
+is smaller, where it has to be kept out of it is larger; likewise the radius of
+a graph and the tolerance of a formation, which two agents may each miss. No
+region, radius or tolerance loses more than half of what it has. Vehicles want
+room beside that: between each other, to obstacles, and inside the world; and
+plans no faster than they can fly from rest to rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence, Set
+from dataclasses import replace
+from itertools import combinations
+from operator import sub
+from typing import assert_never
+
+from missionc import ir
+from missionc.base.units import Metres
+from missionc.ir.kernel.nodes import Atom, Goal, Kernel, LeafNode, Node, Not
+from missionc.ir.kernel.walk import bottom_up, graph_of, rebuilt
+from missionc.ir.lower.flyable_steps import CRUISE
+from missionc.ir.pair_ranges import with_ranges
+
+MITRE = 2.0
+"""How far, in margins, the corner of a polygon may move when it grows."""
+
+PEAK, START = 1.5, 4.6
+"""Measured on straight starts from rest: of the plan's speed, and of its speed over a step's duration."""
+SHARES = (1.0, 0.5, 0.25)
+"""Shares of what agents may be off by at their top speeds: the largest that leaves room where they start and finish."""
+SURELY = 1e-5
+"""Metres beyond their spacing that they are there, so that no rounding of a backend brings them nearer."""
+SPARE = 0.8
+"""The share of a vehicle's limits for plans that come to speed by themselves: rounded corners take the rest."""
+
+
+def tracking_margin(mission: ir.Mission) -> Metres:
+    """The largest tracking margin of the mission's vehicles: metres that a flight may be from its plan."""
+    return Metres(max((agent.vehicle.tracking for agent in mission.agents), default=0.0))
+
+
+def with_vehicle_room(mission: ir.Mission) -> ir.Mission:
+    """The mission with the room its vehicles want: the same object where none wants any."""
+    rooms = [mission.room(agent.index) for agent in mission.agents]
+    # Where vehicles differ, the widest room: a narrower one is judged on the flight.
+    low = tuple(min(axis) for axis in zip(*(room[0] for room in rooms), strict=True))
+    high = tuple(max(axis) for axis in zip(*(room[1] for room in rooms), strict=True))
+    wanted = replace(
+        mission,
+        world=replace(mission.world, low=low, high=high),
+        clearance=Metres(mission.clearance + tracking_margin(mission)),
+        drift=_drift(mission),
+    )
+    before = mission.world, mission.clearance, mission.drift
+    return mission if (wanted.world, wanted.clearance, wanted.drift) == before else wanted
+
+
+def _drift(mission: ir.Mission) -> tuple[Metres, ...]:
+    """What each agent is off by at its top speed, for it starts at another time than the others; less where they start
+    or finish too near for that, since who comes from rest is slow there. Empty where nobody is."""
+    drift = [
+        agent.vehicle.start_skew * min(agent.vehicle.speed, PEAK * agent.dynamics.top_speed) for agent in mission.agents
+    ]
+    if not any(drift):
+        return ()
+    for share in SHARES:
+        some = replace(mission, drift=tuple(Metres(share * each) for each in drift))
+        if all(_apart(some, places) for places in _ends(mission)):
+            return some.drift
+    return ()
+
+
+def _ends(mission: ir.Mission) -> list[list[tuple[int, ir.Vector]]]:
+    """The exact places to start at, and those to finish at, each with its agent."""
+    return [
+        [(agent.index, place.point) for agent, place in places if isinstance(place, ir.Exactly)]
+        for places in (
+            [(agent, agent.start) for agent in mission.agents],
+            [(agent, agent.finish) for agent in mission.agents],
+        )
+    ]
+
+
+def _apart(mission: ir.Mission, places: Sequence[tuple[int, ir.Vector]]) -> bool:
+    """Whether all that are in these places keep the mission's spacing."""
+    for (one, here), (other, there) in combinations(places, 2):
+        spacing = mission.spacing(one, other)
+        if spacing.measured(tuple(map(sub, here, there))) < spacing.sideways + SURELY:
+            return False
+    return True
+
+
+def with_flyable_speeds(mission: ir.Mission, share: float | None = None) -> ir.Mission:
+    """The mission with speeds at which its vehicles can fly a plan smoothly: the same object where all are.
+
+    A plan of first order is at full speed at once, and its flight comes from rest: in a step of duration d that covers
+    v d it gets up to ``PEAK`` v, at an acceleration of up to ``START`` v / d.
+
+    Args:
+        share: of what a vehicle can fly once it is under way, for plans that set out gently (``world.flyable_steps``).
+            Absent, so slow that plans may be at full speed at once.
+    """
+    agents = tuple(
+        replace(agent, dynamics=_slower(agent.dynamics, agent.vehicle, float(mission.step), share))
+        for agent in mission.agents
+    )
+    same = all(slow.dynamics == agent.dynamics for slow, agent in zip(agents, mission.agents, strict=True))
+    return mission if same else replace(mission, agents=agents)
+
+
+def _slower(dynamics: ir.Dynamics, vehicle: ir.Vehicle, step: float, share: float | None) -> ir.Dynamics:
+    if dynamics.has_momentum:
+        part = SPARE if share is None else share
+        return dynamics.at_most(part * vehicle.speed, part * vehicle.acceleration)
+    # One that cannot fly so slowly is planned as it is.
+    at_once = min(vehicle.speed / PEAK, vehicle.acceleration * step / START)
+    return dynamics.at_most(at_once if share is None else share * vehicle.speed / CRUISE, math.inf)
+
+
+def tightened(mission: ir.Mission, kernel: Kernel, margin: Metres) -> tuple[ir.Mission, Kernel]:
+    """Requirements that hold by the margin where these hold; preferences stay what they are."""
+    if margin <= 0:
+        return mission, kernel
+    tighter, wider = _Borders(-margin), _Borders(margin)
+    goals = _tightened(kernel.requirements, tighter, wider)
+    regions = tuple(tighter.region(region) for region in mission.regions)
+    graphs = tuple(tighter.graph(graph) for graph in mission.graphs)
+    return replace(mission, regions=regions, graphs=graphs), replace(kernel, requirements=goals)
+
+
+def tightened_alone(kernel: Kernel, names: Set[str], margin: Metres) -> Kernel:
+    """The requirements of these names by the margin; the others are the same objects, and so is the world."""
+    if margin <= 0:
+        return kernel
+    some = [goal for goal in kernel.requirements if goal.name in names]
+    tighter = dict(zip(some, _tightened(some, _Borders(-margin), _Borders(margin)), strict=True))
+    return replace(kernel, requirements=tuple(tighter.get(goal, goal) for goal in kernel.requirements))
+
+
+def _tightened(goals: Sequence[Goal], tighter: _Borders, wider: _Borders) -> tuple[Goal, ...]:
+    nodes = bottom_up((goal.formula for goal in goals), lambda node, below: _more(node, below, tighter, wider))
+    return tuple(replace(goal, formula=nodes[goal.formula]) for goal in goals)
+
+
+def _more(node: Node, below: tuple[Node, ...], tighter: _Borders, wider: _Borders) -> Node:
+    """What asks for more, over nodes that do."""
+    match node:
+        case Atom(predicate):
+            return replace(node, predicate=predicate.moved(tighter))
+        case Not(Atom(predicate) as leaf):
+            return replace(node, body=replace(leaf, predicate=predicate.moved(wider)))
+        case LeafNode():
+            return node  # a shortest way gets longer or shorter with the links: there is no side to be on
+        case _:
+            graph = graph_of(node)
+            return rebuilt(node, below, graph and (wider if node.every else tighter).graph(graph))
+
+
+class _Borders:
+    """Borders of truth moved by so many ``metres``, those of the same thing once: below 0 less is true."""
+
+    def __init__(self, metres: float) -> None:
+        self.metres = metres
+        self._regions: dict[ir.Region, ir.Region] = {}
+        self._graphs: dict[ir.Graph, ir.Graph] = {}
+        self._formations: dict[ir.Formation, ir.Formation] = {}
+
+    def region(self, region: ir.Region) -> ir.Region:
+        if region not in self._regions:
+            self._regions[region] = replace(region, shape=moved(region.shape, self.metres))
+        return self._regions[region]
+
+    def graph(self, graph: ir.Graph) -> ir.Graph:
+        """The graph with its range moved: of two agents both ends may be missed, of a beacon only one.
+
+        What stands in the way of a sight comes nearer, or is further away, by the margin.
+        """
+        if graph not in self._graphs:
+            misses = 2 if graph.by_distance else 1
+            ranges = tuple(replace(each, radius=self._by(misses, each.radius)) for each in graph.ranges)
+            moved_graph = with_ranges(graph, self._by(misses, graph.radius), ranges)
+            if isinstance(moved_graph, ir.Sight):
+                moved_graph = replace(moved_graph, room=Metres(moved_graph.room - self.metres))
+            self._graphs[graph] = moved_graph
+        return self._graphs[graph]
+
+    def formation(self, formation: ir.Formation) -> ir.Formation:
+        if formation not in self._formations:
+            edges = len(formation.edges) if formation.total else 1
+            self._formations[formation] = replace(formation, tolerance=self._by(2 * edges, formation.tolerance))
+        return self._formations[formation]
+
+    def _by(self, misses: int, length: float) -> Metres:
+        """A length moved, of a thing that so many may miss by the margin; by half of it at most."""
+        return Metres(length + math.copysign(min(misses * abs(self.metres), length / 2), self.metres))
+
+
+def moved(shape: ir.Shape, by: float) -> ir.Shape:
+    """The border moved outward: at least so far where ``by`` is positive, and inward at least so far where negative.
+
+    A shape does not lose more than half of its least width: then it moves less.
+    """
+    match shape:
+        case ir.Union(left, right):
+            return ir.Union(moved(left, by), moved(right, by))
+        case ir.Intersection(left, right):
+            return ir.Intersection(moved(left, by), moved(right, by))
+        case ir.Difference(left, right):
+            return ir.Difference(moved(left, by), moved(right, -by))
+        case ir.Box(low, high):
+            return ir.Box(*_band(low, high, by))
+        case ir.Disc(centre, radius, band):
+            return ir.Disc(centre, radius + max(by, -radius / 2), _prism(band, by))
+        case ir.Ball(centre, radius):
+            return ir.Ball(centre, radius + max(by, -radius / 2))
+        case ir.Polygon(corners, band):
+            return ir.Polygon(_outline(corners, by), _prism(band, by))
+        case _:
+            assert_never(shape)
+
+
+def _band(low: ir.Vector, high: ir.Vector, by: float) -> tuple[ir.Vector, ir.Vector]:
+    change = [max(by, -(end - begin) / 4) for begin, end in zip(low, high, strict=True)]
+    return (
+        tuple(begin - each for begin, each in zip(low, change, strict=True)),
+        tuple(end + each for end, each in zip(high, change, strict=True)),
+    )
+
+
+def _prism(band: ir.Prism | None, by: float) -> ir.Prism | None:
+    if band is None:
+        return None
+    (low,), (high,) = _band((band.low,), (band.high,), by)
+    return ir.Prism(low, high)
+
+
+def _outline(corners: tuple[tuple[float, float], ...], by: float) -> tuple[tuple[float, float], ...]:
+    """Its corners, if what is left is in one piece without holes; else those of a polygon that moves less."""
+    from shapely import Polygon as Outline  # for polygons alone
+
+    for part in (by, by / 2, by / 4):
+        found = Outline(corners).buffer(part, join_style="mitre", mitre_limit=MITRE)
+        if isinstance(found, Outline) and not found.is_empty and not found.interiors:
+            return tuple((float(x), float(y)) for x, y in list(found.exterior.coords)[:-1])
+    return corners

@@ -1,0 +1,238 @@
+"""Unrolling of operators that look back: kernel formulas with the same meaning that look ahead alone.
+
+in   Mission, Kernel
+out  a Kernel with the same truth and robustness at step 0 of every trace and without constants, or that it would be
+     too large
+
+A requirement is asked at step 0, so every formula below it is asked at known steps, and one that looks back
+looks at known steps too. What stands around an operator of the past is spelt out for each of those steps; what
+has none in it stays as it is, under a window that begins at its step. Planners are given formulas like
+that and know one direction of time; the monitor and the verifier judge what was written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import assert_never
+
+from missionc.ir import Graph, Mission
+from missionc.ir.kernel.nodes import (
+    All,
+    Always,
+    Any,
+    At,
+    AtLeast,
+    Eventually,
+    EveryNeighbour,
+    Is,
+    Kernel,
+    LeafNode,
+    Neighbour,
+    NeighbourNode,
+    Node,
+    Not,
+    ReachNode,
+    RouteNode,
+    UntilNode,
+    WindowNode,
+    says_opposite,
+)
+from missionc.ir.kernel.normal_form import constant, without_constants
+from missionc.ir.kernel.walk import asks, children, looks_back, postorder, rebuilt
+from missionc.ir.language.operator import TooLarge
+
+
+def looking_ahead(mission: Mission, kernel: Kernel, room: int) -> Kernel | TooLarge:
+    """The kernel as planners get it: without operators of the past and, after that, without constants.
+
+    A goal that is constant stays a goal of its name, ``All(())`` or ``Any(())``: a backend satisfies the first by any
+    plan, and finds none for the second. The same object if there is nothing to rewrite.
+
+    Args:
+        room: how many nodes it may have.
+    """
+    order = postorder(kernel.formulas)
+    past: set[Node] = set()
+    for node in order:
+        if looks_back(node) or any(child in past for child in children(node)):
+            past.add(node)
+    agents = len(mission.agents)
+    if not past:
+        return without_constants(kernel, agents)
+    unrolling = _Unrolling(past, mission.steps)
+    asked: dict[Node, set[int]] = {node: set() for node in past}
+    for formula in past.intersection(kernel.formulas):
+        asked[formula].add(0)
+    size = 0
+    for node in reversed(order):
+        for ask in asks(node) if node in past else ():
+            for step in asked[node]:
+                window = ask.steps_from(step, mission.steps)
+                size += len(window) * _parts(node, len(window))
+                if ask.node in past:
+                    asked[ask.node].update(window)
+            if size > room:
+                return TooLarge(size)
+    for node in order:
+        for step in sorted(asked.get(node, ())):
+            unrolling.known[node, step] = unrolling.made(node, step)
+    ahead = kernel.with_formulas(lambda formula: unrolling.at(formula, 0))
+    ahead = replace(ahead, meanings={text: node for text, node in kernel.meanings.items() if node not in past})
+    return without_constants(ahead, agents)
+
+
+def _stretches(window: range) -> Iterator[range]:
+    """A window in stretches of 1, 2, 4, … steps that begin at a multiple of their length, as few as there are."""
+    first = window.start
+    while first < window.stop:
+        size = first & -first or 1 << window.stop.bit_length()
+        while first + size > window.stop:
+            size //= 2
+        yield range(first, first + size)
+        first += size
+
+
+def _parts(node: Node, window: int) -> int:
+    """How many formulas a node comes to, at most, for each that it asks."""
+    match node:
+        case UntilNode():
+            return 1 if looks_back(node) else window
+        case NeighbourNode(graph):
+            return 3 * len(graph.agents)
+        case ReachNode(graph):
+            return 3 * len(graph.agents) ** 2
+        case _:
+            return 1
+
+
+class _Unrolling:
+    """Formulas at a step, as they are asked at step 0; ``past`` are those with an operator of the past in them."""
+
+    def __init__(self, past: set[Node], last: int) -> None:
+        self.past, self.last = past, last
+        self.known: dict[tuple[Node, int], Node] = {}
+        self.stretches: dict[tuple[object, ...], Node] = {}
+        self.links: dict[tuple[Graph, int, bool], Node] = {}
+
+    def window(self, node: WindowNode | UntilNode, step: int) -> range:
+        """The steps of a window that stands at a step."""
+        return asks(node)[-1].steps_from(step, self.last)
+
+    def at(self, node: Node, step: int) -> Node:
+        """The formula at that step; of one with the past in it, it is known."""
+        if node not in self.past and (node, step) not in self.known:
+            self.known[node, step] = self.later(node, step)
+        return self.known[node, step]
+
+    def later(self, node: Node, step: int) -> Node:
+        """The same of a formula that looks ahead alone."""
+        if step == 0 or isinstance(node, Is) or constant(node) is not None:
+            return node
+        if isinstance(node, WindowNode):
+            return replace(node, low=node.low + step, high=None if node.high is None else node.high + step)
+        return Eventually(node, step, step, node.span, says_opposite(node))
+
+    def each(self, node: Node, steps: range, every: bool) -> Node:
+        """The formula at every, or at some, of these steps."""
+        if node not in self.past and steps:
+            return (Always if every else Eventually)(node, steps[0], steps[-1], node.span, says_opposite(node))
+        return (All if every else Any)(tuple(self.at(node, step) for step in steps), node.span, says_opposite(node))
+
+    def made(self, node: Node, step: int) -> Node:
+        """A formula with the past in it, of those below it."""
+        match node:
+            case All() | Any() | AtLeast() | At():
+                return rebuilt(node, tuple(self.at(child, step) for child in children(node)))
+            case WindowNode(WindowNode() as inner) if self.may_begin_earlier(inner, self.window(node, step)):
+                window = self.window(node, step)
+                ahead = replace(inner, low=0, high=(inner.high or 0) - inner.low)
+                return replace(node, body=ahead, low=window[0] + inner.low, high=window[-1] + inner.low)
+            case WindowNode(body):
+                whole = self.each(body, self.window(node, step), node.every)
+                return replace(whole, span=node.span, dual=node.dual) if isinstance(whole, All | Any) else whole
+            case UntilNode():
+                return self.since(node, step) if looks_back(node) else self.until(node, step)
+            case NeighbourNode(graph, body):
+                return self.pair(
+                    node, tuple(self.linked(node, agent, self.at(body, step), step) for agent in graph.agents)
+                )
+            case ReachNode():
+                return self.reach(node, step)
+            case RouteNode():
+                raise AssertionError("no backend offers to look back below a route in metres")
+            case LeafNode() | Not():
+                raise AssertionError("a leaf has no operator of the past in it")
+            case _:
+                assert_never(node)
+
+    def may_begin_earlier(self, node: WindowNode, steps: range) -> bool:
+        """Whether windows that look back from these steps look ahead from earlier ones: none reaches before 0."""
+        return looks_back(node) and node.body not in self.past and bool(steps) and steps[0] + node.low >= 0
+
+    def pair(self, node: Node, parts: tuple[Node, ...], *, contrary: bool = False) -> Node:
+        """Some of the parts, or all of them where ``node`` asks for every one; ``contrary``, the other way round."""
+        assert not isinstance(node, LeafNode | Not)
+        return (All if node.every is not contrary else Any)(parts, node.span, node.dual)
+
+    def until(self, node: UntilNode, step: int) -> Node:
+        """``end`` at some step of the window, with ``hold`` from here up to it; or the dual."""
+        parts = []
+        for when in self.window(node, step):
+            held = (self.each(node.hold, range(step, when), not node.every),) if when > step else ()
+            parts.append(self.pair(node, (self.at(node.end, when), *held), contrary=True))
+        return self.pair(node, tuple(parts))
+
+    def since(self, node: UntilNode, step: int) -> Node:
+        """``end`` at some step of the window, with ``hold`` after it; or the dual.
+
+        The window falls into stretches that other steps look back at too, so that few formulas do for all of them.
+        """
+        window = self.window(node, step)
+        if not window:
+            return self.pair(node, ())
+        first, *others = _stretches(window)
+        found = self.within(node, first)
+        for stretch in others:
+            found = self.after(node, found, stretch)
+        rest = range(window.stop, step + 1)
+        return self.pair(node, (found, self.held(node, rest)), contrary=True) if rest else found
+
+    def after(self, node: UntilNode, before: Node, stretch: range) -> Node:
+        """``end`` within a stretch of steps and ``hold`` after it, or what was so before and ``hold`` throughout."""
+        lasting = self.pair(node, (self.held(node, stretch), before), contrary=True)
+        return self.pair(node, (self.within(node, stretch), lasting))
+
+    def within(self, node: UntilNode, stretch: range) -> Node:
+        """``end`` at some step of a stretch and ``hold`` at those after it: of its halves, each known once."""
+        if len(stretch) == 1:
+            return self.at(node.end, stretch[0])
+        key = node, stretch
+        if key not in self.stretches:
+            half = len(stretch) // 2
+            self.stretches[key] = self.after(node, self.within(node, stretch[:half]), stretch[half:])
+        return self.stretches[key]
+
+    def held(self, node: UntilNode, steps: range) -> Node:
+        """``hold`` at all of these steps; or the dual."""
+        key = node.hold, steps, node.every
+        if key not in self.stretches:
+            self.stretches[key] = self.each(node.hold, steps, not node.every)
+        return self.stretches[key]
+
+    def linked(self, node: NeighbourNode | ReachNode, agent: int, body: Node, step: int) -> Node:
+        """That agent is linked to this one at the step, and has what stands for the body then; or the dual."""
+        key = (node.graph, agent, node.every)
+        if key not in self.links:
+            it = Is(frozenset((agent,)))
+            self.links[key] = EveryNeighbour(node.graph, Not(it)) if node.every else Neighbour(node.graph, it)
+        return self.pair(node, (self.at(self.links[key], step), At(agent, body, node.span)), contrary=True)
+
+    def reach(self, node: ReachNode, step: int) -> Node:
+        """Routes of no link, then of one more at a time."""
+        end, through = self.at(node.end, step), self.at(node.through, step)
+        found = end
+        for _ in range(min(node.hops, len(node.graph.agents) - 1)):
+            onward = self.pair(node, tuple(self.linked(node, each, found, step) for each in node.graph.agents))
+            found = self.pair(node, (end, self.pair(node, (through, onward), contrary=True)))
+        return found

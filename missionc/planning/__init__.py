@@ -1,0 +1,1 @@
+"""Search that backends and replanning share."""

@@ -1,0 +1,54 @@
+"""Meets and joins of formulas of which some are decided, and some are nobody's.
+
+The logic has three values beside the formulas that are open: true, false, and nobody's (None). What is nobody's would
+have been up to an agent that is lost: it makes no whole true and none false, and quantifiers pass it over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from missionc.ir.kernel.nodes import All, Any, AtLeast, Node, says_opposite
+from missionc.ir.kernel.normal_form import constant, truth
+
+
+class Lattice:
+    """Meets and joins; of the same parts the same object is made."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[object, ...], tuple[Node, tuple[Node, ...]]] = {}
+
+    def whole(self, like: Node, parts: Sequence[Node | None], *, quantified: bool = False) -> Node | None:
+        """The meet of parts where ``like`` asks for every one of them, else their join; None where it is nobody's.
+
+        Args:
+            quantified: parts that are nobody's are passed over, unless all are.
+        """
+        left = tuple(dict.fromkeys(part for part in parts if part is not None and constant(part) is not like.every))
+        if any(constant(part) is not None for part in left):
+            return truth(not like.every)
+        if None in parts and (not quantified or parts.count(None) == len(parts)):
+            return None
+        if len(left) <= 1:
+            return left[0] if left else truth(like.every)
+        return self._kept(All if like.every else Any, left, 0, like)
+
+    def at_least(self, node: AtLeast, parts: Sequence[Node | None]) -> Node | None:
+        """Formula that enough of the parts hold; those of lost agents do not count."""
+        there = [part for part in parts if part is not None]
+        if parts and not there:
+            return None
+        count = node.count - sum(constant(part) is True for part in there)
+        left = tuple(part for part in there if constant(part) is None)
+        if not 0 < count <= len(left):
+            return truth(count <= 0)
+        return self._kept(AtLeast, left, count, node)
+
+    def _kept(self, kind: type[All | Any | AtLeast], parts: tuple[Node, ...], count: int, like: Node) -> Node:
+        """The node of such parts, made once; the parts are kept, so that no other one comes to lie where one lay."""
+        span, dual = like.span, says_opposite(like)
+        key = (kind, count, span, dual, *map(id, parts))
+        if key not in self._made:
+            made: Node = AtLeast(count, parts, span, dual) if issubclass(kind, AtLeast) else kind(parts, span, dual)
+            self._made[key] = made, parts
+        return self._made[key][0]

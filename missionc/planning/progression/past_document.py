@@ -1,0 +1,175 @@
+"""The past of a mission as JSON, ``missionc.past/1``: what was flown before the plan of a folder begins.
+
+in   Past; or a text, of which nothing is believed
+out  its text; or Past
+
+It lists the stretches that were flown, each with everybody's states at its steps, who was lost at its end, slower, or
+in motion, which requirements were given up, and the texts of the mission's files as they were then, where they read
+otherwise now.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from missionc.base.strict_json import NotJsonError, is_number, parse_record
+from missionc.base.trace import Array, Trace
+from missionc.base.units import Seconds
+from missionc.planning.progression.stretches import Stretch
+
+SCHEMA = "missionc.past/1"
+MOST_STRETCHES = 1_000
+STATE = 5, 4
+"""Position, velocity, acceleration, jerk and snap of x, y, z and yaw."""
+ENTRIES = frozenset({"step", "until", "lost", "given_up", "slow", "moving", "begins", "texts", "agents"})
+STAYS = "stays"
+"""The entry of a stretch after which nobody goes back to its pad; it is there where that is so."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flown:
+    """A stretch as it is kept.
+
+    Args:
+        agents: the names of those whose states it has, in the order of the trace.
+        until: seconds after it began up to which it was flown; the states after that are those that everybody was told.
+        begins: by the agents' names, the states, (5, 4), in which the polynomials begin that they fly to the end.
+        texts: by their names, files of the mission as they were read then; those that are missing read as they do now.
+    """
+
+    stretch: Stretch
+    agents: tuple[str, ...]
+    until: float
+    texts: Mapping[str, str] = field(default_factory=dict)
+    begins: Mapping[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Past:
+    """Everything that is over, in order."""
+
+    flown: tuple[Flown, ...]
+
+    @property
+    def steps(self) -> int:
+        return sum(each.stretch.steps for each in self.flown)
+
+
+def past_json(past: Past) -> str:
+    """The text of ``past.json``; every number reads back as the same double."""
+    stretches = []
+    for each in past.flown:
+        trace = each.stretch.trace
+        rows = [
+            {
+                "name": name,
+                "position": trace.position[row].tolist(),
+                "velocity": trace.velocity[row].tolist(),
+                "yaw": trace.heading[row].tolist(),
+            }
+            for row, name in enumerate(each.agents)
+        ]
+        head = {
+            "step": float(trace.step),
+            "until": each.until,
+            "lost": list(each.stretch.lost),
+            "given_up": list(each.stretch.given_up),
+            "slow": dict(each.stretch.slow),
+            "moving": {name: state.tolist() for name, state in each.stretch.moving.items()},
+            "begins": {name: state.tolist() for name, state in each.begins.items()},
+            "texts": dict(each.texts),
+            **({STAYS: True} if each.stretch.stays else {}),
+        }
+        entries = [f"     {_text(key)}: {_text(value)}" for key, value in head.items()]
+        states = ",\n".join(f"       {_text(row)}" for row in rows)
+        entries.append(f'     "agents": [\n{states}\n     ]')
+        stretches.append("    {\n" + ",\n".join(entries) + "\n    }")
+    return "{\n" + f'  "schema": {_text(SCHEMA)},\n  "stretches": [\n' + ",\n".join(stretches) + "\n  ]\n}\n"
+
+
+def _text(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+
+def read_past(text: str, magnitude: float) -> Past | str:
+    """The past that a text tells; or why it tells none.
+
+    Args:
+        magnitude: no number is larger.
+    """
+    try:
+        stretches = parse_record(text, SCHEMA).get("stretches")
+    except NotJsonError as error:
+        return error.reason
+    if not isinstance(stretches, list) or not 1 <= len(stretches) <= MOST_STRETCHES:
+        return "it has no list of stretches"
+    flown = [_flown(each, magnitude) for each in stretches]
+    wrong = next((each for each in flown if isinstance(each, str)), None)
+    return wrong or Past(tuple(each for each in flown if isinstance(each, Flown)))
+
+
+def _flown(entry: Any, magnitude: float) -> Flown | str:
+    if not isinstance(entry, dict) or set(entry) - {STAYS} != ENTRIES or entry.get(STAYS, True) is not True:
+        return "a stretch of it has other entries than it should"
+    step, until, lost, given_up = (entry[key] for key in ("step", "until", "lost", "given_up"))
+    slow, texts, agents = (entry[key] for key in ("slow", "texts", "agents"))
+    if not (_is_within(step, magnitude) and _is_within(until, magnitude)) or step <= 0 or until < 0:
+        return "the `step` or `until` of a stretch is no such number"
+    if not (_names(lost) and _names(given_up) and isinstance(texts, dict) and _names(list(texts.values()))):
+        return "the names or texts of a stretch are none"
+    if not isinstance(slow, dict) or not all(_is_within(each, magnitude) and each > 0 for each in slow.values()):
+        return "the speeds of a stretch are none"
+    if not isinstance(agents, list) or not agents or not all(isinstance(each, dict) for each in agents):
+        return "a stretch of it has no agents"
+    names = [each.get("name") for each in agents]
+    arrays = [
+        [_array(each.get(key), dimensions, magnitude) for each in agents]
+        for key, dimensions in (("position", 2), ("velocity", 2), ("yaw", 1))
+    ]
+    flat = [array for column in arrays for array in column]
+    if not _names(names) or any(array is None for array in flat):
+        return "the states of an agent are no lists of finite numbers"
+    moving, begins = (_states(entry[key], names, magnitude) for key in ("moving", "begins"))
+    if moving is None or begins is None:
+        return "the states in its `moving` or `begins` are not those of its agents"
+    shapes = [{array.shape for array in column if array is not None} for column in arrays]
+    if any(len(each) != 1 for each in shapes) or shapes[0] != shapes[1]:
+        return "its agents have different numbers of states"
+    position, velocity, heading = (np.stack([array for array in column if array is not None]) for column in arrays)
+    if heading.shape != position.shape[:2]:
+        return "its agents have different numbers of states"
+    trace = Trace(Seconds(float(step)), position, velocity, heading)
+    stretch = Stretch(trace, tuple(lost), tuple(given_up), dict(slow), moving, STAYS in entry)
+    return Flown(stretch, tuple(names), float(until), dict(texts), begins)
+
+
+def _states(value: object, names: list[str], magnitude: float) -> dict[str, Array] | None:
+    """States from position to snap, by the names of agents; None if there is anything else."""
+    if not isinstance(value, dict) or not set(value) <= set(names):
+        return None
+    states = {name: _array(each, 2, magnitude) for name, each in value.items()}
+    found = {name: state for name, state in states.items() if state is not None and state.shape == STATE}
+    return found if len(found) == len(value) else None
+
+
+def _names(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(each, str) for each in value)
+
+
+def _is_within(value: object, magnitude: float) -> bool:
+    return is_number(value) and abs(value) <= magnitude
+
+
+def _array(value: object, dimensions: int, magnitude: float) -> Array | None:
+    """Lists of finite numbers, as deep as that."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    fits = array.ndim == dimensions and array.size > 0 and bool((np.abs(array) <= magnitude).all())
+    return array if fits else None

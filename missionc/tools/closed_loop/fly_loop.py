@@ -1,0 +1,268 @@
+"""Flight in a closed loop: the engine moves the agents, ground control replans, and the flight is evaluated.
+
+    in   the mission and its plan, a Scenario, a seed
+    out  LoopFlight, with its Outcome
+
+Simulated time stands still during replanning. A plan is uploaded for the time by which it had to be ready, and is
+discarded if it was not ready by then.
+
+The evaluation covers the requirements over the whole flight, and the bodies in continuous time. It takes events as
+they happened: a lost agent has no requirements from then on, and a changed world counts from its change. Replanning
+makes no difference to it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.trace import Array, Trace
+from missionc.base.units import Seconds
+from missionc.compiler.front_end import Checked
+from missionc.compiler.remaining import earlier
+from missionc.compiler.replan.patch import patched
+from missionc.compiler.replan.plan_rest import get_ready
+from missionc.compiler.replan.request import Flying
+from missionc.flight.simulation.default_engine import Airborne
+from missionc.flight.simulation.disturbance import POSITION, SETPOINTS_PER_SECOND, YAW, Disturbance, drawn
+from missionc.flight.simulation.judge_flight import at_steps, room
+from missionc.geometry.curves.piecewise_polynomials import polynomials
+from missionc.ir import Mission
+from missionc.planning.progression.rest_of_mission import team_at
+from missionc.planning.progression.stretches import Remaining, Stretch, after
+from missionc.tools.closed_loop.ground import Ground, Happened, Told
+from missionc.tools.closed_loop.reports import PERIOD, Reports
+from missionc.tools.closed_loop.scenario import Event, Scenario
+from missionc.verification.certificate import Check
+from missionc.verification.monitoring.live.first_violations import first_violations
+from missionc.verification.monitoring.monitor import monitor
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """From a step on somebody is lost, and files of the mission read otherwise."""
+
+    time: float
+    lost: tuple[str, ...] = ()
+    texts: Mapping[str, str] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Epoch:
+    """From a time on, s, the mission reads so, and these of the team are left."""
+
+    time: float
+    mission: Mission
+    team: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """How a flight went.
+
+    Args:
+        requirements: by its name, whether it was kept.
+        nearest: where two bodies, or a body and an obstacle, came nearest; None where there were not two.
+        epochs: the first from 0 on, one more for each cut.
+        since: of each that was not kept, the first moment, s, at which nothing within the top speeds of those who are
+            left could keep it.
+    """
+
+    requirements: Mapping[str, bool]
+    nearest: Check | None
+    epochs: tuple[Epoch, ...]
+    since: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def room(self) -> float:
+        """The least room between two bodies, or a body and an obstacle, m; negative where they touch."""
+        return math.inf if self.nearest is None else self.nearest.margin
+
+    @property
+    def satisfied(self) -> bool:
+        return all(self.requirements.values())
+
+    @property
+    def untouched(self) -> bool:
+        return self.room >= 0
+
+
+def judge(
+    checked: Checked, cuts: list[Cut], times: Array, position: Array, velocity: Array, heading: Array, limits: Limits
+) -> Outcome:
+    """Judge a flight.
+
+    Args:
+        checked: the whole mission as it was planned at first.
+        cuts: in the order of their times.
+        times: (samples,), s, from 0 to the end of the mission.
+        position, velocity: (agents, samples, 3), m and m/s; heading: (agents, samples), rad.
+    """
+    mission, kernel = checked.valid_mission, checked.valid_kernel
+    whole = at_steps(mission, times, position, velocity, heading)
+    rest, now, written = Remaining(mission, kernel), checked, mission
+    rows, begin = list(range(len(mission.agents))), 0
+    names = [agent.name for agent in mission.agents]
+    epochs = [Epoch(0.0, mission, tuple(names))]
+    flown: list[tuple[Remaining, Trace, int]] = []
+    for cut in cuts:
+        step = min(math.ceil(cut.time / mission.step - 1e-9), int(mission.steps) - 1)
+        if cut.texts:
+            now = earlier(now, cut.texts, limits)
+            written = now.valid_mission
+        part = whole.part(rows, begin, step)
+        flown.append((rest, part, begin))
+        rest = after(rest, Stretch(part, cut.lost), written)
+        rows = [names.index(agent.name) for agent in rest.mission.agents]
+        begin = step
+        epochs.append(Epoch(cut.time, written, tuple(names[row] for row in rows)))
+    last = whole.part(rows, begin, int(mission.steps))
+    flown.append((rest, last, begin))
+    kept = {each.name: each.satisfied for each in monitor(rest.mission, rest.kernel, last).requirements}
+    lost = {name: float(mission.horizon) for name, each in kept.items() if not each}
+    for stretch in reversed(flown if lost else []):
+        lost |= {name: when for name, when in _since(*stretch).items() if name in lost}
+    ends = [*(each.time for each in epochs[1:]), float(times[-1])]
+    rooms = [
+        check for each, end in zip(epochs, ends, strict=True) for check in _rooms(each, names, times, position, end)
+    ]
+    nearest = min(rooms, key=lambda check: check.margin, default=None)
+    return Outcome(kept, nearest, tuple(epochs), lost)
+
+
+def _since(rest: Remaining, trace: Trace, begin: int) -> dict[str, float]:
+    """Since when, seconds, a requirement cannot be kept by any continuation of what was flown by then."""
+    steps = first_violations(rest.mission, rest.kernel, trace) | dict.fromkeys(rest.nobodys, 0)
+    return {name: float((begin + step) * trace.step) for name, step in steps.items()}
+
+
+def _rooms(epoch: Epoch, names: list[str], times: Array, position: Array, end: float) -> list[Check]:
+    """The rooms of those that are left, as long as an epoch lasts, straight from sample to sample."""
+    chosen = (times >= epoch.time - 1e-9) & (times <= end + 1e-9)
+    if chosen.sum() < 2:
+        return []
+    when, place = times[chosen], position[[names.index(name) for name in epoch.team]][:, chosen]
+    team = team_at(epoch.mission, 0.0, place[:, 0, : epoch.mission.dimension], epoch.team)
+    return list(room(team, when, place))
+
+
+TICKS = round(PERIOD * SETPOINTS_PER_SECOND)
+"""Setpoints between two reports."""
+
+Listen = Callable[[float, Array, Ground, list[str]], None]
+"""Is told of the time, of everybody's position, (3, agents), of the ground, and of the lines that it heard."""
+
+
+def nobody(time: float, position: Array, ground: Ground, lines: list[str]) -> None:
+    """The listener of those who do not watch."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopFlight:
+    """How a flight went.
+
+    Args:
+        times: (samples,), s; position: (agents, samples, 3), m.
+        happened: what the ground saw and did.
+        lost: the names of those whose motors stopped.
+    """
+
+    times: Array
+    position: Array
+    happened: tuple[Happened, ...]
+    lost: tuple[str, ...]
+    outcome: Outcome
+
+
+def fly_loop(
+    flying: Flying,
+    scenario: Scenario,
+    seed: int,
+    within: Seconds,
+    limits: Limits,
+    *,
+    replans: bool = True,
+    clock: Seconds | None = None,
+    listen: Listen = nobody,
+) -> LoopFlight:
+    """Fly a verified plan through a scenario, from rest at its start to its end.
+
+    Args:
+        within: seconds after something happened, when the flight goes on by another plan.
+        clock: seconds that planning may take by the clock; ``within`` where it is None.
+    """
+    mission = flying.checked.valid_mission
+    names = tuple(agent.name for agent in mission.agents)
+    pieces = [polynomials(flying.flights[name]) for name in names]
+    ticks = math.ceil(mission.horizon * SETPOINTS_PER_SECOND - 1e-9)
+    random = np.random.default_rng([seed, 1])
+    weather = Disturbance(wind=scenario.wind, gust=scenario.gust)
+    wind = drawn(weather, seed, range(1), len(names), ticks + 1).wind[0]
+    told = Told(pieces, scenario.skew * random.random(len(names)))
+    if replans:
+        get_ready(flying)
+    ground = Ground(flying, told, names, within, limits, seed, replans, clock)
+    first = told.setpoints(np.zeros(1))
+    air = Airborne(first[POSITION, 0], first[YAW, 0])
+    reports, waiting = Reports(scenario, random), list(scenario.events)
+    lost: list[str] = []
+    cuts: list[Cut] = []
+    path, speed = np.empty((2, ticks + 1, 3, len(names)))
+    nose = np.empty((ticks + 1, len(names)))
+    for tick in range(0, ticks + 1, TICKS):
+        time = tick / SETPOINTS_PER_SECOND
+        while waiting and waiting[0].at <= time + 1e-9:
+            _happen(waiting.pop(0), time, mission, air, ground, told, lost, cuts)
+        silent = np.array([name in lost for name in names])
+        reports.send(time, air.position, air.velocity, air.heading, silent)
+        lines = ground.hear(reports.heard(time))
+        ground.look(time)
+        listen(time, air.position, ground, lines)
+        count = min(TICKS, ticks + 1 - tick)
+        reference = told.setpoints((tick + np.arange(count)) / SETPOINTS_PER_SECOND)
+        for number in range(count):
+            at = tick + number
+            path[at], speed[at], nose[at] = air.position, air.velocity, air.heading
+            air.advance(reference[:, number], wind[:, at].T.copy(order="C"))
+    times = np.arange(ticks + 1) / SETPOINTS_PER_SECOND
+    places, speeds = (np.moveaxis(each, (0, 1, 2), (1, 2, 0)) for each in (path, speed))
+    outcome = judge(flying.checked, cuts, times, places, speeds, nose.T, limits)
+    return LoopFlight(times, places, tuple(ground.happened), tuple(lost), outcome)
+
+
+def _happen(
+    event: Event,
+    time: float,
+    mission: Mission,
+    air: Airborne,
+    ground: Ground,
+    told: Told,
+    lost: list[str],
+    cuts: list[Cut],
+) -> None:
+    if event.lose:
+        air.lose(ground.names.index(event.lose))
+        if event.lose not in lost:
+            lost.append(event.lose)
+            cuts.append(Cut(time, (event.lose,)))
+    elif event.slow:
+        agent = mission.agents[ground.names.index(event.slow)]
+        told.slow(agent.index, event.to * agent.dynamics.top_speed)
+    else:
+        ground.change(event.change)
+        cuts.append(Cut(time, texts=dict(ground.texts)))
+
+
+def unreadable_changes(checked: Checked, scenario: Scenario, limits: Limits) -> list[Diagnostic]:
+    """What is wrong with the patches of a scenario, before anything is flown."""
+    found: list[Diagnostic] = []
+    for event in scenario.events:
+        edited = patched(checked, Source("change", event.change), limits) if event.change else {}
+        found += edited if isinstance(edited, list) else []
+    return found

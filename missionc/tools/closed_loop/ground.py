@@ -1,0 +1,396 @@
+"""Ground control: telemetry, detection of lost, slow and displaced agents, replanning, and uploads.
+
+    in   reports of the agents' states, and changes of the world
+    out  uploads, and the setpoints of all agents over a stretch of time
+
+An upload is a polynomial that an agent flies by its own clock from a given time on. A slow agent stays on its
+trajectory, and falls behind wherever the trajectory is faster than the agent.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.trace import Array, Trace
+from missionc.base.units import Seconds
+from missionc.compiler.front_end import Checked
+from missionc.compiler.remaining import earlier
+from missionc.compiler.replan.divert import diverted
+from missionc.compiler.replan.patch import patched
+from missionc.compiler.replan.replan import OFF, replan
+from missionc.compiler.replan.request import Flying, Replanned, Request, Way
+from missionc.compiler.results import Verified
+from missionc.flight.simulation.disturbance import ACCELERATION, POSITION, RATES, VELOCITY, setpoints
+from missionc.flight.trajectories.behind import progress
+from missionc.geometry.curves.piecewise_polynomials import Pieces, polynomials
+from missionc.output.folder.file_names import flights_in
+from missionc.tools.closed_loop.reports import Report
+from missionc.verification.monitoring.live.session import Session
+from missionc.verification.monitoring.live.verdicts import Verdict
+from missionc.verification.monitoring.read_trace import read_flown
+
+
+@dataclass(slots=True, eq=False)
+class _Agent:
+    """One agent's uploads, the first one first; how fast it still is, m/s; and by how much it is behind, s."""
+
+    uploads: list[tuple[float, Pieces]]
+    skew: float
+    most: float = math.inf
+    behind: float = 0.0
+    current: int = field(default=0)
+
+
+class Told:
+    """Everybody's uploads.
+
+    Args:
+        pieces: what each flies from time 0 on.
+        skew: (agents,), seconds by which each clock is late.
+    """
+
+    def __init__(self, pieces: list[Pieces], skew: Array) -> None:
+        self._agents = [_Agent([(0.0, own)], float(late)) for own, late in zip(pieces, skew, strict=True)]
+
+    def upload(self, agent: int, pieces: Pieces, begins: float) -> None:
+        """From then on, seconds, the agent flies these; what it was to fly after that is forgotten."""
+        own = self._agents[agent]
+        own.uploads = [each for each in own.uploads if each[0] < begins] + [(begins, pieces)]
+
+    def slow(self, agent: int, most: float) -> None:
+        """The agent goes no faster than so many m/s from now on."""
+        self._agents[agent].most = most
+
+    def setpoints(self, times: Array) -> Array:
+        """(times,), seconds, evenly apart, later than all before and not beyond the next upload's reach
+        -> (13, times, agents)."""
+        return np.stack([self._of(own, times) for own in self._agents], axis=-1)
+
+    def _of(self, own: _Agent, times: Array) -> Array:
+        shifted = times - own.skew
+        latest = max(index for index, (begins, _) in enumerate(own.uploads) if begins <= shifted[0] or index == 0)
+        begins, pieces = own.uploads[latest]
+        if latest != own.current:
+            own.current, own.behind = latest, 0.0
+        local = shifted - begins
+        if math.isinf(own.most):
+            return setpoints(pieces, local)
+        period = float(times[1] - times[0]) if times.size > 1 else 0.0
+        columns = []
+        for moment in local:
+            wanted = setpoints(pieces, np.array([moment - own.behind]))
+            fast = float(np.linalg.norm(wanted[VELOCITY]))
+            rate = min(1.0, own.most / fast) if fast > 0 else 1.0
+            own.behind += (1.0 - rate) * period
+            for row, power in ((VELOCITY, 1), (ACCELERATION, 2), (RATES, 1)):
+                wanted[row] *= rate**power
+            columns.append(wanted)
+        return np.concatenate(columns, axis=1)
+
+    def wanted(self, agent: int, time: float) -> Array:
+        """(3,), metres: where the ground believes that the agent is to be."""
+        return np.asarray(self.way(agent, np.array([time]))[0])
+
+    def way(self, agent: int, times: Array) -> Array:
+        """(times,), seconds -> (times, 3), metres: likewise at each of them, by all uploads so far."""
+        own = self._agents[agent]
+        latest = np.maximum(np.searchsorted([begins for begins, _ in own.uploads], times, side="right") - 1, 0)
+        places = np.empty((times.size, 3))
+        for number in np.unique(latest).tolist():
+            begins, pieces = own.uploads[number]
+            places[latest == number] = setpoints(pieces, times[latest == number] - begins)[POSITION].T
+        return places
+
+
+def uploaded(told: Told, plan: Trace) -> Trace:
+    """Where everybody is told to be at the steps of the whole flight, by all that was uploaded so far.
+
+    Args:
+        plan: the first one, of the whole mission.
+    """
+    agents, steps, dimension = plan.position.shape
+    times = float(plan.step) * np.arange(steps, dtype=np.float64)
+    position = np.stack([told.way(agent, times)[:, :dimension] for agent in range(agents)])
+    return Trace(plan.step, position, np.gradient(position, float(plan.step), axis=1), plan.heading)
+
+
+SILENT = 1.0
+"""Seconds: who is not heard of for so long is taken to be lost."""
+SEEN = 1.0
+"""Seconds of reports from which is told how fast one goes that is behind."""
+FEWEST = 5
+"""Reports in that time."""
+LAG = 0.15
+"""Metres: who is so far from where it should be, and on its way, is behind."""
+BESIDE = 0.1
+"""Metres: who is further from its way is not on it."""
+SLOWEST = 0.15
+"""m/s: of one who hardly moves nothing is told."""
+SLOW = 0.9
+"""Seconds of its flight that one who is slow flies in a second, at most."""
+SURE = 0.95
+"""The share of the speed at which one was seen that is counted on."""
+MOST_REPLANS = 6
+STOP = 3.0
+"""Seconds that a stop takes, and more: nobody is told to stop who touches nothing until there was time for one."""
+FLOWN_ON = "flown on: no other plan keeps more"
+MOST_OF_IT = 0.4
+"""The share of the time left that planning may take."""
+PATIENCE = 8
+"""How many times as long planning may take where there was no plan in time; each time twice as long."""
+GIVE_UPS = 3
+"""How often, for one cause, what cannot be kept is given up for the sake of the rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """What the ground did, and when: seconds of the flight, why, and how long planning took."""
+
+    time: float
+    why: str
+    came: str
+    seconds: float = 0.0
+    begins: float | None = None
+    given_up: tuple[str, ...] = ()
+
+
+@dataclass(slots=True, eq=False)
+class Ground:
+    """One mission, watched and planned anew.
+
+    Args:
+        flying: what is flown.
+        told: to which uploads go.
+        names: of all agents of the flight, in order.
+        within: seconds in which another plan has to be ready.
+        replans: whether it plans anew at all, or only watches.
+        clock: seconds that planning may take by the clock; ``within`` where it is None.
+    """
+
+    flying: Flying
+    told: Told
+    names: tuple[str, ...]
+    within: Seconds
+    limits: Limits
+    seed: int
+    replans: bool = True
+    clock: Seconds | None = None
+    began: float = 0.0
+    lost: list[str] = field(default_factory=list)
+    log: list[tuple[str, Report]] = field(default_factory=list)
+    heard: dict[str, float] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
+    causes: list[str] = field(default_factory=list)
+    slow: dict[str, float] = field(default_factory=dict)
+    given_up: list[str] = field(default_factory=list)
+    happened: list[Happened] = field(default_factory=list)
+    session: Session | None = None
+    risky: set[str] = field(default_factory=set)
+    away: dict[str, Report] = field(default_factory=dict)
+    pieces: dict[str, Pieces] = field(init=False)
+    patience: int = 1
+    busy: float = 0.0
+
+    world: Checked = field(init=False)
+    """The whole mission as it reads now."""
+
+    def __post_init__(self) -> None:
+        self.world = self.flying.checked
+        self._fly(self.flying)
+        self._watch()
+
+    def _fly(self, flying: Flying) -> None:
+        """This is what is flown."""
+        self.flying = flying
+        self.pieces = {name: polynomials(text) for name, text in flying.flights.items()}
+
+    def _watch(self) -> None:
+        """A new session, and a new log, for what is flown now."""
+        mission, kernel = self.flying.checked.valid_mission, self.flying.checked.valid_kernel
+        self.session = Session(mission, kernel, self.limits)
+        self.log, self.lost, self.texts, self.given_up = [], [], {}, []
+        self.slow, self.risky, self.away = {}, set(), {}
+
+    @property
+    def team(self) -> list[str]:
+        """Those that the plan is for."""
+        return [agent.name for agent in self.flying.checked.valid_mission.agents]
+
+    @property
+    def dimension(self) -> int:
+        return self.flying.checked.valid_mission.dimension
+
+    def hear(self, reports: list[Report]) -> list[str]:
+        """Take in reports; what they say of the whole flight, as lines of samples."""
+        heard: list[str] = []
+        for report in reports:
+            name = self.names[report.agent]
+            self.heard[name] = max(self.heard.get(name, 0.0), report.time)
+            heard.append(_line(name, report, 0.0, self.dimension))
+            if name in self.team and report.time >= self.began - 1e-9:
+                self.log.append((name, report))
+                assert self.session is not None
+                for _ in self.session.feed(_line(name, report, self.began, self.dimension)):
+                    pass
+                self.away[name] = report
+        return heard
+
+    def change(self, text: str) -> None:
+        """The world is another one from now on."""
+        edited = patched(self.world, Source("change", text), self.limits)
+        assert isinstance(edited, Mapping), "patches are read before the flight"
+        self.world = earlier(self.world, edited, self.limits)
+        self.texts.update(edited)
+        self.causes.append("the world has changed")
+
+    def look(self, time: float) -> None:
+        """See what is wrong by now; and have the rest planned anew where something is."""
+        for name in self.team:
+            if name not in self.lost and time - self.heard.get(name, self.began) > SILENT and time > SILENT:
+                self.lost.append(name)
+                self.causes.append(f"{name} is lost")
+        if time < max(self.began, self.busy):
+            return
+        for name, report in self.away.items():
+            if name not in self.lost:
+                self._follow(name, report)
+        assert self.session is not None
+        for standing in self.session.standings[: self.session.requirements]:
+            bad = standing.at_risk or standing.verdict is Verdict.VIOLATED
+            if bad and standing.name not in self.risky:
+                self.risky.add(standing.name)
+                self.causes.append(f"`{standing.name}` is {'at risk' if standing.at_risk else 'lost'}")
+        if self.causes:
+            why, self.causes = ", ".join(self.causes), []
+            if self.replans and sum(each.begins is not None for each in self.happened) < MOST_REPLANS:
+                self._replan(time, why)
+            else:
+                self.happened.append(Happened(time, why, "seen"))
+
+    def _follow(self, name: str, report: Report) -> None:
+        """See whether an agent is where it should be."""
+        off = float(np.linalg.norm(report.position - self.told.wanted(self.names.index(name), report.time)))
+        if off > LAG and (speed := self._slow_speed(name)) is not None:
+            self.slow[name] = SURE * speed
+            self.risky.add(f"{name} is off")
+            self.causes.append(f"{name} goes no faster than {speed:.2f} m/s")
+        elif off > OFF and f"{name} is off" not in self.risky:
+            self.risky.add(f"{name} is off")
+            self.causes.append(f"{name} is {off:.2f} m off its way")
+
+    def _slow_speed(self, name: str) -> float | None:
+        """How fast one goes, m/s, who is behind on its way for it goes slower than that asks; None of anybody else."""
+        mine = [each for own, each in self.log if own == name]
+        recent = sorted((each for each in mine if each.time >= mine[-1].time - SEEN), key=lambda each: each.time)
+        if len(recent) < FEWEST:
+            return None
+        top = next(each.dynamics.top_speed for each in self.flying.checked.valid_mission.agents if each.name == name)
+        times = np.array([each.time - self.began for each in recent])
+        places, half = np.stack([each.position for each in recent]), len(recent) // 2
+        before = progress(self.pieces[name], times[: half + 1], places[: half + 1])
+        found = progress(self.pieces[name], times[half:], places[half:])
+        behind = found.beside < BESIDE and found.behind > BESIDE and max(before.rate, found.rate) < SLOW
+        slower = SLOWEST < found.speed < SURE * self.slow.get(name, top)
+        return found.speed if behind and slower else None
+
+    def _replan(self, time: float, why: str) -> None:
+        mission = self.flying.checked.valid_mission
+        so_far, findings = read_flown(Source("flown.csv", self._table()), mission, self.lost, self.limits)
+        if so_far is None:
+            self.happened.append(Happened(time, why, f"not understood: {findings[0].message}"))
+            return
+        seconds, given_up = 0.0, list(self.given_up)
+        patience = min(self.patience, max(1.0, MOST_OF_IT * self._left(time) / self.within))
+        within = Seconds(self.within * patience)
+        allowed = (self.within if self.clock is None else self.clock) * patience
+        most = math.inf
+        for _ in range(GIVE_UPS + 1):
+            request = Request(
+                so_far,
+                tuple(self.lost),
+                self.slow,
+                self.texts,
+                tuple(given_up),
+                at=time - self.began,
+                in_time=within,
+                clock=Seconds(max(allowed - seconds, 0.0)),
+                ahead=within + min(2 * within, self._left(time)) + STOP,
+                seed=self.seed,
+                hurried=True,
+            )
+            found = replan(self.flying, request, self.limits)
+            seconds += found.seconds
+            if found.flown_on is not None:
+                most = min(most, len({*given_up, *found.flown_on}))
+            if found.way is not Way.NONE or not found.cannot or len(given_up) >= most:
+                break
+            given_up += [name for name in found.cannot if name not in given_up]
+        if len(given_up) >= most and found.way is not Way.KEPT and (most or not found.ok):
+            # No plan keeps more than the one that is flown: where that loses nothing, it still comes too near somebody.
+            self.patience = 1
+            self.happened.append(Happened(time, why, FLOWN_ON, seconds))
+            return
+        self.given_up = given_up
+        if found.undecided or (found.way is Way.NONE and found.must_stop):
+            self._ask_again(time, within, found.undecided)
+        else:
+            self.patience = 1
+        self._take(time, why, found, seconds)
+
+    def _left(self, time: float) -> float:
+        """Seconds that are left of the mission."""
+        return float(self.flying.checked.valid_mission.horizon) + self.began - time
+
+    def _ask_again(self, time: float, within: Seconds, undecided: bool) -> None:
+        """There was no plan in time: while that was found out the flight went on, and then there may be more time."""
+        self.busy = time + within
+        self.patience = min(2 * self.patience, PATIENCE) if undecided else 1
+        self.causes.append("there was no plan in time")
+
+    def _table(self) -> str:
+        """What was flown of the plan, as a table that is read like any."""
+        rows = (
+            (name, round(report.time - self.began, 9), *report.position.tolist(), report.heading)
+            for name, report in self.log
+        )
+        return "\n".join(["agent,t,x,y,z,yaw", *(",".join(map(str, row)) for row in rows)]) + "\n"
+
+    def _take(self, time: float, why: str, found: Replanned, seconds: float) -> None:
+        """Upload what was found: the stops at once, the plan for when it begins.
+
+        Where there is no plan, the old one is flown on if nobody touches anything on it.
+        """
+        begins = None if found.begins is None else self.began + found.begins
+        came = found.way.value if found.way is not Way.NONE else "; ".join(each.message for each in found.findings[:2])
+        stops = found.stops if found.ok or found.must_stop else {}
+        for name, text in stops.items():
+            self.told.upload(self.names.index(name), polynomials(text), time)
+        if not found.ok or found.compiled is None or begins is None:
+            self.happened.append(Happened(time, why, came, seconds, given_up=tuple(self.given_up)))
+            self._fly(diverted(self.flying, stops, time - self.began))
+            return
+        assert isinstance(found.compiled.outcome, Verified)
+        files = dict(found.compiled.outcome.files)
+        assert found.rest is not None
+        mission = found.rest.valid_mission
+        flights = flights_in(mission.agents, files)
+        for name, text in flights.items():
+            self.told.upload(self.names.index(name), polynomials(text), begins)
+        self.happened.append(Happened(time, why, came, seconds, begins, tuple(self.given_up)))
+        self._fly(Flying(found.rest, found.compiled.outcome.plan.trace, flights))
+        self.began = begins
+        self._watch()
+
+
+def _line(name: str, report: Report, began: float, dimension: int) -> str:
+    """A report as a line of samples, its time counted from then on."""
+    place, velocity = report.position[:dimension].tolist(), report.velocity[:dimension].tolist()
+    state = {"t": round(report.time - began, 9), "agent": name, "position": place, "velocity": velocity}
+    return json.dumps({**state, "heading": report.heading})

@@ -1,0 +1,165 @@
+"""Scenarios: what happens to a simulated flight, from a small file in TOML.
+
+in   the text
+out  Scenario, or what is wrong with it
+says MC751
+
+A scenario has a `[wind]`, how well the ground is told where everybody is (`[reports]`), and `[[event]]`s.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from missionc.base.diagnostics.code import SCENARIO_UNUSABLE
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.base.strict_json import is_number
+from missionc.flight.simulation.trial_bounds import MOST_CLOCK_ERROR, MOST_WIND
+
+MOST_EVENTS = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happens at a time, in seconds: one of ``lose``, ``slow`` and ``change``.
+
+    Args:
+        lose: an agent whose motors stop.
+        slow: an agent that goes no faster than the share ``to`` of its top speed from then on.
+        change: the text of a patch: what of the world is another from then on. The ground is told at once.
+    """
+
+    at: float
+    lose: str = ""
+    slow: str = ""
+    to: float = 1.0
+    change: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a flight is flown through.
+
+    Args:
+        wind, gust: as of a ``Disturbance``, m/s.
+        noise: standard deviation of a reported position along each axis, m.
+        dropped: the share of reports that never arrive.
+        late: seconds that a report, and an upload, take on their way at most.
+        skew: seconds by which an agent's clock is late at most.
+        events: in the order of their times.
+    """
+
+    wind: float = 0.0
+    gust: float = 0.0
+    noise: float = 0.0
+    dropped: float = 0.0
+    late: float = 0.0
+    skew: float = 0.0
+    events: tuple[Event, ...] = ()
+
+
+NUMBERS: Mapping[str, Mapping[str, float]] = {
+    "wind": {"mean": MOST_WIND, "gust": MOST_WIND},
+    "reports": {"noise": 1.0, "dropped": 0.95, "late": 2.0, "skew": MOST_CLOCK_ERROR},
+}
+"""The most that each number may be; the least is 0."""
+KINDS = ("lose", "slow", "change")
+LONGEST = Limits().magnitude
+"""Seconds: no event is later."""
+HALF = 0.5
+"""The share of its top speed that one that is slow has left, where none is given."""
+
+
+def read_scenario(source: Source, agents: tuple[str, ...]) -> Scenario | list[Diagnostic]:
+    """The scenario that a text tells, or all that is wrong with it.
+
+    Args:
+        agents: the names of those who fly.
+    """
+    try:
+        document = tomllib.loads(source.text)
+    except ValueError as error:  # a number of more than 4,300 digits has no class of its own
+        where = re.search(r"line (\d+)", str(error))
+        line = int(where[1]) if where else len(source.line_starts) if "end of document" in str(error) else 1
+        return [_wrong(source, line, "this is not TOML")]
+    except RecursionError:
+        return [_wrong(source, 1, "the lists are nested too deep")]
+    strange = [key for key in document if key not in (*NUMBERS, "event")]
+    findings = [_wrong(source, _line(source, key), f"a scenario has no `{key}`") for key in strange]
+    numbers = {
+        name: _number(source, document.get(table), table, name, most, findings)
+        for table, names in NUMBERS.items()
+        for name, most in names.items()
+    }
+    listed = document.get("event", [])
+    if not isinstance(listed, list) or len(listed) > MOST_EVENTS:
+        findings.append(_wrong(source, _line(source, "event"), f"events are `[[event]]`, {MOST_EVENTS} at most"))
+        listed = []
+    lines = [number for number, line in enumerate(source.text.split("\n"), 1) if line.strip().startswith("[[event]]")]
+    events = [_event(each, agents) for each in listed]
+    for index, each in enumerate(events):
+        if isinstance(each, str):
+            findings.append(_wrong(source, lines[index] if index < len(lines) else 1, each))
+    if findings:
+        return findings
+    happening = tuple(sorted((each for each in events if isinstance(each, Event)), key=lambda each: each.at))
+    return Scenario(
+        numbers["mean"],
+        numbers["gust"],
+        numbers["noise"],
+        numbers["dropped"],
+        numbers["late"],
+        numbers["skew"],
+        happening,
+    )
+
+
+def _number(source: Source, table: Any, name: str, key: str, most: float, findings: list[Diagnostic]) -> float:
+    if table is None:
+        return 0.0
+    if not isinstance(table, dict) or any(each not in NUMBERS[name] for each in table):
+        known = ", ".join(f"`{each}`" for each in NUMBERS[name])
+        finding = _wrong(source, _line(source, name), f"`[{name}]` has {known}")
+        findings += [finding] if not findings or findings[-1].message != finding.message else []
+        return 0.0
+    value = table.get(key, 0.0)
+    if not is_number(value) or not 0 <= value <= most:
+        findings.append(_wrong(source, _line(source, key), f"`{key}` is a number from 0 to {most:g}"))
+        return 0.0
+    return float(value)
+
+
+def _event(entry: Any, agents: tuple[str, ...]) -> Event | str:
+    """An event, or what is wrong with it."""
+    kinds = [kind for kind in KINDS if isinstance(entry, dict) and kind in entry]
+    if len(kinds) != 1 or set(entry) - {"at", "to", *kinds}:
+        return "an event has `at` and one of `lose`, `slow` (with `to`) and `change`"
+    at, to, what = entry.get("at"), entry.get("to", HALF), entry[kinds[0]]
+    if not is_number(at) or not 0 <= at <= LONGEST:
+        return f"`at` of an event is a time in seconds, from 0 to {LONGEST:g}"
+    if not isinstance(what, str) or not what:
+        return f"`{kinds[0]}` of an event is a text"
+    if kinds[0] != "change" and what not in agents:
+        return f"the mission has no agent `{what}`"
+    if not (is_number(to) and 0 < to <= 1) or ("to" in entry and kinds != ["slow"]):
+        return "`to`, the share of its top speed that one has left, is more than 0 and at most 1"
+    return Event(float(at), **{kinds[0]: what}, to=float(to) if kinds == ["slow"] else 1.0)
+
+
+def _line(source: Source, word: str) -> int:
+    """The line that a key stands on."""
+    lines = source.text.split("\n")
+    return next((number for number, line in enumerate(lines, 1) if line.lstrip(" [").startswith(word)), 1)
+
+
+def _wrong(source: Source, line: int, message: str) -> Diagnostic:
+    line = min(line, len(source.line_starts))
+    start = source.line_starts[line - 1]
+    span = Span(source, start, start + len(source.line(line)))
+    return Diagnostic(SCENARIO_UNUSABLE, message, Label(span), help="docs/fly.md shows a scenario with all its parts")

@@ -1,0 +1,151 @@
+"""Code lenses: actions above a mission's name, and the robustness in the last plan above each requirement.
+
+The last plan lies beside the mission. Its robustness counts only for the text that it was made from.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path, PurePosixPath
+
+from lsprotocol import types
+
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.strict_json import NotJsonError, parse_record
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.read_file import read_bytes, strange
+from missionc.output.folder.file_names import MANIFEST, MANIFEST_SCHEMA
+from missionc.output.folder.manifest import sha256
+from missionc.tools.language_server.open_text import LIMITS, OpenText
+
+PLAN = "plan.json"
+MOST_BYTES = 1 << 24
+"""Bytes of a plan that is read for this."""
+MOST_INPUTS = 100
+"""Files of a mission that are compared; one of more counts as changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastPlan:
+    """``robustness`` by the names of requirements; ``changed``: a file of the mission is no longer what was planned."""
+
+    robustness: dict[str, float]
+    changed: bool
+
+
+def last_plan(text: OpenText, mission: str, folders: Iterable[Path]) -> LastPlan | None:
+    """The plan in ``build/MISSION`` of the first of these folders that has one; none where it cannot be read.
+
+    Args:
+        text: of the mission, as it is now.
+        mission: its name.
+        folders: where the compiler may have been called.
+    """
+    for folder in folders:
+        written = folder / "build" / mission
+        manifest = _json(written / MANIFEST)
+        if manifest.get("schema") != MANIFEST_SCHEMA or manifest.get("mission") != mission:
+            continue
+        robustness = _recorded_robustness(written / PLAN)
+        if robustness:
+            return LastPlan(robustness, _changed(text, manifest.get("inputs")))
+    return None
+
+
+def _changed(text: OpenText, inputs: object) -> bool:
+    """Whether one of the files that were planned is another now: the text as it stands here, the others on disk."""
+    if not isinstance(inputs, dict) or not 0 < len(inputs) <= MOST_INPUTS:
+        return True
+    path = Path(text.source.name)
+    for name, digest in inputs.items():
+        if name == path.name:
+            content: bytes | Diagnostic = text.source.text.removeprefix("\ufeff").encode("utf-8", "replace")
+        elif strange(name) or ".." in PurePosixPath(name).parts:
+            return True
+        else:
+            content = read_bytes(path.parent / name, name, LIMITS.map_bytes)
+        if isinstance(content, Diagnostic) or sha256(content.removeprefix(b"\xef\xbb\xbf")) != digest:
+            return True
+    return path.name not in inputs
+
+
+def _recorded_robustness(plan: Path) -> dict[str, float]:
+    judged = _json(plan).get("requirements")
+    entries = [entry for entry in judged if isinstance(entry, dict)] if isinstance(judged, list) else []
+    return {
+        entry["name"]: float(entry["robustness"])
+        for entry in entries
+        if isinstance(entry.get("name"), str) and isinstance(entry.get("robustness"), int | float)
+    }
+
+
+def _json(path: Path) -> dict[str, object]:
+    """What a file of JSON says; nothing where there is none, or none that can be read."""
+    try:
+        status = path.stat()
+    except OSError:
+        return {}
+    return _read(path, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=16)
+def _read(path: Path, changed: int, size: int) -> dict[str, object]:
+    content = read_bytes(path, path.name, MOST_BYTES)
+    if isinstance(content, Diagnostic):
+        return {}
+    try:
+        return parse_record(content)
+    except NotJsonError:
+        return {}
+
+
+COMMANDS = {"missionc.compile": "compile", "missionc.showReport": "report", "missionc.showMap": "map"}
+"""The commands that a client may know, by what they are called above the text."""
+
+
+def lenses(text: OpenText, commands: Collection[str], folders: Iterable[Path]) -> list[types.CodeLens]:
+    """The lenses of a text.
+
+    Args:
+        text: once it is checked, if it is to say how robust its requirements are.
+        commands: those that the client says it has; no other is offered.
+        folders: where the compiler may have been called.
+    """
+    own = [each for each in text.outline.declarations if each.span.source.name == text.source.name]
+    named = next((each for each in own if isinstance(each, ast.MissionName)), None)
+    if named is None:
+        return []
+    offered = [(title, name) for name, title in COMMANDS.items() if name in commands]
+    found = [_lens(text, named, types.Command(title, name, arguments=[text.uri])) for title, name in offered]
+    plan = last_plan(text, named.name.text, folders)
+    return [*found, *_robustness(text, plan, own)] if plan else found
+
+
+def _robustness(text: OpenText, plan: LastPlan, own: list[ast.Declaration]) -> Iterator[types.CodeLens]:
+    since = ", changed since" if plan.changed else ""
+    for declaration in own:
+        if isinstance(declaration, ast.Require):
+            known = [plan.robustness[name] for name in _names(text, declaration) if name in plan.robustness]
+            if known:
+                least = min(known)
+                figure = f"{least:.3f}" if math.isfinite(least) else "unbounded"
+                words = f"robustness {figure}{' at least' if len(known) > 1 else ''} (last plan{since})"
+                yield _lens(text, declaration, types.Command(words, ""))
+
+
+def _names(text: OpenText, require: ast.Require) -> list[str]:
+    """What a requirement is called: each member of a family, by the compiler where it has no label."""
+    goals = text.mission.requirements if text.mission else ()
+    body = require.body.span
+    here = [goal.name for goal in goals if goal.formula.span.text == body.text]
+    if require.label is None:
+        return [goal.name for goal in goals if goal.formula.span == body]
+    return [name for name in here if name.partition("[")[0] == require.label.text]
+
+
+def _lens(text: OpenText, declaration: ast.Declaration, command: types.Command) -> types.CodeLens:
+    start = text.places.position(declaration.span.start)
+    return types.CodeLens(types.Range(start, start), command)

@@ -1,0 +1,59 @@
+"""Inlay hints: the look-ahead of each requirement and each named formula, shown behind it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from lsprotocol import types
+
+from missionc.frontend.checks.check_horizons import steps_ahead
+from missionc.frontend.syntax import ast
+from missionc.ir import Mission
+from missionc.ir.language.walk_formulas import goals
+from missionc.ir.wording import seconds
+from missionc.tools.language_server.open_text import OpenText
+
+
+def hints(text: OpenText, wanted: types.Range) -> list[types.InlayHint]:
+    """The hints in a range, for what is written as it was when the mission was last understood."""
+    mission = text.mission
+    if mission is None:
+        return []
+    known = horizons(mission)
+    hints = []
+    for place, words in _formulas(text):
+        position = text.places.position(place)
+        says = known.get(words)
+        if says and wanted.start.line <= position.line <= wanted.end.line:
+            hints.append(types.InlayHint(position, says, padding_left=True))
+    return hints
+
+
+def horizons(mission: Mission) -> dict[str, str]:
+    """``looks 16 s ahead``, by the words of the formula; those that look no further than now are left out."""
+    formulas = [*(goal.formula for goal in goals(mission)), *(formula for _, formula in mission.lets)]
+    looks = steps_ahead(formulas)
+    totals: dict[str, list[float]] = {}
+    for formula in formulas:
+        totals.setdefault(formula.span.text, []).append(looks[formula].total)
+    return {text: _ahead_of_all(mission, steps) for text, steps in totals.items() if max(steps) > 0}
+
+
+def ahead(mission: Mission, steps: float) -> str:
+    return "looks ahead without end" if math.isinf(steps) else f"looks {seconds(mission, steps)} ahead"
+
+
+def _ahead_of_all(mission: Mission, steps: list[float]) -> str:
+    """The words for one formula, or for one text with each value of an index."""
+    most = ahead(mission, max(steps))
+    return most if min(steps) == max(steps) else f"{most} at most"
+
+
+def _formulas(text: OpenText) -> Iterator[tuple[int, str]]:
+    """Where each formula of this text's own ends, and its words."""
+    for declaration in text.outline.declarations:
+        match declaration:
+            case ast.Require(body=body) | ast.Prefer(body=body) | ast.Let(body=body):
+                if body.span.source.name == text.source.name:
+                    yield declaration.span.end, body.span.text

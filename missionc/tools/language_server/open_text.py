@@ -1,0 +1,312 @@
+"""An open document: its lines, positions, symbol table, and the findings of the last check.
+
+Offsets in the text are converted to the protocol's positions and back, in the client's encoding.
+
+The text may be incomplete. The symbol table holds its declarations, and the names in declarations that cannot be
+read. One namespace holds all declarations; labels of requirements serve messages and stand apart.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+
+from lsprotocol import types
+from pygls.uris import from_fs_path, to_fs_path
+
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.sanitize import plain_line
+from missionc.base.limits import Limits
+from missionc.base.source import Source, Span
+from missionc.compiler.front_end import Checked
+from missionc.frontend.resolve.context import STATE_WORDS, Kind, Named, kind_of
+from missionc.frontend.resolve.resolve_files import with_places
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.parse import read
+from missionc.frontend.syntax.passages import passages
+from missionc.frontend.syntax.read_file import loader
+from missionc.frontend.syntax.references import LEAVES, references
+from missionc.frontend.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
+from missionc.ir import Mission
+
+KEYWORDS = {
+    "param": Kind.PARAM,
+    "region": Kind.REGION,
+    "obstacle": Kind.OBSTACLE,
+    "beacon": Kind.BEACON,
+    "team": Kind.TEAM,
+    "agent": Kind.AGENT,
+    "group": Kind.GROUP,
+    "graph": Kind.GRAPH,
+    "formation": Kind.FORMATION,
+    "resource": Kind.RESOURCE,
+    "flag": Kind.FLAG,
+    "let": Kind.LET,
+}
+"""What each word declares."""
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A place where a name stands; ``kind`` is None for a label, for an index and where nothing declares it.
+
+    ``index`` is where an index is named, if it is one: it means something around there alone.
+    """
+
+    text: str
+    span: Span
+    kind: Kind | None
+    declares: bool = False
+    label: bool = False
+    index: Span | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """``whole``: the text, and what it includes, reads without a finding.
+
+    ``declared`` are names with what they declare, where that can be read.
+    """
+
+    source: Source
+    declarations: tuple[ast.Declaration, ...]
+    whole: bool
+    broken: tuple[Token, ...]
+    declared: dict[str, tuple[Name, Named | None]]
+
+    @staticmethod
+    def of(source: Source, limits: Limits) -> Outline:
+        declarations, findings = read(source, limits, loader(Path(source.name), source.name, limits))
+        broken = tuple(_unread(source, limits, findings)) if len(source.text) <= limits.file_bytes else ()
+        declared: dict[str, tuple[Name, Named | None]] = {}
+        program = ast.Program(tuple(declarations), Span(source, 0, len(source.text)))
+        for declaration in with_places(program, {}, limits)[0].declarations:
+            if isinstance(declaration, Named):
+                name = declaration.name
+                entry = Name(name.text, name.span, kind_of(declaration), declares=True)
+                declared.setdefault(name.text, (entry, declaration))
+        for name_token, kind in _declared_in(broken):
+            entry = Name(name_token.text, name_token.span, kind, declares=True)
+            declared.setdefault(name_token.text, (entry, None))
+        return Outline(source, tuple(declarations), not findings, broken, declared)
+
+    @cached_property
+    def names(self) -> tuple[Name, ...]:
+        """Every place of every name, included files' too."""
+        names = _names(self.declarations, self.broken, self.declared)
+        return tuple({(name.span.source.name, name.span.start, name.span.end): name for name in names}.values())
+
+    def at(self, offset: int) -> Name | None:
+        """The name at a place in the text, or that ends there."""
+        here = [
+            name
+            for name in self.names
+            if name.span.source.name == self.source.name and name.span.start <= offset <= name.span.end
+        ]
+        return max(here, key=lambda name: name.span.start, default=None)
+
+    def alike(self, name: Name) -> list[Name]:
+        """Every place of a name: of a label, its own."""
+        if name.label:
+            return [name]
+        alike = [other for other in self.names if other.text == name.text and not other.label]
+        return [other for other in alike if other.index == name.index]
+
+    def of_kind(self, *kinds: Kind) -> Iterator[Name]:
+        """What is declared of these kinds, in order."""
+        return (name for name, _ in self.declared.values() if name.kind in kinds)
+
+
+def _names(
+    declarations: tuple[ast.Declaration, ...], broken: tuple[Token, ...], declared: dict[str, tuple[Name, Named | None]]
+) -> Iterator[Name]:
+    kinds = {text: name.kind for text, (name, _) in declared.items()}
+    yield from (name for name, _ in declared.values() if name.span.text == name.text)  # a picture has none written
+    for declaration in declarations:
+        match declaration:
+            case ast.Require(label=ast.Name() as label) | ast.Prefer(label=ast.Name() as label):
+                yield Name(label.text, label.span, None, declares=True, label=True)
+            case _ if isinstance(declaration, Named):
+                name = declaration.name
+                yield Name(name.text, name.span, kind_of(declaration), declares=True)
+        indices = {index.span: named for index, named in _index_names(declaration)}
+        for span, named in indices.items():
+            yield Name(span.text, span, None, declares=span == named, index=named)
+        for name in references(declaration):
+            if name.text not in STATE_WORDS and name.span not in indices:
+                yield Name(name.text, name.span, kinds.get(name.text))
+    starts = {token.span.start for token, _ in _declared_in(broken)}
+    for token in broken:
+        if token.kind == LABEL:
+            yield Name(token.text, token.span, None, declares=True, label=True)
+        elif token.kind == NAME and token.text in kinds:
+            yield Name(token.text, token.span, kinds[token.text], declares=token.span.start in starts)
+
+
+def _unread(source: Source, limits: Limits, findings: list[Diagnostic]) -> Iterator[Token]:
+    """The words of the passages in which something is wrong, and of those after too many errors."""
+    wrong = [each.primary.span.start for each in findings if each.primary and each.primary.span.source is source]
+    left = max(wrong, default=0) if len(findings) >= MOST_FINDINGS else len(source.text)
+    for passage in passages(source):
+        if passage.end > left or any(passage.start <= place < passage.end for place in wrong):
+            tokens, _ = tokenise(passage, limits)
+            yield from tokens[:-1]
+
+
+def _declared_in(tokens: tuple[Token, ...]) -> Iterator[tuple[Token, Kind]]:
+    """The names that unread words seem to declare."""
+    for token, name in pairwise(tokens):
+        if token.declares and token.word in KEYWORDS and name.kind == NAME:
+            yield name, KEYWORDS[token.word]
+
+
+def _index_names(declaration: ast.Declaration) -> Iterator[tuple[ast.Name, Span]]:
+    """Every place where an index stands, with the place that names it: the innermost one around it."""
+    waiting: list[tuple[object, Mapping[str, Span]]] = [(declaration, _indices(_family(declaration)))]
+    while waiting:
+        node, scope = waiting.pop()
+        if isinstance(node, tuple):
+            waiting += [(part, scope) for part in node]
+            continue
+        if isinstance(node, ast.ForEach):
+            scope = {**scope, **_indices(node.indices)}
+        if isinstance(node, ast.Index):
+            yield node.name, node.name.span
+            waiting += [(node.low, scope), (node.high, scope)]
+            continue
+        if type(node) is ast.Name and node.text in scope:
+            yield node, scope[node.text]
+        for attribute in getattr(node, "__match_args__", ()):
+            value = getattr(node, attribute)
+            if not isinstance(value, LEAVES):
+                waiting.append((value, scope))
+
+
+def _family(declaration: ast.Declaration) -> tuple[ast.Index, ...]:
+    """The indices of a declaration that is a family; none of any other."""
+    name = (
+        declaration.label if isinstance(declaration, ast.Require | ast.Prefer) else getattr(declaration, "name", None)
+    )
+    return name.indices if isinstance(name, ast.FamilyName) else ()
+
+
+def _indices(indices: tuple[ast.Index, ...]) -> dict[str, Span]:
+    return {index.name.text: index.name.span for index in indices}
+
+
+_LINE_END = re.compile(r"\r\n|\n|\r")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """A text's lines as the protocol has them, which end in ``\\n``, ``\\r\\n`` or a lone ``\\r``."""
+
+    text: str
+    encoding: str = types.PositionEncodingKind.Utf16
+    starts: tuple[int, ...] = field(init=False, repr=False)
+    ends: tuple[int, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        cuts = [match.span() for match in _LINE_END.finditer(self.text)]
+        object.__setattr__(self, "starts", (0, *(after for _, after in cuts)))
+        object.__setattr__(self, "ends", (*(before for before, _ in cuts), len(self.text)))
+
+    def position(self, offset: int) -> types.Position:
+        """The position of the character at an offset; what is amid a line end counts as before it."""
+        line = self.line(offset)
+        before = self.text[self.starts[line] : min(offset, self.ends[line])]
+        return types.Position(line, self._units(before))
+
+    def line(self, offset: int) -> int:
+        """The number of the line that an offset is in, from 0."""
+        return bisect_right(self.starts, offset) - 1
+
+    def offset(self, position: types.Position) -> int:
+        """Where a position is; past the end of a line or of the text means there, amid a character means before it."""
+        if position.line >= len(self.starts):
+            return len(self.text)
+        start, end = self.starts[position.line], self.ends[position.line]
+        line = self.text[start:end]
+        if line.isascii():
+            return start + min(position.character, len(line))
+        left = position.character
+        for place, letter in enumerate(line):
+            left -= self._units(letter)
+            if left < 0:
+                return start + place
+        return end
+
+    def range(self, span: Span) -> types.Range:
+        return self.between(span.start, span.end)
+
+    def between(self, start: int, end: int) -> types.Range:
+        return types.Range(self.position(start), self.position(end))
+
+    def _units(self, text: str) -> int:
+        if text.isascii() or self.encoding == types.PositionEncodingKind.Utf32:
+            return len(text)
+        if self.encoding == types.PositionEncodingKind.Utf8:
+            return len(text.encode("utf-8", "surrogatepass"))
+        return len(text) + sum(letter > "\uffff" for letter in text)
+
+
+LIMITS = Limits()
+
+
+@dataclass(eq=False)
+class OpenText:
+    """One version of a text in the editor.
+
+    ``found`` is what its check says, once it is done; ``before`` the mission as it was meant last, in versions before.
+    """
+
+    uri: str
+    version: int
+    source: Source
+    encoding: str
+    before: Mission | None = None
+    found: Checked | None = None
+
+    @cached_property
+    def places(self) -> Places:
+        return Places(self.source.text, self.encoding)
+
+    @cached_property
+    def outline(self) -> Outline:
+        return Outline.of(self.source, LIMITS)
+
+    @cached_property
+    def tokens(self) -> tuple[Token, ...]:
+        """All of them in order, those of a text that cannot be read too; none of a text that is too large."""
+        if len(self.source.text) > LIMITS.file_bytes:
+            return ()
+        return tuple(token for passage in passages(self.source) for token in tokenise(passage, LIMITS)[0][:-1])
+
+    @property
+    def mission(self) -> Mission | None:
+        """As meant: of this version where it is known, else of the last one that meant something."""
+        return self.found.mission if self.found and self.found.mission else self.before
+
+    def uri_of(self, source: Source) -> str:
+        """The URI of this text, or of a file that it includes."""
+        if source.name == self.source.name:
+            return self.uri
+        return from_fs_path(str(Path(source.name).absolute())) or source.name
+
+    def places_in(self, source: Source) -> Places:
+        return self.places if source.name == self.source.name else Places(source.text, self.encoding)
+
+
+def name_of(uri: str) -> str:
+    """How messages call a text: its path where it has one; written out where no file can be called so."""
+    name = to_fs_path(uri) or uri
+    try:
+        return name if os.fsencode(name) and "\0" not in name else plain_line(name)
+    except UnicodeEncodeError:
+        return plain_line(name)

@@ -1,0 +1,97 @@
+"""Rename: another name for something, wherever it stands; refused where the text would then mean something else."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcException
+
+from missionc.base.source import Source
+from missionc.frontend.resolve.context import STATE_WORDS
+from missionc.frontend.syntax.tokens import nameable, reserved
+from missionc.tools.language_server.open_text import LIMITS, Name, OpenText, Outline
+
+REQUEST_FAILED = int(types.LSPErrorCodes.RequestFailed)
+
+
+class RefusedError(JsonRpcException):
+    """Why nothing is renamed, as the editor shows it."""
+
+    CODE = REQUEST_FAILED
+
+
+def renamable(text: OpenText, position: types.Position) -> types.PrepareRenamePlaceholder:
+    """The name at a place.
+
+    Raises:
+        RefusedError: there is none, or another file declares it.
+    """
+    name = _name(text, position)
+    return types.PrepareRenamePlaceholder(text.places.range(name.span), name.text)
+
+
+def rename(text: OpenText, position: types.Position, new: str) -> types.WorkspaceEdit:
+    """The edits, by file.
+
+    Raises:
+        RefusedError: there is nothing to rename, the text has errors of syntax, or the new name is taken or none.
+    """
+    name, outline = _name(text, position), text.outline
+    if new == name.text:
+        return types.WorkspaceEdit(changes={})
+    _check(new, name, outline)
+    if not outline.whole:
+        raise RefusedError("the text has errors of syntax, so a place of the name may be missed: mend them first")
+    places = sorted(outline.alike(name), key=lambda other: (other.span.source.name, other.span.start))
+    _keeps_its_meaning(text, name, new, places)
+    changes: dict[str, list[types.TextEdit]] = {}
+    for source, others in groupby(places, key=lambda other: other.span.source):
+        lines = text.places_in(source)
+        changes[text.uri_of(source)] = [types.TextEdit(lines.range(other.span), new) for other in others]
+    return types.WorkspaceEdit(changes=changes)
+
+
+def _name(text: OpenText, position: types.Position) -> Name:
+    name = text.outline.at(text.places.offset(position))
+    if name is None:
+        raise RefusedError("there is no name here that the mission declares")
+    if name.label or name.index is not None:
+        return name
+    if name.text not in text.outline.declared:
+        raise RefusedError(f"nothing is called `{name.text}`")
+    declared = text.outline.declared[name.text][0].span
+    source = declared.source
+    if declared.text != name.text:
+        raise RefusedError(f"`{name.text}` is what the compiler calls it: put another name before it with `named`")
+    if source.name != text.source.name:
+        raise RefusedError(f"`{name.text}` is declared in `{source.name}`: rename it there")
+    return name
+
+
+def _check(new: str, name: Name, outline: Outline) -> None:
+    if not nameable(new):
+        raise RefusedError(f"`{new}` is no name: a name has the letters a to z, digits and `_`, and no digit first")
+    if len(new) > LIMITS.name_length:
+        raise RefusedError(f"a name of {len(new)} characters; the limit is {LIMITS.name_length}")
+    if reserved(new) and not name.label:
+        raise RefusedError(f"`{new}` is a word of the language")
+    if new in STATE_WORDS and not name.label:
+        raise RefusedError(f"`{new}` stands for a part of an agent's state")
+    if any(other.text == new and other.label == name.label for other in outline.names):
+        raise RefusedError(f"`{new}` is taken")
+
+
+def _keeps_its_meaning(text: OpenText, name: Name, new: str, places: list[Name]) -> None:
+    """Some words may be names in one place and not in another: the renamed text must read as it did."""
+    parts, end = [], 0
+    for place in (place for place in places if place.span.source is text.source):
+        parts += [text.source.text[end : place.span.start], new]
+        end = place.span.end
+    renamed = Source(text.source.name, "".join([*parts, text.source.text[end:]]))
+    after = Outline.of(renamed, LIMITS)
+    mine = [other for other in places if other.span.source is text.source]
+    matches = [other for other in after.names if other.text == new and other.label == name.label]
+    there = [other for other in matches if other.span.source is renamed]
+    if not after.whole or len(there) != len(mine):
+        raise RefusedError(f"`{new}` means something else in a place where `{name.text}` stands")

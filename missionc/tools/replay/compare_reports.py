@@ -1,0 +1,77 @@
+"""The report of two folders of one mission: both plans on one page, on one line of time.
+
+in   two Reverified
+out  the page's bytes, or why they are not plans of one mission
+says MC716
+"""
+
+from __future__ import annotations
+
+from itertools import zip_longest
+from pathlib import Path
+
+from missionc.base.diagnostics.code import NOT_ONE_MISSION
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.compiler.provenance import texts
+from missionc.output.report.report_html import report
+from missionc.tools.replay.read_folder import OutputFolder
+from missionc.tools.replay.rebuild.rebuild_documents import plotted
+from missionc.tools.replay.reverify import Reverified
+
+
+def compare_reports(first: Reverified, second: Reverified) -> bytes | Diagnostic:
+    """The page, with the first plan as A and the second as B; both folders could be read."""
+    assert first.opened is not None
+    assert second.opened is not None
+    different = _difference(first.opened, second.opened)
+    if different:
+        return Diagnostic(
+            NOT_ONE_MISSION,
+            f"`{first.folder}` and `{second.folder}` hold plans of different missions",
+            None,
+            notes=(different,),
+            help="compile one mission twice, with another seed or backend, or draw each folder alone",
+        )
+    plots = [plotted(each.opened, each.certificate) for each in (first, second) if each.opened and each.certificate]
+    names = _short_names(first.folder, second.folder)
+    return report(plots[0], compared=(names, plots[1]))
+
+
+def _short_names(first: Path, second: Path) -> tuple[str, str]:
+    """Their own names; with the folders that they lie in, where these are the same."""
+    if first.name != second.name:
+        return first.name, second.name
+    return str(first), str(second)
+
+
+def _difference(first: OutputFolder, second: OutputFolder) -> str:
+    """How the missions differ, the first place that does; empty where they are one."""
+    if first.mission.name != second.mission.name:
+        return f"the first is a plan of `{first.mission.name}`, the second of `{second.mission.name}`"
+    ours, theirs = texts(first.checked), texts(second.checked)
+    # The mission's own file may have been called otherwise.
+    if [name for name, _ in ours[1:]] != [name for name, _ in theirs[1:]]:
+        return f"the first is of the files {_listed(ours)}, the second of {_listed(theirs)}"
+    for (name, text), (_, changed) in zip(ours, theirs, strict=True):
+        for number, (one, other) in enumerate(zip_longest(text.splitlines(), changed.splitlines()), 1):
+            if one != other:
+                return f"line {number} of `{name}`: {_quoted(one)} in the first, {_quoted(other)} in the second"
+    return _of_values(first, second)
+
+
+def _of_values(first: OutputFolder, second: OutputFolder) -> str:
+    """What was set on the command line shows in how long the mission is, and in who takes part."""
+    ours, theirs = first.mission, second.mission
+    if (ours.step, ours.steps) != (theirs.step, theirs.steps):
+        times = [f"{mission.steps} steps of {mission.step:g} s" for mission in (ours, theirs)]
+        return f"the first lasts {times[0]}, the second {times[1]}"
+    names = [", ".join(agent.name for agent in mission.agents) for mission in (ours, theirs)]
+    return "" if names[0] == names[1] else f"the first is flown by {names[0]}, the second by {names[1]}"
+
+
+def _listed(files: tuple[tuple[str, str], ...]) -> str:
+    return ", ".join(f"`{name}`" for name, _ in files)
+
+
+def _quoted(line: str | None) -> str:
+    return "nothing" if line is None else f"`{' '.join(line.split())}`"

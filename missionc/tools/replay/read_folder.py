@@ -1,0 +1,407 @@
+"""Reader of a plan folder: its files by the manifest, the mission as meant, the plan and its polynomials.
+
+    in   the folder's path
+    out  FolderFiles, then OutputFolder, or the obstacle
+    says MC004 MC708, and the findings on the files in it
+
+Only the folder's own files are read, each once and through no symbolic link, and none of them is trusted. Rebuilding
+tests whether they belong together; verification tests whether the plan is right.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Protocol
+
+from missionc.backends.options import SLOWEST
+from missionc.base.diagnostics.code import FOLDER_UNREADABLE
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.limits import Limits
+from missionc.base.source import Source
+from missionc.base.strict_json import NotJsonError, parse_record
+from missionc.base.trace import Trace
+from missionc.compiler.front_end import ANY_BACKEND, Checked, check
+from missionc.compiler.provenance import POSES
+from missionc.compiler.remaining import remaining
+from missionc.frontend.syntax.read_file import cannot_read, data_of, held, too_large
+from missionc.ir import Mission
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.vehicle_profiles import profiles
+from missionc.output.documents.whole_flight_json import ways_in
+from missionc.output.folder import file_names
+from missionc.output.folder.walk_folder import MOST_ENTRIES, contents, is_normal, kind, printable, read_inside
+from missionc.planning.progression.past_document import read_past
+from missionc.verification.certificate import Check
+from missionc.verification.flight.way_missions import Ways
+from missionc.verification.monitoring.read_trace import read_trace
+
+STRETCH, VEHICLE = "stretch", "vehicle"
+"""How many times slower than planned a plan may be flown."""
+
+UNLISTED = "the manifest does not list it"
+
+
+class Listed(Protocol):
+    """A folder's files, those that are not what the manifest says, and those that it does not list."""
+
+    @property
+    def files(self) -> Mapping[str, bytes]: ...
+
+    @property
+    def differing(self) -> tuple[str, ...]: ...
+
+    @property
+    def unlisted(self) -> tuple[str, ...]: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FolderFiles:
+    """What lies in a folder of the compiler's.
+
+    Args:
+        manifest: what its ``manifest.json`` says; its ``inputs`` and ``files`` are names and texts.
+        lying: everything that lies in it, by its name relative to the folder.
+        files: every file that the manifest lists, its mission's among them.
+    """
+
+    path: Path
+    manifest: Mapping[str, object]
+    lying: Mapping[str, os.stat_result]
+    files: Mapping[str, bytes]
+
+    @property
+    def differing(self) -> tuple[str, ...]:
+        """The names of the files whose content is not what the manifest says."""
+        listed = names_and_hashes(self.manifest["files"])
+        return tuple(name for name in self.files if listed.get(name) != hashlib.sha256(self.files[name]).hexdigest())
+
+    @property
+    def unlisted(self) -> tuple[str, ...]:
+        """What lies beside them, files and folders without any."""
+        return unlisted_of(self.lying, [*self.files, file_names.MANIFEST])
+
+
+def read_files(folder: Path, limits: Limits, wanted: str) -> FolderFiles | Diagnostic:
+    """The files of a folder, the wanted one among them; or why they cannot be read."""
+    lying = lying_in(folder, limits)
+    if isinstance(lying, Diagnostic):
+        return lying
+    manifest = manifest_in(folder, limits)
+    if isinstance(manifest, Diagnostic):
+        return manifest
+    inputs, listed = names_and_hashes(manifest.get("inputs")), names_and_hashes(manifest.get("files"))
+    if not inputs or wanted not in listed:
+        return unusable(folder, f"its `{file_names.MANIFEST}` names no mission and no `{wanted}`")
+    missions = [f"{file_names.MISSION}/{name}" for name in inputs]
+    wrong = _misspelt(listed) or _misspelt(inputs) or _absent(lying, [*listed, *missions])
+    if wrong:
+        return unusable(folder, f"its `{file_names.MANIFEST}` names {wrong}")
+    files: dict[str, bytes] = {}
+    for name in dict.fromkeys((*listed, *missions)):
+        content = read_inside(folder, name, limits.trace_bytes)
+        if isinstance(content, Diagnostic):
+            return content
+        files[name] = content
+    return FolderFiles(folder, manifest, lying, files)
+
+
+def file_checks(found: Listed) -> tuple[Check, ...]:
+    """That every file is the one that was written, and that no other one lies beside them."""
+    detail = "its SHA-256 is the one in the manifest"
+    listed = (
+        Check("manifest", name, 0.0, "", 0.0, name not in found.differing, detail=detail)
+        for name in sorted(found.files)
+    )
+    beside = (Check("manifest", name, 0.0, "", 0.0, False, detail=UNLISTED) for name in found.unlisted)
+    return (*listed, *beside)
+
+
+def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -> Checked | Diagnostic:
+    """The mission in a folder, checked as the command line had it; or what in the manifest is not to be understood.
+
+    Args:
+        of_plan: the mission lasts as long as the plan in the folder, which may be slower than it was planned.
+    """
+    folder, inputs = found.path, names_and_hashes(found.manifest["inputs"])
+    stretch = _stretch(found.manifest)
+    if stretch is None:
+        return unusable(folder, f"the `{STRETCH}` in its `{file_names.MANIFEST}` is no number from 1 to {SLOWEST:g}")
+    vehicle = option(found.manifest, VEHICLE) or ""
+    if vehicle and vehicle not in profiles():
+        return unusable(folder, f"the `{VEHICLE}` in its `{file_names.MANIFEST}` is none that this version knows")
+    own = {name: found.files[f"{file_names.MISSION}/{name}"] for name in inputs}
+    poses = _poses(found, own_names=inputs)
+    if isinstance(poses, Diagnostic):
+        return poses
+    source, load = held(next(iter(inputs)), str(folder / file_names.MISSION), own, limits)
+    if isinstance(source, Diagnostic):
+        return source
+    lasting = stretch if of_plan else 1.0
+    checked = check(
+        source,
+        overrides=_overrides(found.manifest),
+        backend=ANY_BACKEND,
+        limits=limits,
+        stretch=lasting,
+        vehicle=vehicle,
+        poses=poses,
+        load=load,
+        begun=file_names.PAST in found.files,
+    )
+    if file_names.PAST not in found.files or checked.mission is None or checked.kernel is None:
+        return checked
+    return _rest(found, checked, limits)
+
+
+def _rest(found: FolderFiles, checked: Checked, limits: Limits) -> Checked | Diagnostic:
+    """The mission that begins after what was flown of it."""
+    past = read_past(found.files[file_names.PAST].decode("utf-8", errors="replace"), limits.magnitude)
+    if isinstance(past, str):
+        return unusable(found.path, f"its `{file_names.PAST}` cannot be used: {past}")
+    return remaining(checked, past, limits)
+
+
+def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnostic | None:
+    """What the manifest says that agents were measured at, one of its inputs; None where it says nothing."""
+    name = option(found.manifest, POSES)
+    if name is None:
+        return None
+    if name not in own_names:
+        return unusable(found.path, f"the `{POSES}` in its `{file_names.MANIFEST}` is none of its inputs")
+    return data_of(found.files[f"{file_names.MISSION}/{name}"], str(found.path / file_names.MISSION / name))
+
+
+# ------------------------------------------------------------------ what lies there
+
+
+def lying_in(folder: Path, limits: Limits) -> dict[str, os.stat_result] | Diagnostic:
+    """Everything in the folder, where it is no more than may be read and holds no link."""
+    if not folder.is_dir():
+        return unusable(folder, "it is no folder")
+    try:
+        lying = contents(folder)
+    except OSError as error:
+        return cannot_read(FOLDER_UNREADABLE, printable(str(folder)), error)
+    if file_names.MANIFEST not in lying:
+        return unusable(folder, f"there is no `{file_names.MANIFEST}` in it")
+    if len(lying) > MOST_ENTRIES:
+        return unusable(folder, f"there are more than {MOST_ENTRIES} files in it")
+    for name in sorted(lying):
+        if kind(lying[name]):
+            return unusable(folder, f"`{printable(name)}` in it is {kind(lying[name])}")
+    size = sum(status.st_size for status in lying.values() if stat.S_ISREG(status.st_mode))
+    if size > limits.trace_bytes:
+        return too_large(FOLDER_UNREADABLE, printable(str(folder)), size, limits.trace_bytes)
+    return lying
+
+
+def _misspelt(names: Iterable[str]) -> str:
+    """The first name that is not spelt in the one way, or that another one only differs from in case."""
+    seen: dict[str, str] = {}
+    for name in names:
+        if not is_normal(name):
+            return f"`{name}`, which is not how a file in it is called"
+        before = seen.setdefault(name.casefold(), name)
+        if before != name:
+            return f"`{name}` beside `{before}`, which is the same file where case does not matter"
+    return ""
+
+
+def _absent(lying: Mapping[str, os.stat_result], names: Sequence[str]) -> str:
+    """The first name of no file in the folder."""
+    for name in names:
+        if name not in lying or not stat.S_ISREG(lying[name].st_mode):
+            return f"`{name}`, which is no file in it"
+    return ""
+
+
+def unlisted_of(lying: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
+    """What lies in the folder and is none of these files."""
+    return tuple(sorted(set(lying) - set(names)))
+
+
+# ---------------------------------------------------------------------- the manifest
+
+
+def manifest_in(folder: Path, limits: Limits) -> dict[str, object] | Diagnostic:
+    """The manifest, of whatever shape within."""
+    content = read_inside(folder, file_names.MANIFEST, limits.trace_bytes)
+    return content if isinstance(content, Diagnostic) else parsed(folder, content)
+
+
+def parsed(folder: Path, content: bytes) -> dict[str, object] | Diagnostic:
+    try:
+        return parse_record(content, file_names.MANIFEST_SCHEMA)
+    except NotJsonError as error:
+        return unusable(folder, f"its `{file_names.MANIFEST}` cannot be read: {error.reason}")
+
+
+def names_and_hashes(listed: object) -> dict[str, str]:
+    """Names and hashes; empty where something else stands there."""
+    if not isinstance(listed, dict) or not all(isinstance(value, str) for value in listed.values()):
+        return {}
+    return listed
+
+
+def option(manifest: Mapping[str, object], name: str) -> str | None:
+    """What the command line gave; absent where it gave nothing, or where no text stands there."""
+    value = options(manifest).get(name)
+    return value if isinstance(value, str) else None
+
+
+def options(manifest: Mapping[str, object]) -> dict[str, object]:
+    """Everything that the command line gave."""
+    given = manifest.get("options")
+    return given if isinstance(given, dict) else {}
+
+
+def _stretch(manifest: Mapping[str, object]) -> float | None:
+    """How much slower than planned the plan is; None where something else stands there."""
+    if STRETCH not in options(manifest):
+        return 1.0
+    try:
+        stretch = float(option(manifest, STRETCH) or "")
+    except ValueError:
+        return None
+    return stretch if 1 <= stretch <= SLOWEST else None
+
+
+def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:
+    """The parameters that the command line gave: the options that begin with ``-D``."""
+    return {
+        name[3:]: text for name, text in options(manifest).items() if name.startswith("-D ") and isinstance(text, str)
+    }
+
+
+def unusable(folder: Path, why: str) -> Diagnostic:
+    return Diagnostic(
+        FOLDER_UNREADABLE,
+        f"`{printable(str(folder))}` is no folder that `missionc compile` wrote: {why}",
+        None,
+        help="name a folder written by `missionc compile`; an older one has to be compiled again",
+    )
+
+
+PLAN, CERTIFICATE = "plan.json", "certificate.json"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OutputFolder:
+    """An output folder, read: everything that it holds.
+
+    Args:
+        path: the folder.
+        manifest: what its ``manifest.json`` says; its ``inputs`` and ``files`` are names and texts.
+        files: every file that the manifest lists, by its name relative to the folder.
+        differing: the names of those whose content is not what the manifest says.
+        unlisted: what lies in the folder beside them, files and folders without any.
+        checked: its mission, without an error.
+        trace: its plan.
+        flights: the text of each agent's polynomials, by the agent's name; empty where the file is missing.
+        ways: likewise of the ways from the floor and back to it, those that the folder holds any file of.
+        alternatives: the folders of further plans in it, by their names relative to it.
+    """
+
+    path: Path
+    manifest: Mapping[str, object]
+    files: Mapping[str, bytes]
+    differing: tuple[str, ...]
+    unlisted: tuple[str, ...]
+    checked: Checked
+    mission: Mission
+    kernel: Kernel
+    trace: Trace
+    flights: Mapping[str, str]
+    ways: Ways = field(default_factory=dict)
+    alternatives: Mapping[str, OutputFolder] = field(default_factory=dict)
+
+    @property
+    def stops(self) -> Mapping[str, str]:
+        """The text of what each agent flies until the plan begins, by the agent's name; empty where that is nothing."""
+        return file_names.stops_in(self.mission.agents, self.files)
+
+    @property
+    def in_flight(self) -> bool:
+        """Whether the plan begins in the air: something was flown before it."""
+        return file_names.PAST in self.files
+
+    def text(self, name: str) -> str:
+        """A file as text; empty where there is none."""
+        return self.files.get(name, b"").decode("utf-8", errors="replace")
+
+
+def read_folder(folder: Path, limits: Limits | None = None) -> OutputFolder | tuple[Diagnostic, ...]:
+    """The folder's mission, plan and polynomials; or every reason why they cannot be read."""
+    limits = limits or Limits()
+    found = read_files(folder, limits, PLAN)
+    if isinstance(found, Diagnostic):
+        return (found,)
+    opened = _read(found, limits)
+    return _with_alternatives(opened, found.lying, limits) if isinstance(opened, OutputFolder) else opened
+
+
+def _with_alternatives(
+    opened: OutputFolder, lying: Mapping[str, os.stat_result], limits: Limits
+) -> OutputFolder | tuple[Diagnostic, ...]:
+    """The folder with those of further plans, each read from the files that are in hand."""
+    inside: dict[str, OutputFolder] = {}
+    for rank in range(2, file_names.MOST_ALTERNATIVES + 1):
+        name = f"{file_names.ALTERNATIVES_FOLDER}/{rank}"
+        own = {
+            file.removeprefix(f"{name}/"): content
+            for file, content in opened.files.items()
+            if file.startswith(f"{name}/")
+        }
+        if file_names.MANIFEST not in own:
+            continue
+        path = opened.path / name
+        manifest = parsed(path, own[file_names.MANIFEST])
+        if isinstance(manifest, Diagnostic):
+            return (manifest,)
+        inputs, listed = names_and_hashes(manifest.get("inputs")), names_and_hashes(manifest.get("files"))
+        there = {file.removeprefix(f"{name}/"): status for file, status in lying.items() if file.startswith(f"{name}/")}
+        wanted = [*listed, *(f"{file_names.MISSION}/{file}" for file in inputs)]
+        if not inputs or PLAN not in listed or any(file not in own for file in wanted):
+            return (
+                unusable(
+                    path, f"its `{file_names.MANIFEST}` names no mission, no `{PLAN}`, or files that are not in it"
+                ),
+            )
+        files = {file: own[file] for file in dict.fromkeys(wanted)}
+        read = _read(FolderFiles(path, manifest, there, files), limits)
+        if not isinstance(read, OutputFolder):
+            return read
+        inside[name] = read
+    return replace(opened, alternatives=inside)
+
+
+def _read(found: FolderFiles, limits: Limits) -> OutputFolder | tuple[Diagnostic, ...]:
+    """The same, of files that are in hand."""
+    folder, files = found.path, found.files
+    checked = check_mission(found, limits)
+    if isinstance(checked, Diagnostic):
+        return (checked,)
+    if checked.mission is None or checked.kernel is None or not checked.ok:
+        return checked.findings
+    plan = Source(str(folder / PLAN), files[PLAN].decode("utf-8", errors="replace"))
+    trace, findings = read_trace(plan, checked.mission, limits)
+    if trace is None:
+        return tuple(findings)
+    return OutputFolder(
+        path=folder,
+        manifest=found.manifest,
+        files=files,
+        differing=found.differing,
+        unlisted=found.unlisted,
+        checked=checked,
+        mission=checked.mission,
+        kernel=checked.kernel,
+        trace=trace,
+        flights=file_names.flights_in(checked.mission.agents, files),
+        ways=ways_in(checked.mission, files),
+    )

@@ -1,0 +1,84 @@
+"""Rebuilt ``alternatives.json``: the further plans of a folder compared once more, and ranked.
+
+That they are plans of the same mission is said here; whether each is right, by its own verification.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import TypeAlias
+
+from missionc.backends.options import Whole
+from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.output.documents.alternatives_json import AlternativeRow, alternatives_json, folder_of, rows
+from missionc.output.folder.file_names import ALTERNATIVES, MANIFEST, MISSION, MOST_ALTERNATIVES
+from missionc.output.with_alternatives import OPTION
+from missionc.tools.replay.read_folder import OutputFolder, option
+from missionc.tools.replay.rebuild.verdict import verdict
+from missionc.verification.certificate import Certificate, Check
+from missionc.verification.compare_documents import difference
+from missionc.verification.monitoring.signature import Signature, Signatures, differences
+
+Judged: TypeAlias = tuple[OutputFolder, Certificate]
+"""A further plan, and what was verified of it."""
+
+
+def table_of(opened: OutputFolder, flown: Certificate, others: Sequence[Judged]) -> list[AlternativeRow]:
+    """The table of a folder with several plans; nothing of a folder with one, or with plans of another mission."""
+    if not _wanted(opened) or _strange(opened, others):
+        return []
+    signatures = _signatures(opened, others)
+    certificates = [flown, *(certificate for _, certificate in others)]
+    return rows(signatures, [opened.trace, *(each.trace for each, _ in others)], certificates)
+
+
+def check_alternatives(opened: OutputFolder, others: Sequence[Judged], table: list[AlternativeRow]) -> Iterator[Check]:
+    """That the table says what the plans come to, and that each of them is another plan of this mission."""
+    wanted = _wanted(opened)
+    if not wanted and not others:
+        return
+    if not table or len(table) > wanted:
+        reason = _strange(opened, others) if wanted else "its options ask for no further plans"
+        yield verdict(MANIFEST, reason or f"its options ask for {wanted} plans, and there are more")
+        return
+    pairs = combinations(_signatures(opened, others), 2)
+    if not all(differences(one, other) for one, other in pairs):
+        yield verdict(ALTERNATIVES, "two of its plans do not differ")
+    if ALTERNATIVES not in opened.files:
+        yield verdict(ALTERNATIVES, "it is missing")
+        return
+    try:
+        lying = parse_json(opened.text(ALTERNATIVES))
+    except NotJsonError as error:
+        yield verdict(ALTERNATIVES, error.reason)
+        return
+    yield verdict(ALTERNATIVES, difference(lying, parse_json(alternatives_json(opened.mission, table))))
+
+
+def _wanted(opened: OutputFolder) -> int:
+    """How many plans were asked for; 0 where that was one, or where no number stands there."""
+    text = option(opened.manifest, OPTION) or ""
+    return int(text) if Whole(2, MOST_ALTERNATIVES).admits(text) else 0
+
+
+def _signatures(opened: OutputFolder, others: Sequence[Judged]) -> list[Signature]:
+    signatures = Signatures(opened.mission, opened.kernel)
+    return [signatures.of(each.trace) for each in (opened, *(other for other, _ in others))]
+
+
+def _strange(opened: OutputFolder, others: Sequence[Judged]) -> str:
+    """Why the further plans are none of this mission; empty where they are."""
+    names = list(opened.alternatives)
+    if names != [folder_of(rank) for rank in range(2, len(names) + 2)]:
+        return "its further plans are not numbered from 2 on"
+    own = _read_with(opened)
+    if any(_read_with(each) != own for each, _ in others):
+        return "its further plans are not of the same mission"
+    return ""
+
+
+def _read_with(opened: OutputFolder) -> tuple[object, ...]:
+    """What a mission is read from."""
+    texts = {name: content for name, content in opened.files.items() if name.startswith(f"{MISSION}/")}
+    return texts, opened.checked.overrides, opened.checked.vehicle, opened.mission.steps

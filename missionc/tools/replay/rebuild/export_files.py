@@ -1,0 +1,67 @@
+"""Rebuilt exports: each made once more of the verified polynomials, and compared file by file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.output.export.formats import FORMATS, Exported, Flight, flight
+from missionc.tools.replay.read_folder import OutputFolder, option
+from missionc.tools.replay.rebuild.verdict import verdict
+from missionc.verification.certificate import Check
+from missionc.verification.compare_documents import same_text
+
+FOLDER, OPTION = "export/", "export"
+
+
+def check_exports(opened: OutputFolder) -> Iterator[Check]:
+    """One for each file of a form that the folder holds or its manifest asks for."""
+    lying: dict[str, dict[str, bytes]] = {}
+    for name, content in opened.files.items():
+        if name.startswith(FOLDER):
+            form, _, file = name.removeprefix(FOLDER).partition("/")
+            lying.setdefault(form, {})[file] = content
+    requested_forms = [form for form in (option(opened.manifest, OPTION) or "").split(",") if form]
+    if not lying and not requested_forms:
+        return
+    flown = flight(opened.mission, opened.kernel, opened.trace, opened.flights, opened.ways, opened.in_flight)
+    for form in dict.fromkeys((*requested_forms, *lying)):
+        yield from _form(form, flown, lying.get(form, {}), form in requested_forms)
+
+
+def _form(form: str, flown: Flight, lying: Mapping[str, bytes], requested: bool) -> Iterator[Check]:
+    name = f"{FOLDER}{form}"
+    if form not in FORMATS:
+        yield verdict(name, "this version of the compiler knows no such export")
+        return
+    if not requested:
+        yield verdict(name, "the options in the manifest ask for no such export")
+        return
+    made = FORMATS[form].export(flown)
+    if isinstance(made, Exported):
+        yield from _files(name, lying, made.files)
+    elif made.code is EXTRA_MISSING and lying:
+        yield verdict(name, f"it cannot be made once more to compare with: {made.message}; {made.help}")
+    elif lying:
+        yield verdict(name, f"there is no such export of this flight: {made.message}")
+
+
+def _files(folder: str, lying: Mapping[str, bytes], made: Mapping[str, bytes]) -> Iterator[Check]:
+    for file in sorted({*lying, *made}):
+        if file not in made:
+            reason = "no file of the export is called so"
+        elif file not in lying:
+            reason = "it is missing"
+        else:
+            reason = "" if _same(lying[file], made[file]) else "it is not what the verified polynomials come to"
+        yield verdict(f"{folder}/{file}", reason)
+
+
+def _same(lying: bytes, made: bytes) -> bool:
+    """To the byte; in texts, but for the rounding of numbers."""
+    if lying == made:
+        return True
+    try:
+        return same_text(lying.decode("utf-8"), made.decode("utf-8"))
+    except UnicodeDecodeError:
+        return False

@@ -1,0 +1,173 @@
+"""Verification of the manifest's entries: what follows from the folder is computed, the rest has to be plausible.
+
+Nobody can compute from a folder which backend planned it, from which seed, with
+which versions, on which command, and what cut it short: that is provenance, and
+only its types and ranges are looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from missionc.backends.api import CutShort
+from missionc.backends.offers import OFFERS
+from missionc.backends.options import DESCRIBED, Recorded, Whole
+from missionc.compiler.front_end import Checked
+from missionc.compiler.provenance import POSES, inputs
+from missionc.ir.vehicle_profiles import profiles
+from missionc.output.folder.file_names import (
+    ALTERNATIVES,
+    MANIFEST,
+    MISSION,
+    MOST_ALTERNATIVES,
+    PAST,
+    REPORT,
+    SAFE_END,
+    SIMULATION,
+    WHOLE_FLIGHT,
+    file_names,
+    polynomials_file,
+    stop_file,
+    way_file,
+)
+from missionc.output.folder.manifest import PACKAGES
+from missionc.output.with_alternatives import OPTION
+from missionc.tools.replay.read_folder import CERTIFICATE, PLAN, VEHICLE, FolderFiles, OutputFolder, options
+from missionc.tools.replay.rebuild.export_files import FOLDER
+from missionc.tools.replay.rebuild.verdict import verdict
+from missionc.verification.certificate import Check
+from missionc.verification.compare_documents import is_version, shown
+from missionc.verification.flight.verify_safe_end import has_safe_end
+from missionc.verification.flight.way_missions import is_whole
+from missionc.verification.impossibility.check_refutation import CNF, DRAT
+from missionc.verification.impossibility.cover_document import COVER
+
+KEYS = ("schema", "mission", "backend", "seed", "cut_short", "inputs", "files", "versions", "options")
+KEYS_OF_PROOF = ("schema", "mission", "holds", "inputs", "files", "versions", "options")
+"""The keys of a folder that holds a proof in the place of a plan."""
+PROOFS = (CNF, DRAT, COVER)
+LARGEST_SEED = 2**63 - 1
+
+
+def check_manifest(opened: OutputFolder) -> Iterator[Check]:
+    """One check of the head, one of the inputs, one for each file that no compiler writes."""
+    yield verdict(MANIFEST, _head(opened))
+    yield from _inputs(opened, opened.checked)
+    known = _known(opened)
+    for name in opened.files:
+        if name not in known and not name.startswith((FOLDER, f"{MISSION}/")):
+            yield verdict(name, "a folder of this mission holds no such file")
+
+
+def check_manifest_of_proof(found: FolderFiles, checked: Checked, mission: str) -> Iterator[Check]:
+    """The same of a folder that holds a proof that there is no plan; ``mission`` is the name."""
+    head = _keys(found.manifest, KEYS_OF_PROOF) or _wrong(
+        found.manifest, {"mission": found.manifest["mission"] == mission}
+    )
+    yield verdict(MANIFEST, head)
+    yield from _inputs(found, checked)
+    for name in found.files:
+        if name not in PROOFS and not name.startswith(f"{MISSION}/"):
+            yield verdict(name, "a folder of a proof holds no such file")
+
+
+def _head(opened: OutputFolder) -> str:
+    """The first entry that cannot be right; empty where there is none."""
+    manifest = opened.manifest
+    strange = _keys(manifest, KEYS)
+    if strange:
+        return strange
+    seed, cut_short = manifest["seed"], manifest["cut_short"]
+    sound = {
+        "mission": manifest["mission"] == opened.mission.name,
+        "backend": manifest["backend"] in [*OFFERS],
+        "seed": isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED,
+        "cut_short": cut_short is None or cut_short in [each.value for each in CutShort],
+    }
+    return _wrong(manifest, sound)
+
+
+def _keys(manifest: Mapping[str, object], keys: Sequence[str]) -> str:
+    strange = [key for key in manifest if key not in keys] or [key for key in keys if key not in manifest]
+    return f"its keys are not those of a manifest: {shown(strange[0])}" if strange else ""
+
+
+def _wrong(manifest: Mapping[str, object], sound: Mapping[str, bool]) -> str:
+    """The first entry that is not sound, or that cannot be: its versions, its options."""
+    wrong = next((key for key, right in sound.items() if not right), None)
+    if wrong is not None:
+        return f"its `{wrong}` is {shown(manifest[wrong])}, which cannot be"
+    return _versions(manifest["versions"]) or _options(manifest["options"])
+
+
+def _versions(versions: object) -> str:
+    if not isinstance(versions, dict) or not {"missionc", "python"} <= set(versions):
+        return "its `versions` do not say which compiler wrote it"
+    for name, number in versions.items():
+        if name not in ("missionc", "python", *PACKAGES) or not is_version(number):
+            return f"its `versions` have {shown(name)} at {shown(number)}, which cannot be"
+    return ""
+
+
+OPTIONS: Mapping[str, Callable[[str], bool]] = {
+    **{each.name: each.kind.admits for each in DESCRIBED.values() if each.recorded is not Recorded.NEVER},
+    VEHICLE: lambda text: text in profiles(),
+    POSES: bool,
+    OPTION: lambda text: Whole(2, MOST_ALTERNATIVES).admits(text),
+    "backend": lambda text: text == "auto",
+    "export": lambda text: bool(text) and len(set(text.split(","))) == text.count(",") + 1,
+}
+"""What an option may be, by its name on the command line; a parameter's value is what the mission is read with."""
+
+
+def _options(given: object) -> str:
+    if not isinstance(given, dict):
+        return "its `options` are no record"
+    for name, text in given.items():
+        if not isinstance(text, str) or not (name.startswith("-D ") or (name in OPTIONS and OPTIONS[name](text))):
+            return f"its `options` have {shown(name)} as {shown(text)}, which cannot be"
+    return ""
+
+
+def _inputs(found: OutputFolder | FolderFiles, checked: Checked) -> Iterator[Check]:
+    """That the mission was read from these files and no others, and that their hashes are stated."""
+    listed, stated = found.manifest["files"], found.manifest["inputs"]
+    read = {f"{MISSION}/{name}": content for name, content in inputs(checked)}
+    assert isinstance(listed, dict)
+    assert isinstance(stated, dict)
+    for name, content in read.items():
+        same = found.files.get(name) == content
+        yield verdict(name, "" if same else "it does not hold the text that was read, in UTF-8")
+    for name in [f"{MISSION}/{name}" for name in stated] + [name for name in listed if name.startswith(f"{MISSION}/")]:
+        if name not in read:
+            yield verdict(name, "the mission does not include it")
+    for name in read:
+        if stated.get(name.removeprefix(f"{MISSION}/")) != listed.get(name):
+            yield verdict(name, "the manifest's `inputs` state another SHA-256 of it")
+
+
+def _known(opened: OutputFolder) -> set[str]:
+    """Every file that a folder of this mission may hold beside exports and the mission."""
+    names = file_names(opened.mission.agents)
+    flights = (polynomials_file(names[agent.name]) for agent in opened.mission.agents)
+    further = (file for file in opened.files if file.startswith(tuple(f"{name}/" for name in opened.alternatives)))
+    table = (ALTERNATIVES,) if OPTION in options(opened.manifest) else ()
+    stops = (stop_file(names[agent.name]) for agent in opened.mission.agents) if PAST in opened.files else ()
+    past = {PAST, *stops} if PAST in opened.files else set()
+    whole = (WHOLE_FLIGHT,) if is_whole(opened.mission) else ()
+    ends = (SAFE_END,) if has_safe_end(opened.mission) else ()
+    ways = (way_file(stage.value, names[name]) for stage, texts in opened.ways.items() for name in texts)
+    return {
+        PLAN,
+        "trajectories.csv",
+        CERTIFICATE,
+        REPORT,
+        SIMULATION,
+        *past,
+        *flights,
+        *whole,
+        *ends,
+        *ways,
+        *table,
+        *further,
+    }

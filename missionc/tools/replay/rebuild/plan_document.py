@@ -1,0 +1,76 @@
+"""Rebuilt ``plan.json``, from the states that were read from it: nothing else may stand in it."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+
+from missionc.base.proven import COVER, TOURS, Proven
+from missionc.base.solved import Solved, read_solved
+from missionc.base.strict_json import parse_json
+from missionc.base.trace import Plan
+from missionc.frontend.checks.lower_bounds import beside, least_by_tours
+from missionc.output.documents.plan_json import plan_json
+from missionc.tools.replay.read_folder import PLAN, OutputFolder
+from missionc.tools.replay.rebuild.verdict import verdict
+from missionc.verification.certificate import Check
+from missionc.verification.compare_documents import difference
+from missionc.verification.monitoring.monitor import monitor
+
+
+def plan_of(opened: OutputFolder) -> Plan:
+    """The plan, its requirements judged anew; who planned it, and from which seed, is what the manifest says."""
+    mission, kernel, trace = opened.mission, opened.kernel, opened.trace
+    backend, seed = opened.manifest.get("backend"), opened.manifest.get("seed")
+    return Plan(
+        mission.name,
+        backend if isinstance(backend, str) else "",
+        seed if isinstance(seed, int) else 0,
+        trace,
+        monitor(mission, kernel, trace).requirements,
+        _proven(opened),
+        _solved(opened),
+    )
+
+
+def _solved(opened: OutputFolder) -> tuple[Solved, ...]:
+    """Which method found which agents, as the document says: only the search that ended knows that."""
+    match parse_json(opened.text(PLAN), finite=False):
+        case {"solved": records}:
+            with suppress(ValueError):
+                return read_solved(records, opened.mission.names)
+    return ()
+
+
+def _proven(opened: OutputFolder) -> Proven | None:
+    """What is known of the best plan: by tours worked out anew, or by a cover, as the document says.
+
+    What covers show cannot be more than what the plan comes to, and is more than what tours show.
+    """
+    tours = least_by_tours(opened.mission, opened.kernel)
+    if tours is None:
+        return None
+    known = beside(opened.mission, opened.trace, tours, TOURS)
+    match parse_json(opened.text(PLAN), finite=False):
+        case {"proven": {"by": str(by), "least": int() | float() as least}} if by == COVER:
+            return replace(known, least=float(least), by=COVER) if known.least < least <= known.value else known
+        case _:
+            return known
+
+
+def check_plan(opened: OutputFolder, plan: Plan) -> Check:
+    """Every entry: states, times, graphs, radii, verdicts; none between the steps, and no other agent."""
+    said = parse_json(opened.text(PLAN), finite=False)
+    return verdict(PLAN, _too_high(said, plan) or difference(said, parse_json(plan_json(opened.mission, plan))))
+
+
+def _too_high(said: object, plan: Plan) -> str:
+    """That a bound is more than what the plan comes to; empty where it is not."""
+    match said:
+        case {"proven": {"least": int() | float() as least}} if plan.proven and least > plan.proven.value:
+            value, unit = plan.proven.value, plan.proven.unit
+            return (
+                f"it says that no plan comes to less than {least:.6g} {unit}, and the plan comes to {value:.6g} {unit}"
+            )
+        case _:
+            return ""

@@ -1,0 +1,192 @@
+"""Rebuilt ``simulation.json``: flown once more by the engine and in the air that it names, and compared.
+
+If the simulation cannot be flown here, its flights are unknown. Then the check fails with a result of its own,
+distinct from a wrong document.
+
+Rounding, which differs between machines, breaks ties between the worst figures of flights: an agent at rest has
+almost no error at any time, and a symmetric flight reaches its least clearance twice. The document's choice counts if
+the first flight shows it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from missionc.base.limits import Limits
+from missionc.base.strict_json import NotJsonError, is_number, parse_json, parse_record
+from missionc.flight.simulation import engines
+from missionc.flight.simulation.disturbance import SETPOINTS_PER_SECOND
+from missionc.flight.simulation.engines import EngineError
+from missionc.flight.simulation.flight_conditions import conditions, trial_of
+from missionc.flight.simulation.judge_flight import room, tracking_error
+from missionc.flight.simulation.trial_bounds import QUADROTOR
+from missionc.flight.simulation.trials import Trial, Trials, cannot_lose, lost_agents, run
+from missionc.geometry.curves.piecewise_polynomials import Pieces, read
+from missionc.ir import Mission
+from missionc.output.documents.simulation_json import DIGITS, simulation_json, simulation_record
+from missionc.output.folder.file_names import SIMULATION, SIMULATION_SCHEMA, SIMULATIONS_BEFORE
+from missionc.tools.replay.read_folder import OutputFolder
+from missionc.tools.replay.rebuild.verdict import unjudged, verdict
+from missionc.verification.certificate import CERTAIN, Check
+from missionc.verification.compare_documents import SAME, close, difference, is_version, shown
+from missionc.verification.monitoring.monitor import monitor
+
+Row = dict[str, Any]
+
+
+def settled(claimed: Row, made: Row, mission: Mission, trials: Trials, same: float) -> Row:
+    """The document that was made, with the moments and agents that the other one tells where these are as right.
+
+    Args:
+        claimed: of whatever shape.
+        same: metres by which the same flight may differ.
+    """
+    lost = lost_agents(mission, trials.trial.disturbance)
+    error = tracking_error(trials.flown.times, trials.planned, trials.flown.position[0], lost)
+    tracking = enumerate(_pairs(claimed.get("tracking"), made["tracking"]))
+    rooms = _pairs(claimed.get("room"), made["room"])
+    return {
+        **made,
+        "tracking": [_tracking(one, own, error[agent], same) for agent, (one, own) in tracking],
+        "room": [_room(one, own, mission, trials, max(same, CERTAIN)) for one, own in rooms],
+    }
+
+
+def _pairs(claimed: object, made: list[Row]) -> list[tuple[Row, Row]]:
+    """Each row with the one that is said in its place; an empty one where there is none."""
+    rows = claimed if isinstance(claimed, list) and len(claimed) == len(made) else [None] * len(made)
+    return [(row if isinstance(row, dict) else {}, own) for row, own in zip(rows, made, strict=True)]
+
+
+def _tracking(claimed: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64]], same: float) -> Row:
+    """With another moment at which the agent was as far off."""
+    when = claimed.get("at")
+    if not is_number(when) or not 0 <= when * SETPOINTS_PER_SECOND <= error.size - 1:
+        return own
+    sample = round(when * SETPOINTS_PER_SECOND)
+    there = close(when, sample / SETPOINTS_PER_SECOND) and error[sample] >= own["most"] - same
+    return {**own, "at": when} if there else own
+
+
+def _room(claimed: Row, own: Row, mission: Mission, trials: Trials, same: float) -> Row:
+    """With a margin as far below the least as a proof may fall short, and others who were as near at another moment."""
+    margin, when, names = claimed.get("margin"), claimed.get("at"), claimed.get("agents")
+    if is_number(margin) and abs(margin - own["margin"]) <= same:
+        own = {**own, "margin": margin}
+    if not is_number(when) or not 0 <= when <= trials.flown.times[-1] or not isinstance(names, list):
+        return own
+    own_names = [agent.name for agent in mission.agents if agent.name in names]
+    if own_names != names or len(names) != len(own["agents"]):
+        return own
+    near = _margin(own["subject"], names, when, mission, trials) <= own["margin"] + 2 * same
+    return {**own, "at": when, "agents": names} if near else own
+
+
+def _margin(subject: str, names: list[str], when: float, mission: Mission, trials: Trials) -> float:
+    """The least room of these agents in the first flight between the two samples around a moment, m."""
+    agents = tuple(agent for agent in mission.agents if agent.name in names)
+    obstacles = tuple(obstacle for obstacle in mission.obstacles if obstacle.name == subject)
+    times = trials.flown.times
+    after = int(np.clip(np.searchsorted(times, when), 1, times.size - 1))
+    places = trials.flown.position[0][[agent.index for agent in agents], after - 1 : after + 1]
+    part = replace(mission, agents=agents, obstacles=obstacles if len(names) == 1 else ())
+    return min(check.margin for check in room(part, times[after - 1 : after + 1], places))
+
+
+AGREED: Mapping[str, float] = {QUADROTOR: SAME, "rotorpy": 1e-6, "crazyflow": 1e-4}
+"""How far the same flight may differ between machines, in the figures' units: rotorpy chooses its steps by what it
+sees, and crazyflow counts in float32."""
+PATH = 1.5 * 10**-DIGITS
+"""Metres: places are kept to so many digits, and two that hardly differ may be rounded apart."""
+AGAIN = "`missionc simulate` flies the folder again, and takes its place"
+
+
+def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
+    """The first entry that is not what its flights come to, if there is one; or why they cannot be flown here."""
+    try:
+        document = parse_record(opened.text(SIMULATION), finite=False)
+    except NotJsonError as error:
+        return verdict(SIMULATION, error.reason)
+    if document.get("schema") in SIMULATIONS_BEFORE:
+        return unjudged(SIMULATION, f"it is of an older form, whose flights were flown otherwise: {AGAIN}")
+    if document.get("schema") != SIMULATION_SCHEMA:
+        return verdict(SIMULATION, difference(document.get("schema"), SIMULATION_SCHEMA, "schema"))
+    trial = trial_of(document)
+    if isinstance(trial, str):
+        return verdict(SIMULATION, f"its `{trial}` is {shown(document.get(trial))}, which cannot be")
+    return _told(opened, document, trial, limits)
+
+
+def _told(opened: OutputFolder, document: dict[str, Any], trial: Trial, limits: Limits) -> Check:
+    """The same, of a document that says how to fly."""
+    mission = opened.mission
+    seconds = float(mission.horizon)
+    wanting = cannot_lose(mission, trial.disturbance)
+    if wanting:
+        return verdict(SIMULATION, f"its `disturbance` cannot be: {wanting}")
+    if not _are_versions(document.get("versions"), trial.engine):
+        return verdict(SIMULATION, "its `versions` are none of the engine and of the compiler")
+    absent = engines.missing(trial.engine)
+    if absent:
+        why = f"{trial.engine} flew it, which is not installed: `pip install 'missionc[{trial.engine}]'` installs it"
+        return unjudged(SIMULATION, f"{why}; {AGAIN}")
+    own = conditions(trial, seconds)
+    other = difference(document["versions"], own["versions"], "versions")
+    if other:
+        return unjudged(SIMULATION, f"{other}, and another version may fly otherwise: {AGAIN}")
+    wrong = next(filter(None, (difference(document.get(key), _as_json(own[key]), key, 0.0) for key in own)), None)
+    if wrong:
+        return verdict(SIMULATION, wrong)
+    together = trial.flights * len(mission.agents) * seconds
+    if together > limits.simulated_seconds:
+        most = f"`--limit simulated_seconds={math.ceil(together)}`"
+        why = f"its flights take {together:.6g} s of all agents together, more than the limit `simulated_seconds`"
+        return unjudged(SIMULATION, f"{why}: allow more with {most}, or fly less of it; {AGAIN}")
+    try:
+        trials = _flown(opened, trial)
+    except EngineError as error:
+        return unjudged(SIMULATION, f"{trial.engine} cannot fly here: {error}; {AGAIN}")
+    return verdict(SIMULATION, _differing(document, opened, trials))
+
+
+def _flown(opened: OutputFolder, trial: Trial) -> Trials:
+    polynomials = [read(opened.flights[agent.name]) for agent in opened.mission.agents]
+    pieces = [own for own in polynomials if isinstance(own, Pieces)]
+    with np.errstate(over="ignore", invalid="ignore"):
+        return run(opened.mission, opened.kernel, pieces, trial)
+
+
+def _differing(document: dict[str, Any], opened: OutputFolder, trials: Trials) -> str | None:
+    """The first place where the document says something else than its flights come to."""
+    mission, same = opened.mission, AGREED[trials.trial.engine]
+    planned = monitor(mission, opened.kernel, opened.trace).requirements
+    made = _document(mission, simulation_record(mission, planned, trials), trials)
+    claimed = {key: value for key, value in document.items() if key != "flight"}
+    path = made.pop("flight")
+    return difference(claimed, settled(claimed, made, mission, trials, same), same=same) or difference(
+        document.get("flight"), path, "flight", max(same, PATH)
+    )
+
+
+def _document(mission: Mission, entries: Mapping[str, object], trials: Trials) -> dict[str, Any]:
+    """A document as it is read back."""
+    made = parse_json(simulation_json(mission, entries, trials.flown).decode("utf-8"))
+    assert isinstance(made, dict)
+    return made
+
+
+def _as_json(value: object) -> object:
+    """A value as it is read back: what is a tuple is a list then."""
+    if isinstance(value, dict):
+        return {key: _as_json(each) for key, each in value.items()}
+    return [_as_json(each) for each in value] if isinstance(value, tuple | list) else value
+
+
+def _are_versions(versions: object, engine: str) -> bool:
+    names = {"missionc", engine} - {QUADROTOR}
+    return isinstance(versions, dict) and set(versions) == names and all(is_version(each) for each in versions.values())

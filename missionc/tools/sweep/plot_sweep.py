@@ -1,0 +1,218 @@
+"""The figure of a sweep: success rates with intervals, medians with quartiles, and every run, as small multiples.
+
+The first parameter that is varied is the horizontal axis, the second one has
+lines of its own, the third one panels beside each other; runs that differ in
+further ones are drawn together. A row of panels for each figure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from missionc.output.plot.figure_request import WIDTHS
+from missionc.output.plot.plot import GREY, rendered, style
+from missionc.output.plot.plot_strip import INCH, TEXT
+from missionc.tools.sweep.results_table import SHARE, Group, Measure, measures, pooled
+from missionc.tools.sweep.run_grid import number_of
+from missionc.tools.sweep.sweep_folder import Row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+AXES = 3
+"""Parameters that a figure tells apart."""
+MOST_LINES = 8
+MOST_BESIDE = 6
+"""Panels beside each other; a parameter with more values has them drawn together."""
+ACROSS = {"single": 2, "double": 3}
+"""Figures beside each other, in a picture that is as wide as a paper's column, or as two."""
+TALL = 1.25
+"""Inches of a panel."""
+DODGE = 0.16
+"""By how much lines are beside each other, of the distance between two values."""
+TIMES = 30.0
+"""An axis of times is logarithmic where the longest is so many times the shortest."""
+
+
+def sweep_figure(
+    names: Sequence[str], groups: Sequence[Group], kind: str, width: str = "", link: Callable[[Row], str] | None = None
+) -> bytes:
+    """The figure as a file's bytes, the same each time; matplotlib is there.
+
+    Args:
+        names: of the parameters that are varied.
+        kind: ``svg``, ``png`` or ``pdf``.
+        width: a name of ``WIDTHS``; that of two columns where it is empty.
+        link: where the point of a run leads, in an SVG.
+    """
+    return rendered(lambda figure: _draw(figure, names, groups, width, link), kind, exact=True)
+
+
+def _draw(
+    figure: Figure, names: Sequence[str], groups: Sequence[Group], width: str, link: Callable[[Row], str] | None
+) -> None:
+    told = _told_apart(groups, len(names))
+    found = pooled(groups, told)
+    shown = (None, *measures(row for group in found for row in group.rows))
+    beside = _values(found, 2) if told > 2 else [""]
+    panels = _panels(figure, len(shown), len(beside), width or "double")
+    places = _places(_values(found, 0)) if told else {"": 0.0}
+    for column, value in enumerate(beside):
+        here = [group for group in found if told < 3 or group.values[2][1] == value]
+        for number, measure in enumerate(shown):
+            axes = panels[number][column]
+            _draw_lines(axes, here, measure, places, told, link)
+            _below(axes, names, places, told)
+            if column == 0:
+                axes.set_ylabel(_label(measure), fontsize=TEXT)
+        if told > 2:
+            panels[0][column].set_title(f"{names[2]} = {value}", fontsize=TEXT + 0.5, pad=4)
+    for number, measure in enumerate(shown):
+        _scale(panels[number][0], measure)
+    if told > 1:
+        lines, labels = panels[0][0].get_legend_handles_labels()
+        looks: dict[str, Any] = {"frameon": False, "fontsize": TEXT, "handlelength": 2.2, "columnspacing": 1.4}
+        figure.legend(
+            lines, [f"{names[1]} = {label}" for label in labels], loc="outside upper center", ncols=4, **looks
+        )
+
+
+def _panels(figure: Figure, measures_: int, beside: int, width: str) -> list[list[Axes]]:
+    """The panels of each figure, beside each other; where that is one, figures stand beside each other themselves."""
+    across = beside if beside > 1 else ACROSS[width]
+    down = measures_ if beside > 1 else -(-measures_ // across)
+    figure.set_size_inches(WIDTHS[width] / INCH, (TALL + 0.2) * down + 0.6)
+    figure.set_layout_engine("constrained", w_pad=0.07, h_pad=0.05)
+    grid = figure.add_gridspec(down, across)
+    panels: list[list[Axes]] = []
+    for number in range(measures_):
+        own: list[Axes] = []
+        for column in range(beside):
+            place = (number, column) if beside > 1 else divmod(number, across)
+            axes = figure.add_subplot(grid[place], sharey=own[0] if own else None)
+            axes.tick_params(length=2.5, labelsize=TEXT, labelleft=not own)
+            axes.spines[["top", "right"]].set_visible(False)
+            axes.grid(color="#ECECEC", lw=0.6)
+            axes.set_axisbelow(True)
+            own.append(axes)
+        panels.append(own)
+    figure.align_ylabels()
+    return panels
+
+
+def _told_apart(groups: Sequence[Group], parameters: int) -> int:
+    """How many parameters, the first ones, have axis, lines and panels of their own."""
+    told = min(parameters, AXES)
+    if told > 2 and len(_values(groups, 2)) > MOST_BESIDE:
+        told = 2
+    return 1 if told > 1 and len(_values(groups, 1)) > MOST_LINES else told
+
+
+def _values(groups: Sequence[Group], place: int) -> list[str]:
+    return list(dict.fromkeys(group.values[place][1] for group in groups))
+
+
+def _places(values: Sequence[str]) -> dict[str, float]:
+    """Where each value of the first parameter is: at its number, where all are numbers of one unit."""
+    numbers = [number_of(value) for value in values]
+    units = {number and number[1] for number in numbers}
+    if len(units) == 1 and None not in units:
+        return {value: number[0] for value, number in zip(values, numbers, strict=True) if number}
+    return {value: float(place) for place, value in enumerate(values)}
+
+
+def _draw_lines(
+    axes: Axes,
+    groups: Sequence[Group],
+    measure: Measure | None,
+    places: dict[str, float],
+    told: int,
+    link: Callable[[Row], str] | None,
+) -> None:
+    names = _values(groups, 1) if told > 1 else [""]
+    ordered = sorted(places.values())
+    gap = min((high - low for low, high in pairwise(ordered)), default=1.0)
+    for number, name in enumerate(names):
+        own = [group for group in groups if told < 2 or group.values[1][1] == name]
+        colour, mark, dash = style(number)
+        beside = DODGE * gap * (number - (len(names) - 1) / 2)
+        points = []
+        for group in own:
+            at = places[group.values[0][1] if told else ""] + beside
+            point = _point(group, measure)
+            if point is not None:
+                points.append((at, *point))
+            if measure is not None:
+                _draw_runs(axes, group, measure, at, colour, link)
+        points.sort()
+        if not points:
+            continue
+        x, low, middle, high = ([point[place] for point in points] for place in range(4))
+        bars = [[m - b for m, b in zip(middle, low, strict=True)], [t - m for m, t in zip(middle, high, strict=True)]]
+        line: dict[str, Any] = {"ls": dash, "lw": 1.1, "marker": mark, "ms": 4, "mew": 0.4, "mec": "white"}
+        axes.errorbar(x, middle, bars, color=colour, elinewidth=0.9, capsize=1.6, label=name, zorder=4, **line)
+
+
+def _point(group: Group, measure: Measure | None) -> tuple[float, float, float] | None:
+    """The lower end of the bar, the mark, and the upper end."""
+    if measure is None:
+        rate = group.success
+        return None if rate is None else (rate.low, rate.share, rate.high)
+    spread = group.spreads.get(measure.name)
+    return None if spread is None else (spread.low, spread.median, spread.high)
+
+
+def _draw_runs(
+    axes: Axes, group: Group, measure: Measure, x: float, colour: str, link: Callable[[Row], str] | None
+) -> None:
+    """Every run as a faint dot, which leads to it."""
+    found = [(figure, row) for row in group.rows if (figure := measure.of(row)) is not None]
+    if not found:
+        return
+    looks: dict[str, Any] = {"s": 9, "color": colour, "alpha": 0.28, "lw": 0, "zorder": 3}
+    dots = axes.scatter([x] * len(found), [figure for figure, _ in found], **looks)
+    if link is not None:
+        dots.set_urls([link(row) for _, row in found])
+
+
+def _label(measure: Measure | None) -> str:
+    if measure is None:
+        return "runs with a plan"
+    return f"{measure.says} ({measure.unit})" if measure.unit else measure.says
+
+
+def _below(axes: Axes, names: Sequence[str], places: dict[str, float], told: int) -> None:
+    """The horizontal axis: a tick for each value."""
+    if not told:
+        axes.set_xticks([])
+        return
+    numbers = [number_of(value) for value in places]
+    units = {number and number[1] for number in numbers}
+    plain = len(units) == 1 and None not in units
+    unit = units.pop() if plain else None
+    labels = [f"{place:g}" if plain else value for value, place in places.items()]
+    axes.set_xticks(list(places.values()), labels)
+    axes.set_xlabel(f"{names[0]} ({unit})" if unit else names[0], fontsize=TEXT, labelpad=1)
+    ends = min(places.values()), max(places.values())
+    room = 0.12 * (ends[1] - ends[0]) or 0.5
+    axes.set_xlim(ends[0] - room, ends[1] + room)
+
+
+def _scale(axes: Axes, measure: Measure | None) -> None:
+    """The vertical axis: shares from none to all, times in decades where they differ by that much, the rest from 0."""
+    from matplotlib.ticker import PercentFormatter
+
+    if measure is None or measure.name == SHARE:
+        axes.set_ylim(-0.04, 1.04)
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0, 0))
+        return
+    low, high = axes.dataLim.y0, axes.dataLim.y1
+    if measure.unit == "s" and low > 0 and high / low > TIMES:
+        axes.set_yscale("log")
+    elif low >= 0:
+        axes.set_ylim(bottom=0)
+    else:
+        axes.axhline(0, color=GREY, lw=0.7, ls=(0, (1, 1.2)))

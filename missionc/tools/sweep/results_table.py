@@ -1,0 +1,247 @@
+"""The table of a sweep: a row for each run in the grid's order, as CSV and Parquet, and group statistics.
+
+The columns in ``OF_THE_MACHINE`` depend on the machine. All others are the same wherever a run was done and however
+many ran beside it, unless it was cut short. Statistics of each combination are success rates with intervals, medians
+and spreads.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+import numpy as np
+
+from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.flight.simulation.trials import Fraction, fraction
+from missionc.tools.sweep.run_answer import ERROR, OUTCOMES, Value
+from missionc.tools.sweep.run_grid import Combination, Run, number_of
+from missionc.tools.sweep.sweep_folder import Row
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A figure of a run: its name, what it is called and measured in, and whether more of it is better."""
+
+    name: str
+    says: str
+    unit: str
+    more_is_better: bool
+
+    def of(self, row: Row) -> float | None:
+        """The figure of a planned run; None where it has none."""
+        if row.result.outcome != "planned":
+            return None
+        values = row.result.values
+        if self.name == SHARE:
+            flights, held = values.get("flights"), values.get("flights_kept")
+            return int(held) / int(flights) if flights and held is not None else None
+        value = values.get(self.name)
+        return float(value) if isinstance(value, int | float) else None
+
+
+SHARE = "share_kept"
+SECONDS = Measure("seconds", "time to plan", "s", False)
+MEASURES = (
+    SECONDS,
+    Measure("length", "path length", "m", False),
+    Measure("robustness", "worst robustness", "m", True),
+    Measure(SHARE, "flights as required", "", True),
+    Measure("tracking_error", "tracking error", "m", False),
+)
+"""In the order in which they are shown; those that no run has are left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """The median of some figures, and the quartiles around it."""
+
+    count: int
+    low: float
+    median: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """The runs of one combination.
+
+    Args:
+        outcomes: how many runs had each outcome.
+        success: the share of those that ended by themselves that has a plan; None where none did.
+        spreads: of each measure's name, over the planned runs.
+    """
+
+    values: Combination
+    rows: tuple[Row, ...]
+    outcomes: Mapping[str, int]
+    success: Fraction | None
+    spreads: Mapping[str, Spread]
+
+
+def groups(combinations: Sequence[Combination], rows: Mapping[Run, Row]) -> list[Group]:
+    """One for each combination, in this order, those without a run among them."""
+    of: dict[Combination, list[Row]] = {values: [] for values in combinations}
+    for run, row in rows.items():
+        if run.values in of:
+            of[run.values].append(row)
+    return [_group(values, sorted(found, key=lambda row: row.run.seed)) for values, found in of.items()]
+
+
+def pooled(found: Sequence[Group], first: int) -> list[Group]:
+    """Those that agree in so many parameters, the first ones, together."""
+    of: dict[Combination, list[Row]] = {}
+    for group in found:
+        of.setdefault(group.values[:first], []).extend(group.rows)
+    return [_group(values, rows) for values, rows in of.items()]
+
+
+def measures(rows: Iterable[Row]) -> list[Measure]:
+    """Those that any of these runs has."""
+    found = list(rows)
+    return [measure for measure in MEASURES if any(measure.of(row) is not None for row in found)]
+
+
+def counts(rows: Iterable[Row]) -> dict[str, int]:
+    """How many runs had each outcome; in the order of ``OUTCOMES``, all of them."""
+    found = [row.result.outcome for row in rows]
+    return {outcome: found.count(outcome) for outcome in OUTCOMES}
+
+
+def _group(values: Combination, rows: list[Row]) -> Group:
+    outcomes = counts(rows)
+    ended = len(rows) - outcomes[ERROR]
+    success = fraction(outcomes["planned"], ended) if ended else None
+    spreads = {
+        measure.name: _spread(figures)
+        for measure in MEASURES
+        if (figures := [figure for row in rows if (figure := measure.of(row)) is not None])
+    }
+    return Group(values, tuple(rows), outcomes, success, spreads)
+
+
+def _spread(figures: Sequence[float]) -> Spread:
+    low, median, high = (float(value) for value in np.percentile(figures, [25, 50, 75]))
+    return Spread(len(figures), low, median, high)
+
+
+CSV, PARQUET = "runs.csv", "runs.parquet"
+
+COLUMNS: dict[str, type] = {
+    "seed": int,
+    "outcome": str,
+    "scope": str,
+    "engine": str,
+    "cut_short": str,
+    "agents": int,
+    "steps": int,
+    "seconds": float,
+    "flown_in": float,
+    "cpu_seconds": float,
+    "peak_bytes": int,
+    "length": float,
+    "duration": float,
+    "robustness": float,
+    "tightest": str,
+    "margin": float,
+    "flights": int,
+    "flights_kept": int,
+    "tracking_error": float,
+    "plan": str,
+    "codes": str,
+    "says": str,
+    "host": str,
+}
+"""Those of every table, after the parameters and before the sizes, and what is in them where anything is."""
+OF_THE_MACHINE = ("seconds", "flown_in", "cpu_seconds", "peak_bytes", "host", "size_solver_bytes")
+
+
+class Table:
+    """Columns by name, of one type each, and rows of values."""
+
+    def __init__(self, names: Sequence[str], rows: Iterable[Row]) -> None:
+        found = list(rows)
+        units = {name: _unit([dict(row.run.values)[name] for row in found]) for name in names}
+        sizes = sorted({size for row in found for size in row.result.sizes})
+        self.parameters = {name: _column(name, unit) for name, unit in units.items()}
+        self.types: dict[str, type] = {
+            "run": str,
+            **{self.parameters[name]: str if units[name] is None else float for name in names},
+            **COLUMNS,
+            **{_size_column(size): int for size in sizes},
+        }
+        self.rows = [self._cells(row, names) for row in found]
+
+    def _cells(self, row: Row, names: Sequence[str]) -> dict[str, Value]:
+        values = dict(row.run.values)
+        cells: dict[str, Value] = {
+            "run": row.run.name,
+            **{self.parameters[name]: _number(values[name], self.types[self.parameters[name]]) for name in names},
+            "seed": row.run.seed,
+            "outcome": row.result.outcome,
+            "host": row.host or None,
+            **row.result.values,
+            **{_size_column(size): count for size, count in row.result.sizes.items()},
+        }
+        return {name: _of_type(cells.get(name), kind) for name, kind in self.types.items()}
+
+    def csv(self) -> bytes:
+        """In UTF-8, with a head; nothing stands where there is no value."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(self.types)
+        writer.writerows(["" if cell is None else cell for cell in row.values()] for row in self.rows)
+        return text.getvalue().encode("utf-8", "replace")
+
+    def parquet(self) -> bytes:
+        """With a type for each column; pyarrow is there."""
+        import pyarrow
+        from pyarrow import parquet
+
+        kinds = {int: pyarrow.int64(), float: pyarrow.float64(), str: pyarrow.string()}
+        schema = pyarrow.schema([(name, kinds[kind]) for name, kind in self.types.items()])
+        sink = io.BytesIO()
+        parquet.write_table(pyarrow.Table.from_pylist(self.rows, schema=schema), sink)
+        return sink.getvalue()
+
+
+def missing() -> Diagnostic | None:
+    """What to say where no Parquet can be written; absent where it can."""
+    if find_spec("pyarrow"):
+        return None
+    message = "a table in Parquet needs the package pyarrow, which is not installed"
+    return Diagnostic(EXTRA_MISSING, message, None, help="install it with `pip install 'missionc[sweep]'`")
+
+
+def _size_column(size: str) -> str:
+    return f"size_{size.replace(' ', '_')}"
+
+
+def _column(name: str, unit: str | None) -> str:
+    """The column of a parameter: its name, and the unit of its values where they are numbers with one."""
+    return f"{name} [{unit}]" if unit else f"param_{name}" if name in COLUMNS or name == "run" else name
+
+
+def _unit(values: list[str]) -> str | None:
+    """The unit that all of these numbers have, empty for none; None where they are no numbers of one unit."""
+    units = {None if number is None else number[1] for number in map(number_of, values)}
+    return units.pop() if len(units) == 1 else None
+
+
+def _number(text: str, kind: type) -> Value:
+    number = number_of(text)
+    return text if kind is str or number is None else number[0]
+
+
+def _of_type(value: Value, kind: type) -> Value:
+    """The value as one of the column's type; nothing where it is none."""
+    if value is None or kind is str:
+        return None if value is None else str(value)
+    try:
+        return int(value) if kind is int else float(value)
+    except ValueError:
+        return None

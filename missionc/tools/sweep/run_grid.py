@@ -1,0 +1,195 @@
+"""The grid of a sweep: every combination of parameter values, with every seed, in one order.
+
+    in   ``N=3,5,8`` or ``R=1..2/0.25 m``
+    out  Varied: the name and the texts of its values, in the order written; the grid of their combinations
+    says MC760
+
+A list has commas between its values. A range has its first value, two dots, its last value, and after a slash its
+step, which is 1 by default. A unit after a range applies to all its values.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+
+from missionc.base.diagnostics.code import SWEPT_VALUES
+from missionc.base.diagnostics.model import Diagnostic
+
+MOST_VALUES = 10_000
+"""Values of one parameter."""
+MOST_RUNS = 1_000_000
+"""Runs of one sweep."""
+NUMBER = r"[+-]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d+)?"
+RANGE = re.compile(rf"\s*({NUMBER})\s*\.\.\s*({NUMBER})\s*(?:/\s*({NUMBER})\s*)?([^\W\d][\w/^*]*)?\s*")
+PLAIN = re.compile(rf"\s*({NUMBER})\s*([^\W\d].*)?")
+DIGITS = 40
+"""Characters of a value that a message shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Varied:
+    """A parameter and the texts of the values that it takes."""
+
+    name: str
+    values: tuple[str, ...]
+
+
+def read_varied(pairs: Sequence[tuple[str, str]], fixed: Sequence[str]) -> tuple[Varied, ...] | list[Diagnostic]:
+    """Every parameter that is varied; or all that is wrong with how they are written.
+
+    Args:
+        pairs: names and texts, as written.
+        fixed: names of parameters that are given one value with ``-D``.
+    """
+    found: list[Varied] = []
+    wrong: list[Diagnostic] = []
+    for name, text in pairs:
+        values = _values(text)
+        if name in [each.name for each in found]:
+            wrong.append(_refused(f"`{name}` is varied twice", "give all of its values at once"))
+        elif name in fixed:
+            wrong.append(_refused(f"`{name}` is varied, and given one value with `-D`", "leave one of the two out"))
+        elif isinstance(values, str):
+            wrong.append(_refused(f"in `--vary {name}={text[:DIGITS]}`: {values}", "write `N=3,5,8` or `R=1..2/0.25`"))
+        else:
+            found.append(Varied(name, values))
+    return wrong or tuple(found)
+
+
+def number_of(text: str) -> tuple[float, str] | None:
+    """The number that a value begins with, and the unit after it; None of what is no plain number."""
+    match = PLAIN.fullmatch(text)
+    return (float(match[1]), (match[2] or "").strip()) if match else None
+
+
+def too_many(runs: int) -> Diagnostic | None:
+    """What to say of more runs than a sweep may have."""
+    if runs <= MOST_RUNS:
+        return None
+    return _refused(f"the sweep has {runs:,} runs; {MOST_RUNS:,} at most", "vary less at once, or take fewer seeds")
+
+
+def _values(text: str) -> tuple[str, ...] | str:
+    """The values of a text, or what is wrong with it."""
+    values: list[str] = []
+    for part in text.split(","):
+        if ".." in part:
+            more = _range(part)
+            if isinstance(more, str):
+                return more
+            values += more
+        elif not part.strip():
+            return "a value is empty"
+        else:
+            values.append(part.strip())
+    if len(values) > MOST_VALUES:
+        return f"these are {len(values)} values; {MOST_VALUES} at most"
+    twice = next((value for number, value in enumerate(values) if _same(value) in map(_same, values[:number])), None)
+    return tuple(values) if twice is None else f"the value `{twice}` comes twice"
+
+
+def _same(value: str) -> object:
+    return number_of(value) or value
+
+
+def _range(part: str) -> list[str] | str:
+    match = RANGE.fullmatch(part)
+    if match is None:
+        return f"`{part.strip()[:DIGITS]}` is no range; it has a first value, two dots, a last one, and `/` and a step"
+    first, last, step = Decimal(match[1]), Decimal(match[2]), Decimal(match[3] or 1)
+    if step <= 0:
+        return f"the step {step} is not above 0"
+    if last < first:
+        return f"the range runs backwards: {first} comes after {last}"
+    count = (last - first) / step
+    if count > MOST_VALUES:
+        return f"the range has {count:.3g} steps; {MOST_VALUES} at most"
+    if count != int(count):
+        return f"steps of {step} do not lead from {first} to {last}"
+    unit = f" {match[4]}" if match[4] else ""
+    return [f"{_plain(first + step * number)}{unit}" for number in range(int(count) + 1)]
+
+
+def _plain(number: Decimal) -> str:
+    """The number without zeros at its end, ``1.5`` and not ``1.50``; 0 has no sign."""
+    text = f"{number:f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if text == "-0" else text
+
+
+# ------------------------------------------------------------------ messages
+
+
+def _refused(message: str, way_out: str) -> Diagnostic:
+    return Diagnostic(SWEPT_VALUES, message, None, help=way_out)
+
+
+LONGEST_NAME = 120
+"""Characters of a run's name: a folder of so long a name can be made everywhere."""
+ODD = re.compile(r"[^A-Za-z0-9._=+-]+")
+
+Combination = tuple[tuple[str, str], ...]
+"""Parameters and the texts of their values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One compilation of a sweep: by its values and its seed it is told from all others."""
+
+    values: Combination
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """The name of its folder, ``N=3_R=1.25_seed=0``; of what no file name should hold a hash stands in it."""
+        whole = "_".join([*(f"{name}={_short(value)}" for name, value in self.values), f"seed={self.seed}"])
+        plain = ODD.sub("-", whole)
+        if plain == whole and len(whole) <= LONGEST_NAME:
+            return whole
+        digest = hashlib.sha256(whole.encode("utf-8", "replace")).hexdigest()[:8]
+        return f"{plain[:LONGEST_NAME]}-{digest}"
+
+
+def _short(value: str) -> str:
+    """``1.5m``: a number and its unit without room between them; two values of a sweep are never that alike."""
+    return value if number_of(value) is None else "".join(value.split())
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """All runs: the last parameter's value changes soonest, and of one combination the seeds."""
+
+    varied: tuple[Varied, ...]
+    seeds: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(each.name for each in self.varied)
+
+    @property
+    def combinations(self) -> list[Combination]:
+        return [
+            tuple(zip(self.names, values, strict=True))
+            for values in itertools.product(*(each.values for each in self.varied))
+        ]
+
+    def __len__(self) -> int:
+        count = self.seeds
+        for each in self.varied:
+            count *= len(each.values)
+        return count
+
+    def runs(self) -> Iterator[Run]:
+        for values in self.combinations:
+            for seed in range(self.seeds):
+                yield Run(values, seed)
+
+
+def words(values: Sequence[tuple[str, str]]) -> str:
+    """``N=3 R=1.25``; of nothing that is varied ``as written``."""
+    return " ".join(f"{name}={value}" for name, value in values) or "as written"

@@ -1,0 +1,194 @@
+"""The process beside a worker that has everything loaded, and makes a copy of itself for each run of a sweep.
+
+in   on standard input a request on each line (``run_request``, ``trial_request``)
+out  on standard output a line for each: the answer (``run_answer``)
+
+A run has a process to itself: it cannot leave anything to the next one, the
+limits of time and memory are its own, and whatever happens to it is an answer.
+This process has one thread, so that a copy of it is whole. Where whoever asks
+goes away, it ends, with the run under way; a copy ends with this process.
+
+Run as ``python -m missionc.tools.sweep.run_server FOLDER``; the folder, for temporary files, goes when it ends.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import resource
+import select
+import shutil
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+
+from missionc.base.signals import leave_signals
+from missionc.base.strict_json import parse_record
+from missionc.tools.sweep import run_answer, run_request, trial_request
+from missionc.tools.sweep.run_answer import RunResult
+
+GRACE = 30.0
+"""Seconds that a run may take beyond its limits; then its process is killed."""
+READ = 1 << 16
+
+
+def serve(requests: int, answers: int) -> None:
+    """Answer until there are no more requests; both are file descriptors."""
+    with open(requests, "rb", buffering=READ) as lines:
+        while line := lines.readline():
+            write_all(answers, _answer(line.decode("ascii"), requests).encode("ascii") + b"\n")
+
+
+def write_all(handle: int, content: bytes) -> None:
+    view = memoryview(content)
+    while view:
+        view = view[os.write(handle, view) :]
+
+
+def _answer(text: str, requests: int) -> str:
+    try:
+        document = parse_record(text)
+        carry_out = KINDS[document["schema"]]
+        seconds, engines, asked = float(document["seconds"]), tuple(document["engines"]), dict(document["versions"])
+    except (ValueError, KeyError, TypeError) as error:
+        return run_answer.failed(f"the request cannot be read: {type(error).__name__}: {error}")
+    here = run_answer.versions_here()
+    if asked and asked != here:
+        return run_answer.other_versions(here)
+    _load(document["schema"], engines)
+    return _forked(text, carry_out, seconds, requests)
+
+
+def _carry_out_run(text: str) -> RunResult:
+    from missionc.tools.sweep.carry_out_run import carry_out
+
+    return carry_out(run_request.read(text))
+
+
+def _carry_out_trials(text: str) -> RunResult:
+    from missionc.tools.sweep.carry_out_trials import carry_out
+
+    return carry_out(trial_request.read(text))
+
+
+KINDS: dict[str, Callable[[str], RunResult]] = {
+    run_request.SCHEMA: _carry_out_run,
+    trial_request.SCHEMA: _carry_out_trials,
+}
+"""What is done with a request, by the form that it says it has."""
+
+
+def _load(schema: str, engines: Sequence[str]) -> None:
+    """Have what these requests need, before any copy is made; what is missing is the run's to say."""
+    if schema == trial_request.SCHEMA:
+        from missionc.tools.sweep import carry_out_trials
+
+        _ = carry_out_trials
+        return
+    from missionc.backends.load import load_engines
+    from missionc.backends.options import Options
+    from missionc.output import output_files
+    from missionc.tools.sweep import carry_out_run
+    from missionc.verification import verify_plan
+
+    _ = output_files, verify_plan, carry_out_run
+    if engines:
+        load_engines(tuple(engines), Options(), False)
+
+
+def _forked(text: str, carry_out: Callable[[str], RunResult], seconds: float, requests: int) -> str:
+    """The answer of a copy of this process, which has so many seconds."""
+    read_end, write_end = os.pipe()
+    alive, life = os.pipe()
+    gc.freeze()
+    began = time.monotonic()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.close(read_end)
+            os.close(life)
+            _alone(alive, requests)
+            write_all(write_end, _carried_out(text, carry_out).encode("ascii") + b"\n")
+        finally:
+            os._exit(0)
+    os.close(write_end)
+    os.close(alive)
+    try:
+        answer, late = _heard(read_end, requests, began + 1.05 * seconds + GRACE)
+    finally:
+        with suppress(OSError):
+            os.killpg(child, signal.SIGKILL)  # whoever it left behind
+        os.close(read_end)
+        os.close(life)
+        _, status, usage = os.wait4(child, 0)
+    if late:
+        return run_answer.failed("the run did not end by its time limit, and was killed")
+    if not answer.endswith(b"\n"):
+        return run_answer.failed(f"the run's process {_ended(status)}")
+    return run_answer.with_usage(answer.decode("ascii"), usage.ru_utime + usage.ru_stime, usage.ru_maxrss << 10)
+
+
+def _alone(alive: int, requests: int) -> None:
+    """For the copy: a session and standard streams of its own, and an end where the one it is a copy of ends."""
+    os.setsid()
+    leave_signals()
+    nothing = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nothing, requests)
+
+    def wait() -> None:
+        with suppress(OSError):
+            os.read(alive, 1)
+        os.killpg(0, signal.SIGKILL)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
+def _carried_out(text: str, carry_out: Callable[[str], RunResult]) -> str:
+    try:
+        return run_answer.written(carry_out(text))
+    except MemoryError:
+        return run_answer.failed("there was not enough memory for the run")
+    except Exception as error:
+        return run_answer.failed(f"a defect of the compiler: {type(error).__name__}: {error}")
+
+
+def _heard(read_end: int, requests: int, deadline: float) -> tuple[bytes, bool]:
+    """What the copy says, and whether it was too late to say more."""
+    heard = bytearray()
+    while not heard.endswith(b"\n"):
+        left = deadline - time.monotonic()
+        ready = select.select([read_end, requests], [], [], max(0.0, left))[0]
+        if not ready:
+            return bytes(heard), True
+        if requests in ready:  # nobody asks while an answer is awaited: they are gone
+            raise SystemExit
+        more = os.read(read_end, READ)
+        if not more:
+            break
+        heard += more
+    return bytes(heard), False
+
+
+def _ended(status: int) -> str:
+    code = os.waitstatus_to_exitcode(status)
+    return f"was ended by signal {-code}" if code < 0 else f"ended with status {code}, and said nothing"
+
+
+def main() -> None:
+    """Serve on the standard streams, which nothing else writes to."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    answers = os.dup(1)
+    os.dup2(2, 1)
+    serve(0, answers)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    finally:
+        for room in sys.argv[1:]:
+            shutil.rmtree(room, ignore_errors=True)
+        os._exit(0)

@@ -1,0 +1,182 @@
+"""Trials that are spread over an executor: the first flights are flown here, the others wherever there is time.
+
+    in   a Pool, the folder, how to fly
+    out  Trials: those of one process, number by number
+
+Everything that is drawn for a flight follows from the seed and its number, so
+that it is the same whoever flies it, and with whichever others. So what a
+journal has of them need not be flown again.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Callable, Container, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.limits import Limits
+from missionc.flight.simulation.judge_flight import Flight
+from missionc.flight.simulation.trial_bounds import QUADROTOR
+from missionc.flight.simulation.trials import Trial, Trials
+from missionc.geometry.curves.piecewise_polynomials import Pieces
+from missionc.output.folder.file_names import MISSION, PAST
+from missionc.output.folder.manifest import sha256
+from missionc.tools.replay.read_folder import OutputFolder
+from missionc.tools.replay.simulate_folder import fly_here
+from missionc.tools.sweep import flights_journal, run_answer, run_sweep, trial_request
+from missionc.tools.sweep.carry_out_trials import FLOWN, RECORDS
+from missionc.tools.sweep.flights_journal import FlightsJournal
+from missionc.tools.sweep.run_sweep import Pool, received
+from missionc.tools.sweep.trial_request import TrialRequest
+
+MOST_TOGETHER = 1000
+"""Flights of one request: each costs a worker as much time as a hundred flights, however few are in it."""
+
+
+MOST_LOST = 400
+"""Likewise where a journal keeps them: those under way are lost with a process that is killed."""
+
+
+class NotFlown(Exception):
+    """A worker did not fly what it was given; ``finding`` says why."""
+
+    def __init__(self, finding: Diagnostic) -> None:
+        super().__init__(finding.message)
+        self.finding = finding
+
+
+@dataclass(frozen=True, slots=True)
+class SpreadTrials:
+    """What ``simulate_folder.simulate`` flies with, on the workers of a pool.
+
+    Args:
+        curves: whether the error over time of each flight is wanted, for a picture.
+        journal: what holds the flights that are over, and is given more.
+    """
+
+    pool: Pool
+    limits: Limits
+    curves: bool = False
+    journal: FlightsJournal | None = None
+
+    def __call__(
+        self, opened: OutputFolder, pieces: list[Pieces], trial: Trial, listen: Callable[[int], None]
+    ) -> Trials:
+        """Fly.
+
+        Raises:
+            NotFlown: a worker cannot, or the journal is of other flights.
+        """
+        here = trial.kept
+        if trial.engine != QUADROTOR or not trial.disturbance.random or trial.flights <= here:
+            return fly_here(opened, pieces, trial, listen)
+        rest = range(here, trial.flights)
+        if self.journal is None:
+            asked = self._asked(opened, trial, [rest])
+            first = fly_here(opened, pieces, replace(trial, flights=here), listen)
+            flights = {}
+        else:
+            first = fly_here(opened, pieces, replace(trial, flights=here), listen)
+            wrong = self.journal.begin(self._identity(opened, trial), first.flights[0])
+            if wrong:
+                raise NotFlown(wrong)
+            flights = {number: self.journal.over[number] for number in rest if number in self.journal.over}
+            asked = self._asked(opened, trial, _gaps(rest, flights))
+        self._hear(opened, asked, first, flights, listen)
+        return replace(first, trial=trial, flights=(*first.flights, *(flights[number] for number in rest)))
+
+    def _asked(self, opened: OutputFolder, trial: Trial, gaps: Sequence[range]) -> dict[Future[str], Trial]:
+        """The requests for these flights, as many for every worker, with the flights of each."""
+        together = min(MOST_LOST, MOST_TOGETHER) if self.journal else MOST_TOGETHER
+        workers = max(1, self.pool.workers())
+        count = sum(map(len, gaps))
+        rounds = math.ceil(count / (together * workers))
+        size = math.ceil(count / max(1, rounds * workers)) or 1
+        parts = [
+            replace(trial, first=begin, flights=min(size, gap.stop - begin), kept=1)
+            for gap in gaps
+            for begin in range(gap.start, gap.stop, size)
+        ]
+        return {self.pool.submit(self._request(opened, part)): part for part in parts}
+
+    def _hear(
+        self,
+        opened: OutputFolder,
+        asked: dict[Future[str], Trial],
+        shown: Trials,
+        found: dict[int, Flight],
+        listen: Callable[[int], None],
+    ) -> None:
+        """Find the flights of all answers, by their numbers."""
+        again: Counter[int] = Counter()
+        failed: NotFlown | None = None
+        left = set(asked)
+        while left and not failed:
+            over, left = wait(left, return_when=FIRST_COMPLETED)
+            for future in over:
+                part = asked[future]
+                if run_sweep.abandoned(future) and again[part.first] < run_sweep.AGAIN:
+                    again[part.first] += 1
+                    once_more = self.pool.submit(self._request(opened, part))
+                    asked[once_more] = part
+                    left.add(once_more)
+                    continue
+                try:
+                    found |= enumerate(self._flights(future, part, shown), part.first)
+                except NotFlown as error:
+                    failed = error  # those that are over all the same are kept
+            listen(len(shown.flights) + len(found))
+        if failed:
+            raise failed
+
+    def _flights(self, future: Future[str], part: Trial, shown: Trials) -> list[Flight]:
+        answer = received(future, run_answer.versions_here())
+        if isinstance(answer, Diagnostic):
+            raise NotFlown(answer)
+        if answer.result.outcome != FLOWN:
+            raise NotFlown(run_sweep.not_done(str(answer.result.values.get("says"))))
+        records = dict(answer.result.files)[RECORDS]
+        flights = flights_journal.read(records, shown.flights[0].trace)
+        wrong = self.journal.add(part.first, records, flights) if self.journal else None
+        if wrong:
+            raise NotFlown(wrong)
+        return flights
+
+    def _identity(self, opened: OutputFolder, trial: Trial) -> dict[str, str]:
+        """All that a flight follows from, but for its number."""
+        about = json.dumps([opened.manifest.get("inputs"), opened.manifest.get("options")], sort_keys=True)
+        files = "".join(f"{name} {sha256(content)}\n" for name, content in sorted(self._files(opened).items()))
+        drawn = {name: str(value) for name, value in asdict(trial.disturbance).items()}
+        versions = {f"version of {name}": number for name, number in run_answer.versions_here().items()}
+        picture = "to be drawn" if self.curves else "not asked for"
+        folder = sha256(f"{about}\n{files}".encode())
+        return {"folder": folder, "seed": str(trial.seed), **drawn, "picture": picture, **versions}
+
+    def _files(self, opened: OutputFolder) -> dict[str, bytes]:
+        return {name: content for name, content in opened.files.items() if _needed(name)}
+
+    def _manifest(self, opened: OutputFolder) -> dict[str, Any]:
+        return {name: opened.manifest[name] for name in ("inputs", "options", "files") if name in opened.manifest}
+
+    def _request(self, opened: OutputFolder, trial: Trial) -> str:
+        versions = run_answer.versions_here()
+        request = TrialRequest(self._manifest(opened), self._files(opened), trial, self.limits, self.curves, versions)
+        return trial_request.written(request)
+
+
+def _gaps(numbers: range, there: Container[int]) -> list[range]:
+    """The runs of following numbers that are not there."""
+    missing = [number for number in numbers if number not in there]
+    begins = [number for place, number in enumerate(missing) if not place or missing[place - 1] < number - 1]
+    ends = [number + 1 for place, number in enumerate(missing) if missing[place + 1 : place + 2] != [number + 1]]
+    return [range(*each) for each in zip(begins, ends, strict=True)]
+
+
+def _needed(name: str) -> bool:
+    """Whether a flight follows from this file of the folder."""
+    return name.startswith((f"{MISSION}/", "crazyflie/")) or name == PAST

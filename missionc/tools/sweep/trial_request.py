@@ -1,0 +1,67 @@
+"""The request for some of a folder's flights, as it goes over the wire: a text in JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from missionc.base.limits import Limits
+from missionc.base.strict_json import parse_record
+from missionc.flight.simulation.disturbance import Disturbance
+from missionc.flight.simulation.trials import Trial
+from missionc.tools.sweep import run_answer
+
+SCHEMA = "missionc.trials/1"
+SECONDS = 3600.0
+"""A request may take so long; then its process is killed."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrialRequest:
+    """Some flights of a folder.
+
+    Args:
+        manifest: what the folder's ``manifest.json`` says.
+        files: those of its files that a flight follows from, by their names relative to it.
+        curves: whether the error over time of each flight is wanted too.
+        versions: of the packages that may change a flight.
+    """
+
+    manifest: Mapping[str, Any]
+    files: Mapping[str, bytes]
+    trial: Trial
+    limits: Limits
+    curves: bool
+    versions: Mapping[str, str]
+
+
+def written(request: TrialRequest) -> str:
+    """The text of a request, on one line."""
+    document = {
+        "schema": SCHEMA,
+        "seconds": SECONDS,
+        "engines": [],
+        "versions": dict(request.versions),
+        "manifest": dict(request.manifest),
+        "files": run_answer.sent(request.files),
+        "trial": asdict(request.trial),
+        "limits": asdict(request.limits),
+        "curves": request.curves,
+    }
+    return run_answer.one_line(document)
+
+
+def read(text: str) -> TrialRequest:
+    """The request in a text of ``written``.
+
+    Raises:
+        ValueError, KeyError, TypeError: the text is none.
+    """
+    document = parse_record(text, SCHEMA)
+    drawn = document["trial"].pop("disturbance")
+    lost = tuple((str(name), float(when)) for name, when in drawn.pop("lose"))
+    trial = Trial(**document["trial"], disturbance=Disturbance(**drawn, lose=lost))
+    files = run_answer.received(document["files"])
+    limits = Limits(**document["limits"])
+    return TrialRequest(document["manifest"], files, trial, limits, document["curves"], document["versions"])

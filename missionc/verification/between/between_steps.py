@@ -1,0 +1,69 @@
+"""Continuous-time verification: every requirement that holds at the steps, judged at every moment of a motion.
+
+    in   Mission, its kernel, a Trace that was judged at the steps, the Curves that are flown
+    out  Between, for each requirement that is true at the steps; of a folder's files, in a Certificate
+
+Nothing here changes what a mission means: that is said by the steps. An operator
+has the same meaning with moments in the place of steps (``docs/semantics.md``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from missionc.base.trace import Trace
+from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, curves_of, read
+from missionc.ir import Mission
+from missionc.ir.kernel.analysis import steps_ahead
+from missionc.ir.kernel.nodes import Goal, Kernel
+from missionc.ir.kernel.walk import postorder
+from missionc.verification.between.counterexample import Search, agents_of, sentence, stretch
+from missionc.verification.between.interval_sets import Motion
+from missionc.verification.between.truth_over_time import Evaluation
+from missionc.verification.certificate import Between, Certificate, Verdict
+from missionc.verification.monitoring.monitor import truths
+
+__all__ = ["between_steps", "verify_between"]
+
+
+def verify_between(mission: Mission, kernel: Kernel, trace: Trace, files: Mapping[str, str]) -> Certificate:
+    """Judge the polynomials that were found to fly a verified plan.
+
+    Args:
+        files: the text of each agent's file, by the agent's name; as ``verify_polynomials`` has passed them.
+    """
+    trajectories = [read(files.get(agent.name, "")) for agent in mission.agents]
+    pieces = [own for own in trajectories if isinstance(own, Pieces)]
+    if not pieces or len(pieces) < len(trajectories):
+        return Certificate(mission.name, ())
+    flown = curves_of(pieces, slice(mission.dimension))
+    return Certificate(mission.name, (), between=between_steps(mission, kernel, trace, flown))
+
+
+def between_steps(mission: Mission, kernel: Kernel, trace: Trace, curves: Curves) -> tuple[Between, ...]:
+    """Every requirement that the trace satisfies at its steps, along curves that pass through its states."""
+    at_steps = truths([goal.formula for goal in kernel.requirements], mission, trace)
+    evaluation = Evaluation(Motion(mission, curves, trace))
+    return tuple(_judged(goal, evaluation, trace) for goal in kernel.requirements if bool(at_steps[goal.formula][0, 0]))
+
+
+def _judged(goal: Goal, evaluation: Evaluation, trace: Trace) -> Between:
+    motion = evaluation.motion
+    known = evaluation.of(goal.formula)
+    signal = known[goal.formula][0]
+    if signal.sure and signal.sure[0][0] == 0:
+        return Between(goal.name, Verdict.HOLDS)
+    certain = bool(signal.never) and signal.never[0][0] == 0
+    at_steps = truths(postorder((goal.formula,)), motion.mission, trace)
+    ahead = steps_ahead((goal.formula,))
+    culprits = Search(known, at_steps, certain, ahead, motion.end).culprits(goal.formula)
+    begin, stop = (round(float(motion.seconds(tick)), 6) for tick in stretch(culprits[0]))
+    agents = sorted({agent for culprit in culprits for agent in agents_of(culprit, motion)})
+    return Between(
+        goal.name,
+        Verdict.FAILS if certain else Verdict.UNDECIDED,
+        begin,
+        stop,
+        tuple(motion.mission.agents[agent].name for agent in agents),
+        sentence(goal.name, culprits, certain, motion),
+    )

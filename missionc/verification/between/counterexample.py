@@ -1,0 +1,294 @@
+"""Counterexamples in continuous time: the moment, agent and subformula that decide a failure, and their wording.
+
+The search goes from the formula down to a predicate or a route. If it has a choice, it follows the values that differ
+from those at the steps around, since the steps do not show these. The wording tells a failure between the steps from
+one that is undecided.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from missionc.base.trace import Flags
+from missionc.ir import BeaconCover, Graph, Sight
+from missionc.ir.distances.signed_distance import distance_between
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not, says_opposite
+from missionc.ir.kernel.walk import children, graph_of, window_of
+from missionc.ir.language.margins.links import link_margin
+from missionc.ir.pair_ranges import directed, range_of
+from missionc.verification.between.interval_sets import STEP, Motion, Spans, common
+from missionc.verification.between.truth_over_time import Signals, last_asked
+
+MOST_PARTS = 3
+"""So many of those that decide together are named."""
+
+
+@dataclass(frozen=True, slots=True)
+class Culprit:
+    """A predicate or route that is (or may be) ``value`` at an agent, from ``low`` to ``high`` (ticks).
+
+    ``label`` is the part of the mission's text that it came from, ``says`` what is so of it, and ``team`` whether it is
+    about the team.
+    """
+
+    node: Node
+    agent: int
+    tick: int
+    value: bool
+    low: int
+    high: int
+    label: Node
+    says: bool
+    team: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    node: Node
+    agent: int
+    tick: int
+    value: bool
+    label: Node
+    says: bool
+    team: bool = False
+
+    def to(self, node: Node, *, agent: int | None = None, tick: int | None = None, value: bool | None = None) -> _Place:
+        """One further down; words that an operator was rewritten from stay those of the whole operator."""
+        value = self.value if value is None else value
+        same = node.span in (None, self.label.span)
+        return _Place(
+            node,
+            self.agent if agent is None else agent,
+            self.tick if tick is None else tick,
+            value,
+            self.label if same else node,
+            self.says if same else value is not says_opposite(node),
+            same and (self.team or agent is not None),
+        )
+
+
+class Search:
+    """Follows a verdict down.
+
+    Args:
+        known: when each node holds, at whom.
+        truths: what each node is at the steps, (agents or 1, steps + 1 or 1).
+        certain: whether the verdict is that it surely fails; else, that it may.
+        ahead: how many steps ahead each node looks.
+        end: of the mission, in ticks.
+    """
+
+    def __init__(
+        self,
+        known: dict[Node, Signals],
+        truths: dict[Node, Flags],
+        certain: bool,
+        ahead: dict[Node, int],
+        end: int,
+    ) -> None:
+        self.known, self.truths, self.certain, self.ahead, self.end = known, truths, certain, ahead, end
+
+    def culprits(self, root: Node) -> tuple[Culprit, ...]:
+        """Why the formula fails, or may fail, at time 0."""
+        found: list[Culprit] = []
+        waiting = [_Place(root, 0, 0, False, root, says_opposite(root))]
+        while waiting and len(found) < MOST_PARTS:
+            place = waiting.pop()
+            below = self._below(place)
+            waiting.extend(reversed(below))
+            if not below:
+                found.append(self._culprit(place))
+        return tuple(found)
+
+    def when(self, node: Node, agent: int, value: bool) -> Spans:
+        """When a formula surely is ``value``, or, where the verdict is not certain, may be."""
+        signal = self.known[node][agent]
+        surely, other = (signal.sure, signal.never) if value else (signal.never, signal.sure)
+        if self.certain:
+            return surely
+        edges = [-1, *(edge for span in other for edge in span), self.end + 1]
+        gaps = zip(edges[::2], edges[1::2], strict=True)
+        return tuple((low + 1, high - 1) for low, high in gaps if low + 1 <= high - 1)
+
+    def is_new(self, place: _Place) -> bool:
+        """Whether neither of the steps around shows what is so here."""
+        truths = self.truths[place.node]
+        row = truths[place.agent if len(truths) > 1 else 0]
+        steps = {place.tick // STEP, -(-place.tick // STEP)}
+        return all(bool(row[step if row.size > 1 else 0]) is not place.value for step in steps)
+
+    def _below(self, place: _Place) -> list[_Place]:
+        """What decides it further down; nothing where it decides itself."""
+        node, value = place.node, place.value
+        match node:
+            case Not(body):
+                return [place.to(body, value=not value)]
+            case At(agent, body):
+                return [place.to(body, agent=agent)]
+            case All(parts) | Any(parts):
+                return self._parts(place, parts, one=value is not node.every)
+            case AtLeast(_, parts):
+                return self._parts(place, parts, one=False)
+            case _ if window := window_of(node):
+                return self._in_time(place, *window, one=value is not node.every)
+            case _:
+                return []
+
+    def _parts(self, place: _Place, parts: tuple[Node, ...], one: bool) -> list[_Place]:
+        each = [place.to(part) for part in parts]
+        here = [part for part in each if _has(self.when(part.node, part.agent, part.value), place.tick)]
+        new = [part for part in here if self.is_new(part)]
+        return (new or here)[: 1 if one else MOST_PARTS]
+
+    def _in_window(self, place: _Place, body: Node, low: int, high: int | None, one: bool) -> list[_Place]:
+        """A moment of the window: the first that differs from the steps; else a step that says otherwise."""
+        first, last = self._window(place.tick, low, high)
+        if first > last:
+            return []
+        if one:
+            spans = common(self.when(body, place.agent, place.value), ((first, last),))
+            moments = [place.to(body, tick=begin) for begin, _ in spans]
+        else:
+            moments = [place.to(body, tick=step * STEP) for step in range(-(-first // STEP), last // STEP + 1)]
+            moments.append(place.to(body, tick=first))
+        return [moment for moment in moments if self.is_new(moment)][:1] or moments[:1]
+
+    def _in_time(self, place: _Place, low: int, high: int | None, one: bool) -> list[_Place]:
+        """A moment of the window, or an earlier one at which what has to hold up to it does not."""
+        *holds, end = children(place.node)
+        goals = self._in_window(place, end, low, high, one)
+        for hold in () if one else holds:
+            if low < 0:
+                return self._after(place, hold, self._window(place.tick, low, high)[0]) or goals
+            last = min(self._window(place.tick, low, high)[1], last_asked(self.ahead[hold], self.end))
+            breaks = common(self.when(hold, place.agent, place.value), ((place.tick, last),))
+            if breaks and not (goals and breaks[0][0] >= goals[0].tick and self._is_so(goals[0])):
+                return [place.to(hold, tick=breaks[0][0])]
+        return goals
+
+    def _after(self, place: _Place, hold: Node, first: int) -> list[_Place]:
+        """The last moment from ``first`` on at which what has to hold since then does not."""
+        breaks = common(self.when(hold, place.agent, place.value), ((first, place.tick),))
+        return [place.to(hold, tick=breaks[-1][1])] if breaks else []
+
+    def _is_so(self, place: _Place) -> bool:
+        return _has(self.when(place.node, place.agent, place.value), place.tick)
+
+    def _window(self, tick: int, low: int, high: int | None) -> tuple[int, int]:
+        return max(tick + low * STEP, 0), self.end if high is None else min(self.end, tick + high * STEP)
+
+    def _culprit(self, place: _Place) -> Culprit:
+        spans = self.when(place.node, place.agent, place.value)
+        low, high = next((span for span in spans if _has((span,), place.tick)), (place.tick, place.tick))
+        return Culprit(place.node, place.agent, place.tick, place.value, low, high, place.label, place.says, place.team)
+
+
+def _has(spans: Spans, tick: int) -> bool:
+    return any(low <= tick <= high for low, high in spans)
+
+
+MOST_LINKS = 2
+"""Links that a sentence names."""
+
+
+def sentence(name: str, culprits: tuple[Culprit, ...], certain: bool, motion: Motion) -> str:
+    """The sentence about a requirement that is true at the steps."""
+    first = culprits[0]
+    parts = " and ".join(_part(culprit, certain, motion) for culprit in culprits)
+    if certain:
+        return f"`{name}` is true at every step, but not {_between(first, motion)}: {_times(first, motion)} {parts}"
+    return f"`{name}` is true at every step; in between that is not decided: {_times(first, motion)} {parts}"
+
+
+def stretch(culprit: Culprit) -> tuple[int, int]:
+    """From when to when, in ticks, between the two steps around."""
+    before, after = culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP
+    return max(culprit.low, before), min(culprit.high, after)
+
+
+def agents_of(culprit: Culprit, motion: Motion) -> tuple[int, ...]:
+    """Whom it is about."""
+    match culprit.node:
+        case Atom(predicate) if predicate.formation:
+            return predicate.formation.agents
+        case Atom(predicate) if predicate.pairs:
+            return tuple(sorted({end for pair in predicate.pairs for end in pair}))
+        case _:
+            return (culprit.agent,)
+
+
+def _between(culprit: Culprit, motion: Motion) -> str:
+    """The steps between which it fails; what decides that may itself be at a step, where no two are named."""
+    before, after = culprit.tick // STEP, -(-culprit.tick // STEP)
+    step = motion.mission.step
+    return "at every moment between" if before == after else f"between {before * step:g} s and {after * step:g} s"
+
+
+def _times(culprit: Culprit, motion: Motion) -> str:
+    begin, stop = (f"{float(motion.seconds(tick)):.2f}" for tick in stretch(culprit))
+    return f"at {begin} s" if begin == stop else f"from {begin} s to {stop} s"
+
+
+def _part(culprit: Culprit, certain: bool, motion: Motion) -> str:
+    names = [motion.mission.agents[agent].name for agent in agents_of(culprit, motion)]
+    text = _text(culprit.label)
+    whom = f" of {names[0]}" if len(names) == 1 and not culprit.team else ""
+    if not certain:
+        return f"{text}{whom} is too near its border to tell"
+    because = _because(culprit, motion)
+    return f"{text} is {'true' if culprit.says else 'false'}{whom}{because}"
+
+
+def _text(node: Node) -> str:
+    return f"`{' '.join(node.span.text.split())}`" if node.span else "a part of it"
+
+
+def _because(culprit: Culprit, motion: Motion) -> str:
+    """The links that this moment has and the steps around it have not, or the other way round."""
+    graph, linked = graph_of(culprit.node), culprit.value is not culprit.node.every
+    if graph is None:
+        return ""
+    changed = _changed_links(graph, culprit, linked, motion)
+    names = [agent.name for agent in motion.mission.agents]
+    links = [f"{names[one]} and {names[other]} are {length:.3f} m apart" for one, other, length in changed[:MOST_LINKS]]
+    reach = f"the radius of `{graph.name}` is {graph.radius:g} m"
+    if graph.ranges:
+        shown = [(names[one], names[other], range_of(graph, one, other)) for one, other, _ in changed[:MOST_LINKS]]
+        reach = f"`{graph.name}` reaches " + ", ".join(f"{far:g} m from {one} to {other}" for one, other, far in shown)
+    if isinstance(graph, Sight):
+        seen = "nothing is" if linked else "an obstacle is"
+        near = all(length < range_of(graph, one, other) for one, other, length in changed)
+        reach += f", and {seen} in the way" if near else ""
+    if isinstance(graph, BeaconCover):
+        links = [
+            f"{names[one]} and {names[other]} share {'a' if linked else 'no'} beacon"
+            for one, other, _ in changed[:MOST_LINKS]
+        ]
+    return f": {', '.join(links)}, {reach}" if links else ""
+
+
+def _changed_links(graph: Graph, culprit: Culprit, made: bool, motion: Motion) -> list[tuple[int, int, float]]:
+    """Pairs that are linked then alone, or, not ``made``, not linked then alone: those of the agent first.
+
+    With each, its distance in the middle of the stretch.
+    """
+    low, high = stretch(culprit)
+    ticks = np.array([(low + high) // 2, culprit.tick // STEP * STEP, -(-culprit.tick // STEP) * STEP])
+    members = np.array(graph.agents)
+    apart = ~np.eye(members.size, dtype=np.bool_)
+    first, second = (members[places] for places in np.nonzero(apart if directed(graph) else np.triu(apart)))
+    piece = motion.piece_at(ticks)
+    here, there = (
+        motion.position(agent[:, None], piece[None], np.broadcast_to(motion.local(piece, ticks), (agent.size, 3)))
+        for agent in (first, second)
+    )
+    linked = np.asarray(link_margin(graph, first[:, None], second[:, None], here, there)) > 0
+    lengths = np.asarray(distance_between(np, here, there))[:, 0]
+    new = (linked[:, 0] == made) & ((linked[:, 1] != made) | (linked[:, 2] != made))
+    pairs = [(int(first[pair]), int(second[pair]), float(lengths[pair])) for pair in np.flatnonzero(new)]
+    ends = {(one, other) for one, other, _ in pairs}
+    alike = {(one, other) for one, other in ends if range_of(graph, one, other) == range_of(graph, other, one)}
+    pairs = [each for each in pairs if each[0] < each[1] or each[1::-1] not in alike]
+    return sorted(pairs, key=lambda pair: culprit.agent not in pair[:2])

@@ -1,0 +1,407 @@
+"""Three-valued truth of kernel formulas at every moment of a motion, with links and routes over time.
+
+The truth is sound on both sides. Time is cut wherever a link or an operand may change, into moments and the stretches
+between them. Links and operands are constant in each, so the monitor's own routes judge all of them at once. A result
+that the sure links allow is sure; one that the possible links forbid never holds. Lengths in metres change within a
+stretch too, which is halved until their bounds suffice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+
+from missionc.base.trace import Array, Flags
+from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.ir import Graph, Predicate
+from missionc.ir.distances.signed_distance import distance_between
+from missionc.ir.kernel.analysis import agents_asked, steps_ahead
+from missionc.ir.kernel.evaluate import Domain, evaluate
+from missionc.ir.kernel.nodes import Atom, NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.ir.kernel.walk import looks_back, postorder
+from missionc.ir.language.margins.links import pieces
+from missionc.ir.pair_ranges import directed
+from missionc.verification.between.atoms import RESOLUTION, atom_signals, link_signals
+from missionc.verification.between.interval_sets import (
+    STEP,
+    Motion,
+    Signal,
+    Spans,
+    asked_until,
+    looking_back,
+    of_parts,
+    sometime,
+    throughout,
+    until,
+)
+from missionc.verification.monitoring import graph_routes
+from missionc.verification.monitoring.logic import TRUTH
+
+MOST_CELLS = 20_000
+"""Stretches in which lengths are looked at; beyond them nothing more is decided."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Links:
+    """A graph's links over time.
+
+    Args:
+        first, second: (pairs,): places among ``members``, the first one before the second unless links lead
+            ``one_way``, from the first one to the second.
+        signals: (pairs,): when they are linked.
+    """
+
+    members: Indices
+    first: Indices
+    second: Indices
+    one_way: bool
+    signals: tuple[Signal, ...]
+
+
+def links_of(graph: Graph, motion: Motion) -> Links:
+    members = np.array(graph.agents, dtype=np.int64)
+    whole = np.ones((members.size, members.size), dtype=np.bool_)
+    one_way = directed(graph)
+    first, second = np.nonzero(whole & ~np.eye(members.size, dtype=np.bool_) if one_way else np.triu(whole, k=1))
+    signals = link_signals(graph, members[first], members[second], motion) if first.size else []
+    return Links(members, first.astype(np.int64), second.astype(np.int64), one_way, tuple(signals))
+
+
+def nearby(links: Links, body: Sequence[Signal], motion: Motion) -> list[Signal]:
+    """When ``body`` holds at some agent linked to each member."""
+    return _judged(links, (body,), motion, lambda view: graph_routes.nearby(view.linked, view.operands[0]))
+
+
+def reach(hops: int, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion) -> list[Signal]:
+    """When each member has a route of at most so many links."""
+    return _judged(
+        links,
+        (through, end),
+        motion,
+        lambda view: graph_routes.reach(view.linked, view.operands[0], view.operands[1], hops),
+    )
+
+
+def route(
+    low: float, high: float, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion
+) -> list[Signal]:
+    """When each member has a route of a length in metres within the bounds."""
+
+    def shorter(view: View) -> Flags:
+        onward = view.linked & view.operands[0][:, :, None]
+        lengths = np.maximum(view.lengths + view.spare, 0.0)
+        return graph_routes.shortest(np.where(onward, lengths, np.inf), view.operands[1]) <= high
+
+    def longer(view: View) -> Flags:
+        """A route has fewer links than there are members; each may be so much longer or shorter."""
+        through, end = view.operands
+        # No agent is away from itself, so one of the two is 0.
+        farthest = (view.spare.max(axis=(1, 2)) + view.spare.min(axis=(1, 2))) * (links.members.size - 1)
+        rows = (
+            graph_routes.bounded_below(
+                TRUTH, linked[None], lengths[None], free[None], goal[None], low + more, high - more
+            )
+            for linked, lengths, free, goal, more in zip(view.linked, view.lengths, through, end, farthest, strict=True)
+        )
+        return np.concatenate([np.zeros((0, links.members.size), dtype=np.bool_), *rows])
+
+    if low > 0:
+        return _judged(links, (through, end), motion, longer, metres=True)
+    if math.isinf(high):
+        return reach(links.members.size, links, through, end, motion)
+    return _judged(links, (through, end), motion, shorter, metres=True)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """How things are in some cells, seen so that more links, truer operands and shorter ways only help.
+
+    Args:
+        linked: (cells, members, members).
+        operands: (cells, members), each.
+        lengths: (cells, members, members), metres, in the middle of the cells.
+        spare: likewise, by how much longer a way is to be taken; below 0, shorter.
+    """
+
+    linked: Flags
+    operands: tuple[Flags, ...]
+    lengths: Array
+    spare: Array
+
+
+def _judged(
+    links: Links,
+    operands: Sequence[Sequence[Signal]],
+    motion: Motion,
+    judge: Callable[[View], Flags],
+    metres: bool = False,
+) -> list[Signal]:
+    """When ``judge`` says yes of each member.
+
+    Args:
+        operands: each of the members' signals.
+        judge: gives (cells, members); more links, truer operands and shorter ways never make it say no.
+        metres: whether it reads lengths.
+    """
+    columns = (links.signals, *operands)
+    ticks = _ticks([signal for column in columns for signal in column], motion, metres)
+    tables = [_tables(column, ticks) for column in columns]
+    cell = np.arange(2 * ticks.size - 1)
+    low, high = ticks[cell // 2], ticks[(cell + 1) // 2]
+    shortest, left = int(RESOLUTION / motion.mission.step * STEP), MOST_CELLS
+    sure, never = _Found(), _Found()
+    while cell.size:
+        left -= cell.size
+        halve = np.zeros(cell.size, dtype=np.bool_)
+        for part in pieces(cell.size, links.members.size):
+            lengths, spare = _lengths(links, low[part], high[part], motion) if metres else _none(links, cell[part])
+            seen, hoped = (_view(links, tables, way, cell[part], lengths) for way in (0, 1))
+            yes, no = judge(replace(seen, spare=spare)), ~judge(replace(hoped, spare=-spare))
+            if metres and left > 0:
+                # Where the lengths of this moment would do, those of a shorter stretch may.
+                worth = (judge(seen) == judge(hoped)) & ~yes & ~no
+                halve[part] = worth.any(axis=1) & (high[part] - low[part] > shortest)
+            sure.add(yes & ~halve[part, None], low[part], high[part])
+            never.add(no & ~halve[part, None], low[part], high[part])
+        cell, low, high = cell[halve], low[halve], high[halve]
+        middle = (low + high) // 2
+        cell, low, high = map(np.concatenate, ((cell, cell), (low, middle), (middle, high)))
+    members = range(links.members.size)
+    return [Signal(yes, no) for yes, no in zip(sure.spans(members), never.spans(members), strict=True)]
+
+
+class _Found:
+    """Stretches at which something was found of members, in no order."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[Indices, Indices, Indices]] = []
+
+    def add(self, flags: Flags, low: Indices, high: Indices) -> None:
+        """Flags are (stretches, members)."""
+        stretch, member = np.nonzero(flags)
+        self.rows.append((member.astype(np.int64), low[stretch], high[stretch]))
+
+    def spans(self, members: range) -> list[Spans]:
+        """The spans of each member; stretches that meet are joined."""
+        member, low, high = (np.concatenate(column) for column in zip(*self.rows, strict=True))
+        order = np.lexsort((high, low, member))
+        member, low, high = member[order], low[order], high[order]
+        apart = np.r_[True, (np.diff(member) != 0) | (low[1:] > high[:-1])][: member.size]
+        first = np.flatnonzero(apart)
+        last = np.r_[first[1:] - 1, member.size - 1][: first.size]
+        result: list[list[tuple[int, int]]] = [[] for _ in members]
+        for who, begin, stop in zip(member[first].tolist(), low[first].tolist(), high[last].tolist(), strict=True):
+            result[who].append((begin, stop))
+        return [tuple(each) for each in result]
+
+
+def _ticks(signals: Sequence[Signal], motion: Motion, metres: bool) -> Indices:
+    """Where something may change; between two of them each agent's motion is one piece, where lengths are asked for."""
+    ends = {tick for signal in signals for spans in (signal.sure, signal.never) for span in spans for tick in span}
+    joints = motion.joints.tolist() if metres else (0, motion.end)
+    return np.array(sorted({*ends, *joints}), dtype=np.int64)
+
+
+def _tables(signals: Sequence[Signal], ticks: Indices) -> tuple[Flags, Flags]:
+    """(cells, signals), twice: where each surely holds, and where it may. Every other cell is a moment."""
+    cells = 2 * ticks.size - 1
+
+    def table(sets: list[Spans]) -> Flags:
+        change = np.zeros((cells + 1, len(sets)), dtype=np.int8)
+        ends = np.array([(number, *span) for number, spans in enumerate(sets) for span in spans], dtype=np.int64)
+        number, first, last = ends.reshape(-1, 3).T
+        change[2 * np.searchsorted(ticks, first), number] += 1
+        change[2 * np.searchsorted(ticks, last) + 1, number] -= 1
+        return np.asarray(np.cumsum(change, axis=0, dtype=np.int8)[:-1] > 0)
+
+    return table([signal.sure for signal in signals]), ~table([signal.never for signal in signals])
+
+
+def _view(links: Links, tables: Sequence[tuple[Flags, Flags]], way: int, cell: Indices, lengths: Array) -> View:
+    """What surely holds in some cells (``way`` 0), or may (1), with the lengths in their middle."""
+    pairs, *operands = (table[way][cell] for table in tables)
+    linked = np.zeros((cell.size, links.members.size, links.members.size), dtype=np.bool_)
+    linked[:, links.first, links.second] = pairs
+    if not links.one_way:
+        linked[:, links.second, links.first] = pairs
+    return View(linked, tuple(operands), lengths, np.zeros_like(lengths))
+
+
+def _none(links: Links, cell: Indices) -> tuple[Array, Array]:
+    """Lengths that nobody reads."""
+    return np.zeros((cell.size, 1, 1)), np.zeros((cell.size, 1, 1))
+
+
+def _lengths(links: Links, low: Indices, high: Indices, motion: Motion) -> tuple[Array, Array]:
+    """The lengths of all pairs amid stretches, and their change in them: (cells, members, members) twice, metres."""
+    middle = (low + high) // 2
+    piece = motion.piece_at(middle)
+    size = links.members.size
+    agent = np.broadcast_to(links.members[:, None], (size, middle.size))
+    there = motion.position(
+        agent, np.broadcast_to(piece, agent.shape), np.broadcast_to(motion.local(piece, middle), agent.shape)
+    )
+    here = there.swapaxes(0, 1)
+    lengths = np.asarray(distance_between(np, here[:, :, None], here[:, None]))
+    spare = np.zeros_like(lengths)
+    first, second = links.members[links.first], links.members[links.second]
+    change = motion.relative_speed(first, second).T[piece] * motion.reach(low, high)[:, None]
+    spare[:, links.first, links.second] = spare[:, links.second, links.first] = change + motion.slack
+    return lengths, spare
+
+
+OTHERS = -1
+"""In the place of an agent: all that are not named."""
+
+Signals: TypeAlias = dict[int, Signal]
+"""When a formula holds at each agent that it is asked of."""
+
+
+class Evaluation(Domain[Signals]):
+    """The domain of signals along one motion; those of predicates and links are worked out once."""
+
+    def __init__(self, motion: Motion) -> None:
+        self.motion, self.end = motion, motion.end
+        self.atoms: dict[tuple[Predicate, int], Signal] = {}
+        self.graphs: dict[Graph, Links] = {}
+        self.ahead: dict[Node, int] = {}
+        self.asked: dict[Predicate, set[int]] = {}
+        self.always, self.nowhere = Signal(((0, self.end),), ()), Signal((), ((0, self.end),))
+
+    def of(self, root: Node) -> dict[Node, Signals]:
+        """A formula about the team, and whatever is below it, at the agents that it is asked of there."""
+        order = postorder((root,))
+        asked = agents_asked(root)
+        self.ahead, self.asked = steps_ahead((root,)), defaultdict(set)
+        for node in order:
+            if isinstance(node, Atom):
+                self.asked[node.predicate] |= asked[node]
+        known = evaluate(order, self)
+        return {node: {agent: at(known[node], agent) for agent in sorted(asked[node])} for node in order}
+
+    def links(self, graph: Graph) -> Links:
+        """A graph's links."""
+        if graph not in self.graphs:
+            self.graphs[graph] = links_of(graph, self.motion)
+        return self.graphs[graph]
+
+    def atom(self, predicate: Predicate, holds: bool) -> Signals:
+        whom = {OTHERS} if predicate.about_team else self.asked[predicate]
+        new = sorted(agent for agent in whom if (predicate, agent) not in self.atoms)
+        if new:
+            anyone = np.maximum(np.array(new, dtype=np.int64), 0)
+            signals = atom_signals(predicate, anyone, self.motion)
+            self.atoms.update({(predicate, agent): signal for agent, signal in zip(new, signals, strict=True)})
+        return _signed({agent: self.atoms[predicate, agent] for agent in whom}, holds)
+
+    def member(self, agents: frozenset[int], holds: bool) -> Signals:
+        return _signed({OTHERS: self.nowhere} | dict.fromkeys(agents, self.always), holds)
+
+    def meet(self, parts: Sequence[Signals]) -> Signals:
+        return self.at_least(len(parts), parts)
+
+    def join(self, parts: Sequence[Signals]) -> Signals:
+        return self.at_least(1, parts)
+
+    def at_least(self, count: int, parts: Sequence[Signals]) -> Signals:
+        return self._each(lambda *below: of_parts(count, below, self.end), *parts)
+
+    def window(self, node: WindowNode, body: Signals) -> Signals:
+        if looks_back(node):
+            back = partial(looking_back, sometime, **_window_back(node), end=self.end)
+            return self._dual(node.every, partial(self._each, back), body)
+        measure = throughout if node.every else sometime
+        return self._each(lambda body: measure(body, *_window(node), self.end), body)
+
+    def until(self, node: UntilNode, hold: Signals, end: Signals) -> Signals:
+        if looks_back(node):
+            back = partial(looking_back, until, **_window_back(node), end=self.end)
+            return self._dual(node.every, partial(self._each, back), hold, end)
+        last = last_asked(self.ahead[node.hold], self.end)
+
+        def some(hold: Signal, end: Signal) -> Signal:
+            return until(asked_until(last, hold, self.end), end, *_window(node), self.end)
+
+        return self._dual(node.every, partial(self._each, some), hold, end)
+
+    def at(self, agent: int, body: Signals) -> Signals:
+        return {OTHERS: at(body, agent)}
+
+    def neighbour(self, node: NeighbourNode, body: Signals) -> Signals:
+        def some(body: Signals) -> Signals:
+            return {OTHERS: self.nowhere} | self._of_members(node.graph, nearby, body)
+
+        return self._dual(node.every, some, body)
+
+    def reach(self, node: ReachNode, through: Signals, end: Signals) -> Signals:
+        def some(through: Signals, end: Signals) -> Signals:
+            return end | self._of_members(node.graph, partial(reach, node.hops), through, end)
+
+        return self._dual(node.every, some, through, end)
+
+    def route(self, node: RouteNode, through: Signals, end: Signals) -> Signals:
+        def some(through: Signals, end: Signals) -> Signals:
+            outside = end if node.low <= 0 else {OTHERS: self.nowhere}
+            return outside | self._of_members(node.graph, partial(route, node.low, node.high), through, end)
+
+        return self._dual(node.every, some, through, end)
+
+    def path_length(self, node: PathLength, holds: bool) -> Signals:
+        anyone, target = {OTHERS: self.always}, self.member(frozenset((node.agent,)), True)
+
+        def way(most: float) -> Signals:
+            return self._of_members(node.graph, partial(route, 0.0, most), anyone, target)
+
+        near = way(node.high)
+        if node.low <= 0:
+            return _signed(target | near, holds)
+        nearer = way(math.nextafter(node.low, 0.0))
+        within = {agent: of_parts(2, [near[agent], nearer[agent].denied], self.end) for agent in near}
+        return _signed({OTHERS: self.nowhere} | within, holds)
+
+    def _each(self, measure: Callable[..., Signal], *parts: Signals) -> Signals:
+        """What is measured of the parts at each agent that all of them know."""
+        named = set[int]().union(*parts) | ({OTHERS} if not parts else set())
+        whom = [agent for agent in sorted(named) if all(agent in part or OTHERS in part for part in parts)]
+        return {agent: measure(*(at(part, agent) for part in parts)) for agent in whom}
+
+    def _dual(self, every: bool, some: Callable[..., Signals], *below: Signals) -> Signals:
+        """What asks for every one is not to have some that fails."""
+        return _signed(some(*(_signed(part, not every) for part in below)), not every)
+
+    def _of_members(self, graph: Graph, judge: Callable[..., list[Signal]], *below: Signals) -> Signals:
+        """The signals of the graph's agents, from what is below at each of them."""
+        operands = [[at(part, agent) for agent in graph.agents] for part in below]
+        if not graph.agents:
+            return {}
+        return dict(zip(graph.agents, judge(self.links(graph), *operands, self.motion), strict=True))
+
+
+def at(signals: Signals, agent: int) -> Signal:
+    """The signal of an agent."""
+    return signals[agent if agent in signals else OTHERS]
+
+
+def last_asked(ahead: int, end: int) -> int:
+    """The last moment, in ticks, from which something that looks so many steps ahead does not look past the mission."""
+    return end - ahead * STEP
+
+
+def _signed(signals: Signals, holds: bool) -> Signals:
+    return signals if holds else {agent: signal.denied for agent, signal in signals.items()}
+
+
+def _window(node: WindowNode | UntilNode) -> tuple[int, int | None]:
+    return node.low * STEP, None if node.high is None else node.high * STEP
+
+
+def _window_back(node: WindowNode | UntilNode) -> dict[str, int]:
+    """The window in ticks back, the nearer bound first."""
+    assert node.high is not None
+    return {"low": -node.high * STEP, "high": -node.low * STEP}

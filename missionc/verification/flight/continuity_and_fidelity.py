@@ -1,0 +1,209 @@
+"""Continuity and fidelity of one agent's polynomials: joints, rest at its ends, and distance from the verified plan.
+
+A jump at a joint, or motion where there should be rest, is measured by how far
+a control point would have to move to explain it: one scale, metres, for every
+derivative and every length of piece. What rounding may hide counts against it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, derivative, from_powers
+from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, Pieces, values
+from missionc.ir import Agent, Fixed, Mission
+from missionc.verification.certificate import CLOCK, MOTION, TUBE, WAYPOINT, Check, judged
+from missionc.verification.flight.flight_curves import ALLOWANCE, cut
+from missionc.verification.proof.branch_and_bound import Bounds, Claim
+
+DEGREE = 7
+
+
+def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> list[Check]:
+    """Clock, joints, ends and waypoints of an agent's file; altitude in a plane, yaw where that is one angle."""
+    times = own.times
+    late = abs(float(times[-1]) - mission.step * mission.steps)
+    findings = [
+        judged(
+            "duration",
+            agent.name,
+            -late,
+            "s",
+            clock(mission),
+            agents=(agent.name,),
+            detail="it lasts as long as the plan",
+        ),
+        *check_smooth(agent, own),
+        _waypoints(agent, own.coefficients[:, : mission.dimension], times, planned),
+    ]
+    return [*findings, *check_level(mission, agent, own)]
+
+
+def check_level(mission: Mission, agent: Agent, own: Pieces) -> list[Check]:
+    """Altitude of a plane mission, and yaw if it is one angle: neither changes in an agent's file."""
+    found = []
+    if mission.dimension == 2:
+        detail = f"it flies at {agent.altitude:g} m"
+        found.append(_worst(agent, "altitude", -_off(own, 2, agent.altitude), own.times, exactness(own), detail))
+    if isinstance(agent.yaw, Fixed):
+        detail, tolerance = f"its nose points at {agent.yaw.angle:g} rad throughout", max(1.0, abs(agent.yaw.angle))
+        off = _off(own, 3, agent.yaw.angle)
+        found.append(_worst(agent, "yaw", -off, own.times, MOTION * tolerance, detail, "rad"))
+    return found
+
+
+def _off(own: Pieces, axis: int, wanted: float) -> Array:
+    """Largest distance of an axis from a number in each piece: (pieces,)."""
+    whole = from_powers(own.coefficients[:, axis : axis + 1], own.duration[:, None])
+    return np.asarray((np.abs(whole.points[:, 0] - wanted).max(axis=-1) + whole.radius[:, 0]) * GROWN)
+
+
+def check_smooth(agent: Agent, own: Pieces, *, stops: bool = False) -> list[Check]:
+    """Joints, and rest at both ends, of an agent's file; it begins in its motion where it is in any then.
+
+    Args:
+        stops: it may come to rest at a joint: snap ends there, as at the end of a flight.
+    """
+    exact = exactness(own)
+    beginning = [_begins(agent, own, exact)] if agent.begins else []
+    return [_joints(agent, own, exact, stops), *beginning, _rest(agent, own, own.times, exact)]
+
+
+def exactness(own: Pieces) -> float:
+    """Metres that count as none: the firmware's numbers have 24 bits, wherever the world is."""
+    return MOTION * max(1.0, float(np.abs(own.coefficients[:, :, 0]).max()))
+
+
+def clock(mission: Mission) -> float:
+    """Seconds by which a flight may be longer or shorter than the plan."""
+    return CLOCK * max(1.0, mission.step * mission.steps)
+
+
+def _worst(
+    agent: Agent, name: str, margin: Array, times: Array, tolerance: float, detail: str, unit: str = "m"
+) -> Check:
+    """``margin`` in its unit at each of the first of ``times``."""
+    index = int(margin.argmin())
+    return judged(
+        name,
+        agent.name,
+        float(margin[index]),
+        unit,
+        tolerance,
+        at=float(times[index]),
+        agents=(agent.name,),
+        detail=detail,
+    )
+
+
+def _change(coefficients: Array, order: int) -> Array:
+    """A derivative as ascending powers: (pieces, 4, 8) to (pieces, 4, 8 - order)."""
+    for _ in range(order):
+        coefficients = derivative(coefficients)
+    return coefficients
+
+
+def _length(offset: Array, radius: Array | float, unit: Array) -> Array:
+    """(pieces,), metres: of vectors (pieces, 4) that may be off by a radius, over what moving a control point makes."""
+    return np.asarray(np.linalg.norm(np.abs(offset) + radius, axis=-1) * unit * GROWN)
+
+
+def _joints(agent: Agent, own: Pieces, exact: float, stops: bool) -> Check:
+    jumps = moving = np.zeros(own.duration.size - 1)
+    shorter = np.minimum(own.duration[:-1], own.duration[1:])
+    for order in range(5):
+        change = _change(own.coefficients, order)
+        before = from_powers(change[:-1], own.duration[:-1, None])
+        off = before.points[..., -1] - change[1:, :, 0]
+        unit = shorter**order / math.perm(DEGREE, order)
+        length = _length(off, before.radius, unit)
+        jumps = np.maximum(jumps, np.where(moving <= exact, 0.0, length) if stops and order == 4 else length)
+        moving = np.maximum(moving, _length(before.points[..., -1], before.radius, unit)) if order else moving
+    detail = "from position to snap, nothing jumps between pieces"
+    return _worst(agent, "joints", -jumps, own.times[1:], exact, f"{detail}, but for snap at rest" if stops else detail)
+
+
+def _rest(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
+    moving = np.zeros(2)
+    which = [1] if agent.begins else [0, 1]
+    ends = own.duration[[0, -1]]
+    for order in (1, 2, 3):
+        change = _change(own.coefficients[[0, -1]], order)
+        last = from_powers(change, ends[:, None])
+        value = np.stack([change[0, :, 0], last.points[1, :, -1]])
+        radius = np.stack([np.zeros(len(value[0])), last.radius[1]])
+        moving = np.maximum(moving, _length(value, radius, ends**order / math.perm(DEGREE, order)))
+    detail = f"velocity, acceleration and jerk are zero at {'the end' if agent.begins else 'both ends'}"
+    return _worst(agent, "rest", -moving[which], times[[0, -1]][which], exact, detail)
+
+
+def _begins(agent: Agent, own: Pieces, exact: float) -> Check:
+    """Beside the state in which it was told to be, as at a joint."""
+    jump = np.zeros(1)
+    for order, state in enumerate(agent.begins):
+        off = _change(own.coefficients[:1], order)[:, :, 0] - np.array(state)
+        jump = np.maximum(jump, _length(off, 0.0, own.duration[:1] ** order / math.perm(DEGREE, order)))
+    return _worst(agent, "begins", -jump, own.times, exact, "from position to snap, nothing jumps as it begins")
+
+
+def _waypoints(agent: Agent, level: Array, times: Array, planned: Curves) -> Check:
+    piece = np.clip(np.searchsorted(times, planned.times, side="right") - 1, 0, len(level) - 1)
+    local = np.clip(planned.times - times[piece], 0.0, np.diff(times)[piece])
+    start = planned.coefficients[agent.index, :, :, 0]
+    end = values(planned.coefficients[agent.index, -1:], planned.durations[-1:])
+    error = np.linalg.norm(values(level[piece], local) - np.concatenate([start, end]), axis=-1)
+    error += ALLOWANCE * (1 + values(np.abs(level[piece]), local).sum(axis=-1)) * (1 + times[-1])
+    return _worst(agent, "waypoints", -error, planned.times, WAYPOINT, "at every step's time it is where the plan is")
+
+
+def tube(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> Claim:
+    """Cut at the steps, every control point is near the verified motion of the step that its piece belongs to."""
+    whole = from_powers(own.coefficients[:, : mission.dimension], own.duration[:, None])[None]
+    times = _with_steps(own.times, planned.times, clock(mission))
+    level = cut(whole, own.times, times)[0]
+    step = np.searchsorted(planned.times, (times[:-1] + times[1:]) / 2, side="right") - 1
+    step = np.clip(step, 0, planned.durations.size - 1)
+    low, high = times[:-1] - planned.times[step], times[1:] - planned.times[step]
+    outside = (low < -clock(mission)) | (high > planned.durations[step] + clock(mission))
+    path = planned.coefficients[agent.index, step]
+
+    def judge(item: Indices, curve: Enclosed) -> Bounds:
+        points = np.swapaxes(curve.points, 1, 2)
+        step_long = _stray(points, path[item], np.zeros(item.size), planned.durations[step[item]])
+        begin, end = np.maximum(low[item], 0.0), np.minimum(high[item], planned.durations[step[item]])
+        stray = np.minimum(step_long, _stray(points, path[item], begin, end))
+        off = np.linalg.norm(curve.radius, axis=-1) * GROWN + ALLOWANCE * (1 + np.abs(points).max(axis=(1, 2)))
+        margin = np.where(outside[item], -np.inf, TUBE - stray - off)
+        return margin, margin, np.zeros(item.size)
+
+    detail = f"every control point is within {TUBE:g} m of the verified motion of its step"
+    agents = np.array([[agent.index]], dtype=np.int64)
+    # Its control points are those that count: no piece is halved to have others.
+    return Claim("tube", agent.name, "m", MOTION, detail, agents, times, lambda item: level[item], judge, np.inf)
+
+
+def _with_steps(times: Array, steps: Array, late: float) -> Array:
+    """The joints and the steps; a step within the clock's tolerance of a joint is at the joint."""
+    place = np.searchsorted(times, steps)
+    nearest = [np.abs(times[np.clip(place - before, 0, times.size - 1)] - steps) for before in (0, 1)]
+    inside = (np.minimum(*nearest) > late) & (steps > times[0]) & (steps < times[-1])
+    return np.union1d(times, steps[inside])
+
+
+def _stray(points: Array, path: Array, low: Array, high: Array) -> Array:
+    """At least the largest distance of a piece's points to its path from ``low`` to ``high``.
+
+    (pieces, points, dim), (pieces, dim, degree + 1), (pieces,) twice -> (pieces,).
+    A parabola bulges from its chord by at most |p''| * duration**2 / 8.
+    """
+    start, end = values(path, low), values(path, high)
+    along = end - start
+    square = (along**2).sum(axis=-1)[:, None]
+    reach = ((points - start[:, None]) * along[:, None]).sum(axis=-1)
+    share = np.clip(np.divide(reach, square, out=np.zeros_like(reach), where=square > 0), 0.0, 1.0)
+    beside = np.linalg.norm(points - start[:, None] - share[..., None] * along[:, None], axis=-1).max(axis=-1)
+    bulge = np.linalg.norm(path[..., 2], axis=-1) * 2 * (high - low) ** 2 / 8 if path.shape[-1] > 2 else 0.0
+    return np.asarray(beside + bulge)

@@ -1,0 +1,347 @@
+"""Claims about all flights in continuous time: the world, clearance of bodies, separation and downwash.
+
+A distance has two values. *Asked* is the distance between bodies that the mission requires. *Needed* is the least
+permitted distance: the extent of the bodies, or the pair distance of their vehicles, with the tracking error of the
+vehicles, and with the deviation if others start before or after.
+
+The lower bound on the distance of a part of a curve from a body is the better of two. A curve is no further from its
+middle than its control points are: the distance at the middle, less that, bounds the distance everywhere. A plane
+with the body behind it bounds the distance by that of the control points to the plane, which is exact along a
+straight wall, however long the part is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from math import isfinite, sqrt
+from typing import assert_never
+
+import numpy as np
+
+from missionc.base.trace import Array
+from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, lowered, raised
+from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.ir import Ball, Box, Difference, Disc, Intersection, Mission, Obstacle, Polygon, Prism, Shape, Union
+from missionc.verification.certificate import CERTAIN, ROUNDING
+from missionc.verification.flight.flight_curves import ALLOWANCE, Flight, extent, growing, seen_from
+from missionc.verification.plan.obstacle_bodies import solid
+from missionc.verification.proof.branch_and_bound import Bounds, Claim, Judge, everyone, of_agents
+from missionc.verification.proof.proof_boxes import at_least, between, far_from_origin
+
+
+def clear_of(shape: Shape, dimension: int, need: Array) -> Judge:
+    """How much further from the body than ``need``, (items,), metres."""
+    bounds = _distance_bounds(shape, dimension)
+
+    def judge(item: Indices, curve: Enclosed) -> Bounds:
+        off = curve.radius.max(axis=-1) * sqrt(dimension)
+        lower, there, err = bounds(curve.middle().points[..., 0], curve.points, off)
+        return lowered(lower - err - need[item]), there + 2 * err - need[item], np.full(item.size, 0.5)
+
+    return judge
+
+
+def clear_of_growing(judge: Judge) -> Judge:
+    """The same of a body that grows: the last coordinate of a curve, metres, says by how much it has."""
+
+    def grown(item: Indices, curve: Enclosed) -> Bounds:
+        growth = curve[:, -1]
+        lower, seen, share = judge(item, curve[:, :-1])
+        half = growth.middle()
+        return lowered(lower - growth.high()), seen - half.points[..., 0] + half.radius, share
+
+    return grown
+
+
+def box_clear_of(shape: Shape, dimension: int) -> Callable[[Array, Array, Array], Array]:
+    """How much further from the body than ``need``, metres, all of a box is.
+
+    (parts, dim) twice and (parts,) -> (parts,).
+    """
+    bounds = _distance_bounds(shape, dimension)
+
+    def far(low: Array, high: Array, need: Array) -> Array:
+        at_high = np.array(list(product((False, True), repeat=dimension)))
+        corners = np.where(at_high, high[:, None], low[:, None]).swapaxes(1, 2)
+        lower, _, err = bounds((low + high) / 2, corners, np.zeros(len(low)))
+        return lowered(lower - err - need)
+
+    return far
+
+
+def _distance_bounds(shape: Shape, dimension: int) -> Callable[[Array, Array, Array], tuple[Array, Array, Array]]:
+    """Bounds for parts of which a point is known, (parts, dim), and points around them, (parts, dim, points), but for
+    some metres, (parts,).
+
+    Each gives the least distance to the body, the distance of the point, and what both may err by: (parts,) each.
+    """
+    distance, size = solid(shape, dimension), _size(shape)
+
+    def bounds(centre: Array, around: Array, off: Array) -> tuple[Array, Array, Array]:
+        away = np.sqrt(((around - centre[..., None]) ** 2).sum(axis=-2)).max(axis=-1)
+        err = ALLOWANCE * (size + np.abs(centre).max(axis=-1) + away) + off * GROWN
+        there = distance(centre)
+        return np.fmax(there - away, _beyond_plane(shape, centre, around)), there, err
+
+    return bounds
+
+
+def _beyond_plane(shape: Shape, centre: Array, points: Array) -> Array:
+    """(parts,): a lower bound of the distance to the body from planes; -inf where none separates ``centre`` from it.
+
+    (parts, dim), (parts, dim, points).
+    """
+    match shape:
+        case Union(left, right):
+            return np.minimum(_beyond_plane(left, centre, points), _beyond_plane(right, centre, points))
+        case Intersection(left, right):
+            return np.maximum(_beyond_plane(left, centre, points), _beyond_plane(right, centre, points))
+        case Difference(left, _):
+            return _beyond_plane(left, centre, points)
+        case Box() | Disc() | Ball() | Polygon():
+            normal = centre - _nearest(shape, centre)
+            length = np.linalg.norm(normal, axis=-1)
+            separate = length > 0
+            normal = normal / np.where(separate, length, 1.0)[:, None]
+            along = (normal[..., None] * points).sum(axis=-2).min(axis=-1)
+            return np.where(separate, along - _support(shape, normal), -np.inf)
+        case _:
+            assert_never(shape)
+
+
+def _nearest(shape: Box | Disc | Ball | Polygon, centre: Array) -> Array:
+    """The shape's point nearest to each centre, roughly: (parts, dim). The plane it lays is judged by itself."""
+    near = centre.copy()
+    match shape:
+        case Box(low, high):
+            return np.clip(centre, low, high)
+        case Ball(middle, radius):
+            return _in_ball(np.array(middle), radius, centre)
+        case Disc(middle, radius, band):
+            near[:, :2] = _in_ball(np.array(middle), radius, centre[:, :2])
+        case Polygon(corners, band):
+            near[:, :2] = _in_polygon(np.array(corners), centre[:, :2])
+    if band is not None:
+        near[:, 2] = np.clip(centre[:, 2], band.low, band.high)
+    return near
+
+
+def _in_ball(middle: Array, radius: float, points: Array) -> Array:
+    offset = points - middle
+    length = np.linalg.norm(offset, axis=-1, keepdims=True)
+    return np.asarray(middle + offset * np.minimum(1.0, radius / np.where(length > 0, length, 1.0)))
+
+
+def _in_polygon(corners: Array, points: Array) -> Array:
+    """Points inside stay where they are."""
+    start, along = corners, np.roll(corners, -1, axis=0) - corners
+    offset = points[:, None] - start
+    square = (along**2).sum(axis=-1)
+    share = np.clip((offset * along).sum(axis=-1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    feet = start + share[..., None] * along
+    best = ((points[:, None] - feet) ** 2).sum(axis=-1).argmin(axis=-1)
+    above = start[:, 1] > points[:, None, 1]
+    crosses = above != np.roll(above, -1, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = start[:, 0] + along[:, 0] * (points[:, None, 1] - start[:, 1]) / along[:, 1]
+    inside = (crosses & (points[:, None, 0] < at)).sum(axis=-1) % 2 == 1
+    return np.where(inside[:, None], points, feet[np.arange(len(points)), best])
+
+
+def _support(shape: Box | Disc | Ball | Polygon, normal: Array) -> Array:
+    """How far the body reaches along unit vectors: (parts, dim) -> (parts,)."""
+    match shape:
+        case Box(low, high):
+            return np.asarray(sum(_farthest(normal[:, axis], low[axis], high[axis]) for axis in range(len(low))))
+        case Ball(middle, radius):
+            return np.asarray(normal @ np.array(middle) + radius)
+        case Disc(middle, radius, band):
+            flat = normal[:, :2]
+            reach = flat @ np.array(middle) + radius * np.linalg.norm(flat, axis=-1)
+        case Polygon(corners, band):
+            reach = (normal[:, :2] @ np.array(corners).T).max(axis=-1)
+    return np.asarray(reach if band is None else reach + _farthest(normal[:, 2], band.low, band.high))
+
+
+def _farthest(slope: Array, low: float, high: float) -> Array:
+    """The largest of ``slope * x`` for x from low to high, which may be infinite."""
+    end = np.where(slope > 0, high, low)
+    return np.where(slope == 0, 0.0, slope * np.where(slope == 0, 0.0, end))
+
+
+def _size(shape: Shape) -> float:
+    """Metres: no number of the shape is larger, but one."""
+    match shape:
+        case Union(left, right) | Intersection(left, right) | Difference(left, right):
+            return max(_size(left), _size(right))
+        case Box(low, high):
+            numbers = (*low, *high)
+        case Ball(middle, radius):
+            numbers = (*middle, radius)
+        case Disc(middle, radius, band):
+            numbers = (*middle, radius, *_heights(band))
+        case Polygon(corners, band):
+            numbers = (*(value for corner in corners for value in corner), *_heights(band))
+        case _:
+            assert_never(shape)
+    return 1.0 + max(abs(number) for number in numbers if isfinite(number))
+
+
+def _heights(band: Prism | None) -> tuple[float, ...]:
+    return () if band is None else (band.low, band.high)
+
+
+def world(mission: Mission, flight: Flight) -> Claim:
+    """Every centre is in the world, a vehicle's as far in as its fence inset and its tracking margin say."""
+    inset = np.array([agent.vehicle.fence_inset + agent.vehicle.tracking for agent in mission.agents])
+    inset = (inset[:, None] + flight.off).reshape(-1, 1)
+    low = np.where(inset > 0, raised(np.array(mission.world.low) + inset), mission.world.low)
+    high = np.where(inset > 0, lowered(np.array(mission.world.high) - inset), mission.world.high)
+    detail = "every centre is inside it throughout"
+    if inset.any():
+        detail += ", by the fence inset and the tracking margin of its vehicle"
+    judge = between(low, high)
+    level = flight.position[:, :, : mission.dimension]
+    curve = of_agents(level)
+    return Claim(
+        "flown world",
+        "world",
+        "m",
+        ROUNDING,
+        detail,
+        everyone(len(mission.agents)),
+        flight.times,
+        curve,
+        judge,
+        CERTAIN,
+    )
+
+
+def obstacles(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
+    """One for each obstacle: every body keeps its clearance, or only what it needs."""
+    return [_obstacle(mission, flight, obstacle, strict) for obstacle in mission.obstacles]
+
+
+def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, strict: bool) -> Claim:
+    times, seen = seen_from(mission, flight, obstacle)
+    room = np.array([agent.radius + agent.vehicle.tracking for agent in mission.agents])
+    piece = np.clip(np.searchsorted(flight.times, times[:-1], side="right") - 1, 0, flight.durations.size - 1)
+    need = raised(room[:, None] + flight.off[piece])
+    if not obstacle.constant:
+        need = raised(need + flight.drift(_skews(mission))[:, piece])
+    detail = "no bodies touch throughout"
+    if strict:
+        wanted = np.array([agent.radius + mission.clearance for agent in mission.agents])
+        need = np.maximum(need, wanted[:, None])
+        detail = f"every body stays {mission.clearance:g} m clear of it throughout"
+    judge = clear_of(obstacle.shape, mission.dimension, need.ravel())
+    low, high = (corner[:, : mission.dimension] for corner in flight.extent) if obstacle.constant else extent(seen)
+    if obstacle.growth:
+        seen = growing(seen, times, obstacle)
+        judge = clear_of_growing(judge)
+        need = need + seen.high()[..., -1]
+    most, of_box = need.max(axis=1), box_clear_of(obstacle.shape, mission.dimension)
+
+    def far(agent: Indices) -> Array:
+        return of_box(low[agent], high[agent], most[agent])
+
+    agents, curve = everyone(len(mission.agents)), of_agents(seen)
+    return Claim("flown obstacle", obstacle.name, "m", ROUNDING, detail, agents, times, curve, judge, CERTAIN, far)
+
+
+def separation(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
+    """Every two bodies keep the separation, or only what they need; none where there are not two."""
+    pairs = _pairs(mission)
+    if not len(pairs):
+        return []
+    radius = np.array([agent.radius for agent in mission.agents])
+    distance = np.array([agent.vehicle.pair_distance for agent in mission.agents])
+    bodies = radius[pairs].sum(axis=1)
+    apart = np.maximum(bodies, distance[pairs].max(axis=1))
+    need = raised(apart[:, None] + _missed(mission, flight, pairs))
+    detail = "no bodies touch throughout"
+    if strict:
+        need = np.maximum(need, (bodies + mission.separation)[:, None])
+        detail = f"every two bodies stay {mission.separation:g} m apart throughout"
+    level = flight.position[:, :, : mission.dimension]
+    return [_of_pairs("separation", "m", detail, pairs, flight, level, need)]
+
+
+def downwash(mission: Mission, flight: Flight) -> list[Claim]:
+    """No vehicle is in another's downwash: the difference of their centres over its half axes is at least 1 long.
+
+    The ellipsoid is grown by what both may miss. Every ``p > 0`` gives an ellipsoid that holds the sum of another one
+    and of a ball, with the squared half axes ``(1 + 1 / p) * axis**2 + (1 + p) * radius**2``; here ``p`` is such that
+    sideways it is exactly the sum.
+
+    Source:
+        Kurzhanski, Vályi, "Ellipsoidal Calculus for Estimation and Control" (1997), section 2.1.
+    """
+    sideways = np.array([agent.vehicle.downwash_radius for agent in mission.agents])
+    height = np.array([agent.vehicle.downwash_height for agent in mission.agents])
+    pairs = _pairs(mission)
+    pairs = pairs[(sideways[pairs].sum(axis=1) > 0) & (height[pairs].sum(axis=1) > 0)]
+    if not len(pairs):
+        return []
+    missed = _missed(mission, flight, pairs)
+    wide, high = sideways[pairs].sum(axis=1)[:, None], height[pairs].sum(axis=1)[:, None]
+    share = missed / wide
+    tall = np.sqrt(raised(high**2 * (1 + share) + missed**2 + missed * wide))
+    axes = np.stack([raised(wide + missed)] * 2 + [raised(raised(tall))], axis=-1)
+    # Dividing is multiplying by an inverse that is not too large: rounding makes vehicles nearer, not farther.
+    shrink = lowered(lowered(1.0 / raised(axes)))
+    detail = "no vehicle is in the downwash of another throughout"
+    return [_of_pairs("downwash", "", detail, pairs, flight, flight.position, np.ones((len(pairs), 1)), shrink)]
+
+
+def _of_pairs(
+    name: str,
+    unit: str,
+    detail: str,
+    pairs: Indices,
+    flight: Flight,
+    curves: Enclosed,
+    need: Array,
+    scale: Array | None = None,
+) -> Claim:
+    """``need``, (pairs, 1 or pieces); the difference of both is multiplied by ``scale``, (pairs, 1 or pieces, dim)."""
+    pieces, size = flight.durations.size, curves.points.shape[2]
+    factor = None if scale is None else np.broadcast_to(scale, (len(pairs), pieces, size))
+    low, high = (corner[:, :size] for corner in flight.extent)
+    most = need.max(axis=1)
+
+    def curve(item: Indices) -> Enclosed:
+        pair, piece = np.divmod(item, pieces)
+        between = curves[pairs[pair, 0], piece] - curves[pairs[pair, 1], piece]
+        return between if factor is None else between.scaled(factor[pair, piece])
+
+    def far(pair: Indices) -> Array:
+        first, second = pairs[pair].T
+        least, greatest = lowered(low[first] - high[second]), raised(high[first] - low[second])
+        if scale is not None:  # the smallest factor makes the vector shortest
+            shortest = scale.min(axis=1)[pair]
+            least, greatest = lowered(least * shortest), raised(greatest * shortest)
+        return far_from_origin(least, greatest, most[pair])
+
+    judge, times = at_least(need.ravel(), pieces // need.shape[1]), flight.times
+    return Claim(f"flown {name}", "all pairs", unit, ROUNDING, detail, pairs, times, curve, judge, CERTAIN, far)
+
+
+def _pairs(mission: Mission) -> Indices:
+    """(pairs, 2)."""
+    return np.stack(np.triu_indices(len(mission.agents), k=1), axis=-1).astype(np.int64)
+
+
+def _skews(mission: Mission) -> Array:
+    return np.array([agent.vehicle.start_skew for agent in mission.agents])
+
+
+def _missed(mission: Mission, flight: Flight, pairs: Indices) -> Array:
+    """(pairs, pieces), metres: by how much two vehicles may be nearer than their trajectories are; (pairs, 1) where
+    nobody misses its own."""
+    tracking = np.array([agent.vehicle.tracking for agent in mission.agents])
+    if not (tracking.any() or _skews(mission).any() or flight.off.any()):
+        return np.zeros((len(pairs), 1))
+    off = raised(tracking[:, None] + flight.off + flight.drift(_skews(mission)))
+    return raised(off[pairs[:, 0]] + off[pairs[:, 1]])

@@ -1,0 +1,163 @@
+"""Check of a certificate of impossibility: that no motion satisfies the mission, trusting nothing that made it.
+
+in   Mission, its kernel, the certificate's files
+out  Checks
+
+Nothing here shares code with the planning of motions or with covers: cells, moves and labels are looked at with
+interval arithmetic, the clauses are made once more from them and from the mission, and the proof is gone through step
+by step.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from dratify import DRATChecker, parse_dimacs, parse_proof
+
+from missionc.base.limits import Limits
+from missionc.ir import Mission
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.certificate import MOTION, Check
+from missionc.verification.impossibility.check_bodies import CheckedLabels, check_boxes, check_pairs, check_rooms
+from missionc.verification.impossibility.check_motion import (
+    MotionLimits,
+    check_absent,
+    check_moves,
+    check_space,
+    check_turns,
+    check_visits,
+    limits_of,
+)
+from missionc.verification.impossibility.cnf import Cnf, TooManyClauses
+from missionc.verification.impossibility.cover_document import COVER, ClaimedCover, Unreadable, read_cover
+from missionc.verification.impossibility.encode_formulas import refutation
+
+CNF, DRAT = "impossible.cnf", "impossible.drat"
+
+SPACES = b" \t\n\r\v\f\x1c\x1d\x1e\x1f"
+"""Characters that end a number; some of them end a line."""
+
+_END = re.compile(rb"(?:^|\s)d?[-+]?0+(?=\s|$)")
+"""The zero that ends a clause."""
+
+
+def check_refutation(
+    mission: Mission, kernel: Kernel, files: Mapping[str, bytes], limits: Limits, deadline: float = math.inf
+) -> tuple[Check, ...]:
+    """That the files prove that no motion satisfies the requirements that the cover names.
+
+    Args:
+        deadline: of the monotonic clock; a proof that is not gone through by then is not believed.
+    """
+    try:
+        cover = read_cover(files[COVER].decode("utf-8", errors="replace"), mission)
+        checks, clauses = check_cover(mission, kernel, cover)
+    except (Unreadable, TooManyClauses) as error:
+        return (_check("cover", COVER, [str(error)]),)
+    if clauses.dimacs() != files.get(CNF):
+        return (*checks, _check("clauses", CNF, ["they are not those of this cover and this mission"]))
+    return (*checks, _check("clauses", CNF, []), check_drat(files, limits, deadline))
+
+
+def check_cover(mission: Mission, kernel: Kernel, cover: ClaimedCover) -> tuple[tuple[Check, ...], Cnf]:
+    """That a cover leaves out nothing that a motion may do; and what it asks for, with the requirements it names.
+
+    Raises:
+        Unreadable: it is none of this mission.
+    """
+    goals = tuple(goal for goal in kernel.requirements if goal.name in cover.conflict)
+    if len(goals) != len(set(cover.conflict)):
+        raise Unreadable("it names requirements that the mission does not have")
+    if not set(cover.asked) <= cover.absent.keys():
+        raise Unreadable("it does not say where the agents are that it asks")
+    labels = CheckedLabels(mission, cover)
+    clauses = refutation(mission, goals, cover, labels)
+    checks = (*_of_motion(mission, cover, limits_of(mission, goals)), _check("labels", "all", labels.faults))
+    return checks, clauses
+
+
+def _of_motion(mission: Mission, cover: ClaimedCover, limits: tuple[MotionLimits, ...]) -> Iterator[Check]:
+    yield _check("bodies", "all", check_boxes(mission, cover))
+    for kind in cover.kinds:
+        name, own = mission.agents[kind.agents[0]].name, [limits[agent] for agent in kind.agents]
+        yield _check("cells", name, check_space(mission, cover, kind))
+        yield _check("moves", name, (fault for each in own for fault in check_moves(mission, kind, each)))
+        yield _check("turns", name, (fault for each in own for fault in check_turns(mission, kind, each)))
+    for agent in (mission.agents[number] for number in cover.asked):
+        yield _check("places", agent.name, check_absent(mission, cover, agent, limits[agent.index]))
+        if agent.index in cover.not_both:
+            yield _check("visits", agent.name, check_visits(mission, cover, agent, limits[agent.index]))
+    if cover.apart:
+        yield _check("rooms", "all", check_rooms(mission, cover))
+        for pair in cover.not_together:
+            names = ", ".join(mission.agents[agent].name for agent in pair)
+            yield _check("pairs", names, check_pairs(mission, cover, pair))
+
+
+def conflict_of(files: Mapping[str, bytes], mission: Mission) -> tuple[str, ...]:
+    """The requirements that a certificate is about; nothing where it cannot be read."""
+    try:
+        return read_cover(files[COVER].decode("utf-8", errors="replace"), mission).conflict
+    except Unreadable:
+        return ()
+
+
+def check_drat(files: Mapping[str, bytes], limits: Limits, deadline: float = math.inf) -> Check:
+    """That a proof shows step by step that the clauses beside it cannot all hold.
+
+    Each step has to follow by unit propagation. One that only keeps the clauses satisfiable (RAT) is refused, for what
+    that is has to be looked for among clauses that were deleted as well, once literals have been propagated from them.
+    """
+    return _check("proof", DRAT, _faults_of_proof(files, limits, deadline))
+
+
+class _TooLateError(Exception):
+    """The deadline came while a proof was gone through."""
+
+
+def _faults_of_proof(files: Mapping[str, bytes], limits: Limits, deadline: float) -> Iterator[str]:
+    proof, clauses = files.get(DRAT, b""), files.get(CNF, b"")
+    if not (proof.isascii() and clauses.isascii()):
+        yield "it is not ASCII text"
+        return
+    literals = sum(len(each) - len(each.translate(None, SPACES)) for each in (proof, clauses))
+    if literals > limits.proof_literals:
+        yield f"it has {literals} literals, more than the limit: allow more with `--limit proof_literals={literals}`"
+        return
+    steps = max(proof.count(b"\n"), sum(1 for _ in _END.finditer(proof)))
+    if steps > limits.proof_steps:
+        yield f"it has {steps} steps, more than the limit: allow more with `--limit proof_steps={steps}`"
+        return
+    try:
+        formula = parse_dimacs(clauses.decode())
+        if formula.nvars > len(clauses):
+            raise ValueError("its clauses promise more variables than they name")
+        steps_until = _until(deadline, formula.nvars, parse_proof(proof.decode()))
+        result = DRATChecker(formula, check_rat=False).check(steps_until)
+    except ValueError as error:
+        yield f"it cannot be read: {str(error)[:200]}"
+    except _TooLateError:
+        yield "time was up before it was gone through"
+    else:
+        if not result.ok:
+            yield str(result)
+
+
+def _until(
+    deadline: float, variables: int, steps: Iterable[tuple[str, Sequence[int]]]
+) -> Iterator[tuple[str, Sequence[int]]]:
+    """The steps of a proof that names no variable which the clauses do not."""
+    for kind, literals in steps:
+        if time.monotonic() >= deadline:
+            raise _TooLateError
+        if any(literal >> 1 >= variables for literal in literals):
+            raise ValueError("a step names a variable that no clause has")
+        yield kind, literals
+
+
+def _check(name: str, subject: str, faults: Iterable[str]) -> Check:
+    found = next(iter(faults), "")
+    return Check(name, subject, 0.0, "m", MOTION, not found, detail=found)

@@ -1,0 +1,322 @@
+"""Cover of a mission as a document: cells of all space there is, and what is claimed never to be so of them.
+
+    in   ``cover.json``
+    out  ClaimedCover, of which nothing is believed
+
+Each claim leaves something out, so that one that is not made proves less, and nothing wrong.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import comb
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from missionc.base.strict_json import NotJsonError, parse_json
+from missionc.base.trace import Array, Flags
+from missionc.ir import Mission
+from missionc.verification.impossibility.intervals import Boxes
+
+COVER, COVER_SCHEMA = "cover.json", "missionc.cover/1"
+
+FURTHEST = 1e12
+"""Metres from the origin, beyond which nothing is: what is worked out of places stays finite."""
+
+MOST_CELLS = 3000
+"""Cells of a kind of agents, of which every two are looked at."""
+
+MOST_THIRDS = 120
+"""Cells of a kind of agents, of which every two are looked at with every third."""
+
+MOST_BOXES = 20_000
+"""Boxes of a list: of cells, of what is left out, of a body."""
+
+MOST_ROOMS = 2_000
+"""Boxes in which agents are counted, or that lie in one body."""
+
+MOST_CHOICES = 10_000
+"""Choices of agents that are one too many in a box."""
+
+Json: TypeAlias = Any
+
+
+class Unreadable(ValueError):
+    """What is in the file is no cover of this mission."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellsOfKind:
+    """The cells of agents that are alike, and how none of them moves.
+
+    Args:
+        agents: mission indices.
+        boxes: corners, (cells, dim) twice, metres; the last ``points`` are points where agents start and finish.
+        left_out: corners of boxes in which no centre is ever clear of what stands, (boxes, dim) twice.
+        no_move: by a number of steps, from which cell to which none comes in so many: (cells, cells).
+        no_turn: by a number of steps, to which third cell none comes as long after the second as that after the first:
+            (cells, cells, cells).
+    """
+
+    agents: tuple[int, ...]
+    boxes: Boxes
+    points: int
+    left_out: Boxes
+    no_move: Mapping[int, Flags]
+    no_turn: Mapping[int, Flags]
+
+    def __len__(self) -> int:
+        return len(self.boxes[0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Label:
+    """Where a leaf of a formula never holds, and where it never fails.
+
+    Args:
+        leaf: its words.
+        of: ``cells`` of one agent, (cells,), its ``moves``, or ``pairs`` of cells of two agents, (cells, cells).
+    """
+
+    leaf: str
+    of: str
+    agents: tuple[int, ...]
+    never_true: Flags
+    never_false: Flags
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClaimedCover:
+    """A cover, and what it leaves out.
+
+    Args:
+        conflict: the names of the requirements that no motion satisfies together.
+        asked: the agents it is said of.
+        apart: whether their bodies keep apart.
+        kinds: each agent is of one of them.
+        bodies: by the name of a shape that is no plain one, as ``bodies.names`` gives it, boxes that lie in it, (boxes,
+            dim) twice.
+        absent: for each agent, where it never is at each step: (steps + 1, cells).
+        not_both: for some agents, in which two cells they never are, at whatever steps: (cells, cells).
+        at_most: boxes, corners (dim,) each, and how many of the agents fit into them.
+        not_together: for some pairs of agents, in which two cells they never are at a time: (cells, cells).
+        labels: in the order in which the encoding asks for them.
+    """
+
+    conflict: tuple[str, ...]
+    asked: tuple[int, ...]
+    apart: bool
+    kinds: tuple[CellsOfKind, ...]
+    bodies: Mapping[str, Boxes]
+    absent: Mapping[int, Flags]
+    not_both: Mapping[int, Flags]
+    at_most: tuple[tuple[Array, Array, int], ...]
+    not_together: Mapping[tuple[int, int], Flags]
+    labels: tuple[Label, ...]
+
+    def kind_of(self, agent: int) -> CellsOfKind:
+        return next(kind for kind in self.kinds if agent in kind.agents)
+
+    @property
+    def cells(self) -> int:
+        return sum(map(len, self.kinds))
+
+
+# --------------------------------------------------------------------- writing
+
+
+def document(cover: ClaimedCover, mission: Mission) -> bytes:
+    """The text of ``cover.json``."""
+    names = [agent.name for agent in mission.agents]
+    content: dict[str, Json] = {
+        "schema": COVER_SCHEMA,
+        "mission": mission.name,
+        "conflict": list(cover.conflict),
+        "asked": [names[agent] for agent in cover.asked],
+        "apart": cover.apart,
+        "bodies": {name: _corners(boxes) for name, boxes in cover.bodies.items()},
+        "kinds": [_kind(kind, names) for kind in cover.kinds],
+        "absent": {names[agent]: _packed(flags) for agent, flags in cover.absent.items()},
+        "not_both": {names[agent]: _packed(flags) for agent, flags in cover.not_both.items()},
+        "at_most": [{"box": [low.tolist(), high.tolist()], "agents": most} for low, high, most in cover.at_most],
+        "not_together": [
+            {"agents": [names[agent] for agent in pair], "cells": _packed(flags)}
+            for pair, flags in cover.not_together.items()
+        ],
+        "labels": [
+            {
+                "leaf": label.leaf,
+                "of": label.of,
+                "agents": [names[agent] for agent in label.agents],
+                "never_true": _packed(label.never_true),
+                "never_false": _packed(label.never_false),
+            }
+            for label in cover.labels
+        ],
+    }
+    lines = (f"{json.dumps(key)}: {json.dumps(value, separators=(',', ':'))}" for key, value in content.items())
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def _kind(kind: CellsOfKind, names: Sequence[str]) -> Json:
+    return {
+        "agents": [names[agent] for agent in kind.agents],
+        "cells": _corners(kind.boxes),
+        "points": kind.points,
+        "left_out": _corners(kind.left_out),
+        "no_move": {str(steps): _packed(flags) for steps, flags in kind.no_move.items()},
+        "no_turn": {str(steps): _packed(flags) for steps, flags in kind.no_turn.items()},
+    }
+
+
+def _corners(boxes: Boxes) -> Json:
+    return [[low, high] for low, high in zip(boxes[0].tolist(), boxes[1].tolist(), strict=True)]
+
+
+def _packed(flags: Flags) -> Json:
+    """The numbers of those that are set, row by row."""
+    return np.flatnonzero(flags).tolist() if flags.ndim == 1 else [_packed(row) for row in flags]
+
+
+# --------------------------------------------------------------------- reading
+
+
+def read_cover(text: str, mission: Mission) -> ClaimedCover:
+    """The cover that a document claims.
+
+    Raises:
+        Unreadable: it is no cover of this mission.
+    """
+    try:
+        found = parse_json(text)
+    except NotJsonError as error:
+        raise Unreadable(str(error)) from error
+    try:
+        return _Reader(mission).cover(found)
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
+        raise Unreadable(f"it is no cover of this mission: {error}") from error
+
+
+class _Reader:
+    """Reads values that may be anything; whatever does not fit raises."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission, self.dimension, self.steps = mission, mission.dimension, mission.steps
+        self.numbers = {agent.name: agent.index for agent in mission.agents}
+
+    def cover(self, found: Json) -> ClaimedCover:
+        if found["schema"] != COVER_SCHEMA or found["mission"] != self.mission.name:
+            raise ValueError(f"its schema is not {COVER_SCHEMA}, or it is of another mission")
+        kinds = tuple(self.kind(each) for each in found["kinds"])
+        size = {agent: len(kind) for kind in kinds for agent in kind.agents}
+        if sorted(agent for kind in kinds for agent in kind.agents) != list(range(len(self.mission.agents))):
+            raise ValueError("not every agent is of one kind")
+        rows, asked = self.steps + 1, self.agents(found["asked"])
+        pairs = [self.pair(each["agents"]) for each in found["not_together"]]
+        if not {agent for pair in pairs for agent in pair} <= set(asked):
+            raise ValueError("a pair of agents that it does not ask")
+        if len(found["at_most"]) > MOST_ROOMS or any(len(each) > MOST_ROOMS for each in found["bodies"].values()):
+            raise ValueError("more boxes than anybody looks at")
+        rooms = tuple(self.room(each) for each in found["at_most"])
+        if any(comb(len(asked), most + 1) > MOST_CHOICES for *_, most in rooms):
+            raise ValueError("more choices of agents than anybody looks at")
+        return ClaimedCover(
+            conflict=tuple(map(_text, found["conflict"])),
+            asked=asked,
+            apart=found["apart"] is True,
+            kinds=kinds,
+            bodies={_text(name): self.boxes(each) for name, each in found["bodies"].items()},
+            absent=self.of_agents(found["absent"], lambda agent: (rows, size[agent])),
+            not_both=self.of_agents(found["not_both"], lambda agent: (size[agent], size[agent])),
+            at_most=rooms,
+            not_together={
+                pair: _flags(each["cells"], tuple(size[agent] for agent in pair))
+                for pair, each in zip(pairs, found["not_together"], strict=True)
+            },
+            labels=tuple(self.label(each, kinds) for each in found["labels"]),
+        )
+
+    def kind(self, found: Json) -> CellsOfKind:
+        agents, boxes, points = self.agents(found["agents"]), self.boxes(found["cells"]), found["points"]
+        count = len(boxes[0])
+        if not agents:
+            raise ValueError("a kind of no agents")
+        if count > MOST_CELLS or (found["no_turn"] and count > MOST_THIRDS):
+            raise ValueError("more cells than anybody looks at")
+        if type(points) is not int or not 0 <= points <= count:
+            raise ValueError("a number of points that are no cells")
+        return CellsOfKind(
+            agents=agents,
+            boxes=boxes,
+            points=points,
+            left_out=self.boxes(found["left_out"]),
+            no_move={self.number(steps): _flags(each, (count,) * 2) for steps, each in found["no_move"].items()},
+            no_turn={self.number(steps): _flags(each, (count,) * 3) for steps, each in found["no_turn"].items()},
+        )
+
+    def label(self, found: Json, kinds: tuple[CellsOfKind, ...]) -> Label:
+        agents = self.agents(found["agents"])
+        sizes = [len(kind) for agent in agents for kind in kinds if agent in kind.agents]
+        shape = {"cells": sizes[:1], "moves": sizes[:1] * 2, "pairs": sizes[:2]}[found["of"]]
+        if len(agents) != (2 if found["of"] == "pairs" else 1):
+            raise ValueError("a label of other agents than it is about")
+        never = (_flags(found[name], tuple(shape)) for name in ("never_true", "never_false"))
+        return Label(_text(found["leaf"]), found["of"], agents, *never)
+
+    def agents(self, found: Json) -> tuple[int, ...]:
+        agents = tuple(self.numbers[name] for name in found)
+        if len(set(agents)) < len(agents):
+            raise ValueError("an agent twice")
+        return agents
+
+    def pair(self, found: Json) -> tuple[int, int]:
+        first, second = self.agents(found)
+        return first, second
+
+    def of_agents(self, found: Json, shape: Callable[[int], tuple[int, ...]]) -> dict[int, Flags]:
+        return {self.numbers[name]: _flags(each, shape(self.numbers[name])) for name, each in found.items()}
+
+    def number(self, found: str) -> int:
+        number = int(found)
+        if not 0 < number <= self.steps or str(number) != found:
+            raise ValueError("a number of steps that the mission does not have")
+        return number
+
+    def room(self, found: Json) -> tuple[Array, Array, int]:
+        low, high = self.boxes([found["box"]])
+        if type(found["agents"]) is not int or found["agents"] < 0:
+            raise ValueError("a number of agents that is none")
+        return low[0], high[0], found["agents"]
+
+    def boxes(self, found: Json) -> Boxes:
+        if len(found) > MOST_BOXES:
+            raise ValueError("more boxes than anybody looks at")
+        corners = np.array(found, dtype=np.float64).reshape(len(found), 2, self.dimension)
+        if not ((np.abs(corners) <= FURTHEST).all() and (corners[:, 0] <= corners[:, 1]).all()):
+            raise ValueError("a box without an inside, or out of every world")
+        return corners[:, 0], corners[:, 1]
+
+
+def _text(found: Json) -> str:
+    if not isinstance(found, str):
+        raise TypeError("what is no text")
+    return found
+
+
+def _flags(found: Json, shape: tuple[int, ...]) -> Flags:
+    """Flags of that shape from the numbers of those that are set."""
+    flags: Flags = np.zeros(shape, dtype=np.bool_)
+    if len(shape) == 1:
+        numbers = np.array(found, dtype=object)
+        if any(type(each) is not int or not 0 <= each < shape[0] for each in numbers):
+            raise ValueError("a cell that there is not")
+        flags[numbers.astype(np.int64)] = True
+        return flags
+    if len(found) != shape[0]:
+        raise ValueError("rows for other cells than there are")
+    for row, each in enumerate(found):
+        flags[row] = _flags(each, shape[1:])
+    return flags

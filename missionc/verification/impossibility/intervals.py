@@ -1,0 +1,238 @@
+"""Interval arithmetic on arrays, rounded outward, and what predicates measure of agents anywhere in boxes.
+
+Every bound is the next double beyond the one that was worked out, so that an interval holds every value that there is.
+
+Source:
+    Moore, Kearfott and Cloud, "Introduction to Interval Analysis", 2009: the natural extension of an expression.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import TypeAlias, assert_never
+
+import numpy as np
+
+from missionc import ir
+from missionc.base.trace import Array
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.verification.certificate import CERTAIN, MOTION
+
+Boxes: TypeAlias = tuple[Array, Array]
+"""The lowest and the highest corners of boxes, (..., dim) each, metres."""
+
+NEARER = CERTAIN + 2 * MOTION
+"""Metres by which bodies may be nearer to each other and to what stands than they must: verification of a plan lets
+that pass between two moments it looks at, steps among them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Interval:
+    """All numbers from ``low`` to ``high``, (...) each."""
+
+    low: Array
+    high: Array
+
+    __array_ufunc__ = None
+    """An array on the left leaves the operation to the interval."""
+
+    def __add__(self, other: Interval | Array | float) -> Interval:
+        other = exactly(other)
+        return _outward(self.low + other.low, self.high + other.high)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Interval:
+        return Interval(-self.high, -self.low)
+
+    def __sub__(self, other: Interval | Array | float) -> Interval:
+        return self + -exactly(other)
+
+    def __rsub__(self, other: Array | float) -> Interval:
+        return exactly(other) + -self
+
+    def __mul__(self, factor: float) -> Interval:
+        ends = factor * self.low, factor * self.high
+        return _outward(np.minimum(*ends), np.maximum(*ends))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: float) -> Interval:
+        ends = self.low / divisor, self.high / divisor
+        return _outward(np.minimum(*ends), np.maximum(*ends))
+
+    def __abs__(self) -> Interval:
+        across = (self.low <= 0) & (self.high >= 0)
+        ends = np.abs(self.low), np.abs(self.high)
+        return Interval(np.where(across, 0.0, np.minimum(*ends)), np.maximum(*ends))
+
+
+def exactly(value: Interval | Array | float) -> Interval:
+    """An interval of one number, where it is not one already."""
+    return value if isinstance(value, Interval) else Interval(np.asarray(value), np.asarray(value))
+
+
+def greater(one: Interval, other: Interval | float) -> Interval:
+    """The greater of two numbers."""
+    other = exactly(other)
+    return Interval(np.maximum(one.low, other.low), np.maximum(one.high, other.high))
+
+
+def less(one: Interval, other: Interval | float) -> Interval:
+    """The lesser of two numbers."""
+    return -greater(-one, -exactly(other))
+
+
+def length(coordinates: Iterable[Interval]) -> Interval:
+    """The Euclidean length of a vector."""
+    sizes = [abs(each) for each in coordinates]
+    total = reduce(Interval.__add__, (_outward(each.low**2, each.high**2) for each in sizes))
+    return _outward(np.sqrt(np.maximum(total.low, 0.0)), np.sqrt(total.high))
+
+
+def _outward(low: Array, high: Array) -> Interval:
+    return Interval(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
+
+
+def signed_distances(shape: ir.Shape, boxes: Boxes) -> Interval:
+    """The signed distances of the points of boxes to a shape's border, metres, negative inside."""
+    low, high = boxes
+    axes = [Interval(low[..., axis], high[..., axis]) for axis in range(low.shape[-1])]
+    match shape:
+        case ir.Box(begin, end):
+            return _product([_strip(axis, *ends) for axis, *ends in zip(axes, begin, end, strict=True)])
+        case ir.Disc(centre, radius, band):
+            return _extruded(length(axis - at for axis, at in zip(axes, centre, strict=False)) - radius, band, axes)
+        case ir.Ball(centre, radius):
+            return length(axis - at for axis, at in zip(axes, centre, strict=True)) - radius
+        case ir.Polygon(corners, band):
+            return _extruded(_by_the_middle(ir.Polygon(corners), (low[..., :2], high[..., :2])), band, axes)
+        case ir.Union(left, right):
+            return less(signed_distances(left, boxes), signed_distances(right, boxes))
+        case ir.Intersection(left, right):
+            return greater(signed_distances(left, boxes), signed_distances(right, boxes))
+        case ir.Difference(left, right):
+            return greater(signed_distances(left, boxes), -signed_distances(right, boxes))
+        case _:
+            assert_never(shape)
+
+
+def _strip(axis: Interval, begin: float, end: float) -> Interval:
+    """The signed distance to an interval, from its middle: convex, so that its greatest value is at an end."""
+    half = (end - begin) / 2
+    return abs(axis - (begin + half)) - half
+
+
+def _product(distances: Sequence[Interval]) -> Interval:
+    """The signed distance to a product of sets, from those to each."""
+    return length(greater(each, 0.0) for each in distances) + less(reduce(greater, distances), 0.0)
+
+
+def _extruded(plane: Interval, band: ir.Prism | None, axes: Sequence[Interval]) -> Interval:
+    return plane if band is None else _product([plane, _strip(axes[2], band.low, band.high)])
+
+
+POLYGON = 1e-9
+"""Metres by which the distance of a point to a polygon may be worked out wrongly."""
+
+
+def _by_the_middle(shape: ir.Shape, boxes: Boxes) -> Interval:
+    """No point of a box is further from its middle than half its diagonal, and the distance changes no faster."""
+    low, high = boxes
+    middle = (low + high) / 2
+    away = length(Interval(np.zeros_like(side), side / 2) for side in np.moveaxis(high - low, -1, 0)).high + POLYGON
+    at = signed_distance(np, shape, middle)
+    return _outward(at - away, at + away)
+
+
+def between(one: Boxes, other: Boxes) -> list[Interval]:
+    """The coordinates of a point of the second boxes from one of the first."""
+    (low, high), (other_low, other_high) = one, other
+    return [
+        Interval(other_low[..., axis], other_high[..., axis]) - Interval(low[..., axis], high[..., axis])
+        for axis in range(low.shape[-1])
+    ]
+
+
+def pairwise(one: Boxes, other: Boxes) -> tuple[Boxes, Boxes]:
+    """Each box of one beside each of the other: (one, other, dim) when they are broadcast."""
+    return (one[0][:, None, :], one[1][:, None, :]), (other[0][None, :, :], other[1][None, :, :])
+
+
+def must_be_apart(mission: ir.Mission, first: int, second: int) -> float:
+    """Metres between the centres of two agents in every plan, less what verification lets pass."""
+    return mission.separation + mission.agents[first].radius + mission.agents[second].radius - NEARER
+
+
+class IntervalView:
+    """Measures of agents that are anywhere in boxes; the first of them is the one that is asked."""
+
+    def __init__(self, mission: ir.Mission, places: Mapping[int, Boxes], speed: Interval | None = None) -> None:
+        self.mission, self.dimension, self.places, self.known_speed = mission, mission.dimension, places, speed
+        self.oneself = next(iter(places))
+
+    def place(self, agent: int | None) -> Boxes:
+        """Where an agent may be.
+
+        Raises:
+            ValueError: it is not one of those that are somewhere.
+        """
+        agent = self.oneself if agent is None else agent
+        if agent not in self.places:
+            raise ValueError("another agent is not seen here")
+        return self.places[agent]
+
+    def radius(self) -> float:
+        return float(self.mission.agents[self.oneself].radius)
+
+    def coordinate(self, axis: int) -> Interval:
+        low, high = self.place(None)
+        return Interval(low[..., axis], high[..., axis])
+
+    def altitude(self) -> Interval:
+        if self.dimension == 3:
+            return self.coordinate(2)
+        return self.nothing() + float(self.mission.agents[self.oneself].altitude or 0.0)
+
+    def speed(self) -> Interval:
+        if self.known_speed is None:
+            raise ValueError("no speed is seen here")
+        return self.known_speed
+
+    def outside(self, region: ir.Region) -> Interval:
+        return signed_distances(region.shape, self.place(None))
+
+    def to_beacon(self, beacon: ir.Beacon) -> Interval:
+        return length(self.coordinate(axis) - beacon.position[axis] for axis in range(self.dimension))
+
+    def apart(self, first: int | None, second: int) -> Interval:
+        first = self.oneself if first is None else first
+        distance = length(between(self.place(first), self.place(second)))
+        return distance if first == second else greater(distance, must_be_apart(self.mission, first, second))
+
+    def amiss(self, edge: ir.FormationEdge) -> Interval:
+        way = between(self.place(edge.first), self.place(edge.second))
+        if isinstance(edge.target, tuple):
+            return length(each - offset for each, offset in zip(way, edge.target, strict=True))
+        return abs(length(way) - edge.target)
+
+    def larger(self, one: Interval, other: Interval) -> Interval:
+        return greater(one, other)
+
+    def nothing(self, *, of_team: bool = False) -> Interval:
+        low, _ = self.place(None)
+        return exactly(np.zeros(low.shape[:-1]))
+
+    def weakest_link(self, graph: ir.Graph) -> Interval:
+        raise ValueError("a graph is not seen here")
+
+    def level(self, resource: ir.Resource) -> Interval:
+        raise ValueError("the steps before are not seen here")
+
+    def flagged(self, flag: ir.Flag) -> Interval:
+        raise ValueError("the steps before are not seen here")
+
+    def facing(self, towards: float | ir.Beacon, within: float) -> Interval:
+        raise ValueError("no heading is seen here")

@@ -1,0 +1,375 @@
+"""Team states at the mission's steps, assembled from samples of single agents read from lines of JSON.
+
+    in   a line, the Mission
+    out  samples, or the reason why there are none; states of the team
+
+Between two samples at most one step apart an agent moves straight. Without such samples, the state is the nearest one
+known, with the distance that the agent can move from there at its top speed: the agent is missing at that step.
+
+A step is *closed* when every agent has a sample at it or after it, or when some sample is later than it by more than
+the wait. It is *settled* when no sample that comes within the wait can change it: every agent has a sample at the
+step itself, or the stream is past the next sample of the agent by the wait. Until then a state between samples
+includes the doubt of a sample that may still come, so every result from it remains true with that sample.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from missionc.base.limits import Limits
+from missionc.base.strict_json import NotJsonError, parse_record
+from missionc.base.trace import Array
+from missionc.ir import Mission
+from missionc.ir.kernel.analysis import agents_asked
+from missionc.ir.kernel.nodes import Atom, Kernel
+from missionc.ir.kernel.walk import postorder
+from missionc.verification.monitoring.read_trace import ON_TIME
+
+PLAUSIBLE = 10.0
+"""Seconds: a sample further ahead than so much, and than three steps and the wait, has to be confirmed."""
+
+UNSEEN = 1e9
+"""Metres: how far an agent may be from anywhere before its first sample came."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What is said of one agent (by mission index) at one time, seconds since the mission began.
+
+    ``velocity`` is empty, and ``heading`` (rad) not a number, where nothing is said of them.
+    """
+
+    agent: int
+    time: float
+    position: tuple[float, ...]
+    velocity: tuple[float, ...] = ()
+    heading: float = float("nan")
+
+
+class Fate(Enum):
+    """What becomes of a sample that is not simply the agent's newest."""
+
+    LATE = "late"
+    """Its step was settled: it is dropped."""
+    DOUBLED = "doubled"
+    """There is one of the agent at that time, which counts: it is dropped."""
+    AHEAD = "ahead"
+    """It is too far ahead of all others to be believed alone: it is set aside until another one confirms it."""
+    REORDERED = "reordered"
+    """One of the agent with a later time came before it: it is sorted in."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepState:
+    """The team at one step: arrays as of ``LiveJudge.advance``, and the agents that are missing (mission indices).
+
+    ``settled``: no sample that comes within the wait changes it any more.
+    """
+
+    step: int
+    position: Array
+    velocity: Array
+    heading: Array
+    doubt: Array
+    missing: tuple[int, ...]
+    settled: bool = True
+
+
+@dataclass(slots=True)
+class _Track:
+    """The samples of one agent that may still matter, in order of time."""
+
+    times: list[float] = field(default_factory=list)
+    samples: list[Sample] = field(default_factory=list)
+
+    def reaches(self, time: float) -> bool:
+        """Whether there is a sample at a time or after it."""
+        return bool(self.times) and self.times[-1] >= time - ON_TIME
+
+    def since(self, time: float) -> float:
+        """The time of the first sample at a time or after it; infinite if there is none."""
+        place = bisect_left(self.times, time - ON_TIME)
+        return self.times[place] if place < len(self.times) else np.inf
+
+    def has(self, time: float) -> bool:
+        """Whether there is a sample at a time."""
+        return self.since(time) <= time + ON_TIME
+
+
+class SampleSteps:
+    """A stream of samples on its way to steps. It holds no more than what came within the wait, and one sample before.
+
+    Args:
+        wait: seconds of the stream's own time; one step where it is left out.
+        skew: by how many seconds the clock of an agent (mission index) is ahead.
+        leap: seconds that a sample may be ahead of all others before another one has to confirm it; a step at least.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        wait: float | None = None,
+        skew: Mapping[int, float] | None = None,
+        leap: float | None = None,
+    ) -> None:
+        self.mission, self.skew = mission, dict(skew or {})
+        self.wait = float(mission.step) if wait is None else wait
+        step = float(mission.step)
+        self.leap = max(PLAUSIBLE, 3 * step + self.wait) if leap is None else max(leap, step)
+        self.ahead: dict[int, tuple[float, Sample]] = {}
+        self.tracks = [_Track() for _ in mission.agents]
+        self.top_speed = [agent.dynamics.top_speed for agent in mission.agents]
+        self.closed = self.settled = 0
+        """The first step that is not closed, and the first that is not settled."""
+        self.newest = -np.inf
+        self.fates: Counter[Fate] = Counter()
+        self._reached = self._known = 0
+        """How many agents have a sample at or after the step that closes next; at the step that settles next."""
+        self._settles_at: float | None = None
+        self._places: dict[int, Array] = {}
+
+    @property
+    def over(self) -> bool:
+        """Whether every step of the mission is settled."""
+        return self.settled > self.mission.steps
+
+    def add(self, sample: Sample) -> Iterator[StepState]:
+        """The steps that a sample closes or settles; each is settled once, in order, perhaps as it is closed."""
+        time = sample.time - self.skew.get(sample.agent, 0.0)
+        confirmed = self._is_far(time)
+        if confirmed and not self._is_confirmed(sample.agent, time):
+            doubled = abs(self.ahead.get(sample.agent, (-np.inf, sample))[0] - time) <= ON_TIME
+            self.fates[Fate.DOUBLED if doubled else Fate.AHEAD] += 1
+            self.ahead[sample.agent] = time, sample
+            return
+        yield from self._take(sample, time)
+        # Whom this one confirms, and whom the others have caught up with.
+        for agent, (held, other) in sorted(self.ahead.items(), key=lambda item: item[1][0]):
+            if held <= self.newest or (confirmed and not self._is_far(held)):
+                del self.ahead[agent]
+                self.fates[Fate.AHEAD] -= 1
+                yield from self._take(other, held)
+
+    def _is_far(self, time: float) -> bool:
+        return time > max(self.newest, 0.0) + self.leap
+
+    def _is_confirmed(self, agent: int, time: float) -> bool:
+        """Whether a sample that was set aside, of another agent or of another time, says that it is about then."""
+        return any(
+            abs(held - time) <= self.leap and (other != agent or abs(held - time) > ON_TIME)
+            for other, (held, _) in self.ahead.items()
+        )
+
+    def _take(self, sample: Sample, time: float) -> Iterator[StepState]:
+        track, now = self.tracks[sample.agent], self._time(self.settled)
+        if self.settled and time <= self._time(self.settled - 1) + ON_TIME:
+            self.fates[Fate.LATE] += 1
+            return
+        place = bisect_left(track.times, time)
+        near = track.times[max(place - 1, 0) : place + 1]
+        if any(abs(each - time) <= ON_TIME / 2 for each in near):
+            self.fates[Fate.DOUBLED] += 1
+            return
+        reached, known = track.reaches(self._time(self.closed)), track.has(now)
+        if place < len(track.times):
+            self.fates[Fate.REORDERED] += 1
+        track.times.insert(place, time)
+        track.samples.insert(place, sample)
+        self.newest = max(self.newest, time)
+        self._reached += track.reaches(self._time(self.closed)) - reached
+        self._known += track.has(now) - known
+        if time <= now + self.mission.step:
+            self._settles_at = None
+        yield from self._ready()
+
+    def finish(self) -> Iterator[StepState]:
+        """The steps that the stream has reached when it ends: all are settled."""
+        while not self.over and self._time(self.settled) <= self.newest + ON_TIME:
+            yield self._settle()
+
+    def _time(self, step: int) -> float:
+        return step * float(self.mission.step)
+
+    def _ready(self) -> Iterator[StepState]:
+        while not self.over:
+            if self._is_settled():
+                yield self._settle()
+            elif self.closed > self.mission.steps:
+                return
+            elif self._reached == len(self.tracks) or self.newest > self._time(self.closed) + self.wait + ON_TIME:
+                yield self._state(self.closed, False)
+                self._close(self.closed)
+            else:
+                return
+
+    def _is_settled(self) -> bool:
+        now, step = self._time(self.settled), float(self.mission.step)
+        if self._known == len(self.tracks):
+            return True
+        if self.newest < now + self.wait:
+            return False
+        if self._settles_at is None:
+            latest = now + step + 2 * ON_TIME
+            opened = (track for track in self.tracks if not track.has(now))
+            self._settles_at = max(min(track.since(now), latest) for track in opened) + self.wait
+        return self.newest >= self._settles_at
+
+    def _close(self, step: int) -> None:
+        self.closed = step + 1
+        self._reached = sum(track.reaches(self._time(self.closed)) for track in self.tracks)
+
+    def _settle(self) -> StepState:
+        now = self._time(self.settled)
+        state = self._state(self.settled, True)
+        self.settled += 1
+        self._settles_at = None
+        for track in self.tracks:
+            # The last sample before the step is where the way to the next one begins.
+            drop = max(bisect_left(track.times, now + ON_TIME) - 1, 0)
+            del track.times[:drop], track.samples[:drop]
+        self._known = sum(track.has(self._time(self.settled)) for track in self.tracks)
+        self._places.pop(state.step - 1, None)
+        if self.closed < self.settled:
+            self._close(state.step)
+        return state
+
+    def _state(self, step: int, settled: bool) -> StepState:
+        now = self._time(step)
+        agents, dim = len(self.tracks), self.mission.dimension
+        position, velocity = np.zeros((agents, dim)), np.full((agents, dim), np.nan)
+        heading, doubt = np.zeros(agents), np.zeros(agents)
+        missing = []
+        for agent, track in enumerate(self.tracks):
+            is_missing, metres = self._at(track, now, agent, position, velocity, heading)
+            if is_missing:
+                missing.append(agent)
+            if is_missing or not settled:
+                doubt[agent] = min(metres, UNSEEN)
+        before = self._places.get(step - 1, position)
+        velocity = np.where(np.isnan(velocity), (position - before) / float(self.mission.step), velocity)
+        velocity[missing] = 0.0
+        self._places[step] = position
+        return StepState(step, position, velocity, heading, doubt, tuple(missing), settled)
+
+    def _at(
+        self, track: _Track, now: float, agent: int, position: Array, velocity: Array, heading: Array
+    ) -> tuple[bool, float]:
+        """Write an agent's state; return whether it is missing, and how far it may be from there, in metres.
+
+        The distance holds whatever further sample comes; it is 0 if there is a sample at this time.
+        """
+        times, samples, top = track.times, track.samples, self.top_speed[agent]
+        after = bisect_left(times, now - ON_TIME)
+        if after < len(times) and times[after] <= now + ON_TIME:
+            _write(samples[after], agent, position, velocity, heading)
+            return False, 0.0
+        if not times:
+            return True, np.inf
+        nearest = min(
+            (place for place in (after - 1, after) if 0 <= place < len(times)), key=lambda p: abs(times[p] - now)
+        )
+        away = abs(times[nearest] - now)
+        if 0 < after < len(times) and times[after] - times[after - 1] <= self.mission.step + ON_TIME:
+            here, there = samples[after - 1], samples[after]
+            share, span = now - times[after - 1], times[after] - times[after - 1]
+            _write(here, agent, position, velocity, heading)
+            mean = (np.array(there.position) - position[agent]) / span
+            position[agent] += mean * share
+            if here.velocity and there.velocity:
+                velocity[agent] += (np.array(there.velocity) - velocity[agent]) / span * share
+            return False, away * (top + float(np.linalg.norm(mean)))
+        _write(samples[nearest], agent, position, velocity, heading)
+        return True, away * top
+
+
+def _write(sample: Sample, agent: int, position: Array, velocity: Array, heading: Array) -> None:
+    position[agent] = sample.position
+    velocity[agent] = sample.velocity or np.nan
+    heading[agent] = 0.0 if np.isnan(sample.heading) else sample.heading
+
+
+class UnusableError(ValueError):
+    """A line that says nothing that can be used; the text says why."""
+
+
+class SampleReader:
+    """Reads lines such as ``{"t": 1.25, "agent": "drone[0]", "position": [1, 2], "velocity": [0, 1], "heading": 0.5}``.
+
+    In the place of ``agent`` and ``position``, ``agents`` may hold the positions of several, by their names. A
+    velocity is needed of agents of which the mission asks for the speed, a heading where it asks for headings. A
+    mission in the plane leaves a third coordinate out, and ``flattened`` is true from then on.
+    """
+
+    def __init__(self, mission: Mission, kernel: Kernel, limits: Limits | None = None) -> None:
+        self.dimension, self.magnitude = mission.dimension, (limits or Limits()).magnitude
+        self.flattened = False
+        self.index = {agent.name: agent.index for agent in mission.agents}
+        self.needs_velocity: set[int] = set()
+        self.needs_heading: set[int] = set()
+        for goal in kernel.goals:
+            reads = [node for node in postorder((goal.formula,)) if isinstance(node, Atom)]
+            if any(node.predicate.reads_speed or node.predicate.reads_heading for node in reads):
+                asked = agents_asked(goal.formula)
+                for node in reads:
+                    if node.predicate.reads_speed:
+                        self.needs_velocity |= asked[node]
+                    if node.predicate.reads_heading:
+                        self.needs_heading |= asked[node]
+
+    def read(self, line: str) -> list[Sample]:
+        """What a line says.
+
+        Raises:
+            UnusableError: nothing that can be used.
+        """
+        try:
+            record = parse_record(line)
+        except NotJsonError as error:
+            raise UnusableError(error.reason) from None
+        time = self._number(record.get("t"), "`t`")
+        if "agents" in record:
+            agents = record["agents"]
+            if not isinstance(agents, dict):
+                raise UnusableError("`agents` is no record of positions by the names of agents")
+            return [self._sample(name, time, {"position": position}) for name, position in agents.items()]
+        return [self._sample(record.get("agent"), time, record)]
+
+    def _sample(self, name: Any, time: float, record: dict[str, Any]) -> Sample:
+        if not isinstance(name, str):
+            raise UnusableError("`agent` is no name of an agent")
+        if name not in self.index:
+            raise UnusableError(f"the mission has no agent `{name[:40]}`")
+        agent = self.index[name]
+        position = self._vector(record.get("position"), "position", name)
+        velocity: tuple[float, ...] = ()
+        if record.get("velocity") is not None:
+            velocity = self._vector(record["velocity"], "velocity", name)
+        elif agent in self.needs_velocity:
+            raise UnusableError(f"nothing is said of the velocity of `{name}`, whose speed the mission asks for")
+        heading = math.nan
+        if record.get("heading") is not None:
+            heading = self._number(record["heading"], f"`heading` of `{name}`")
+        elif agent in self.needs_heading:
+            raise UnusableError(f"nothing is said of where `{name}` faces, which the mission asks for")
+        return Sample(agent, time, position, velocity, heading)
+
+    def _vector(self, value: Any, key: str, name: str) -> tuple[float, ...]:
+        if not isinstance(value, list) or len(value) not in (self.dimension, 3):
+            raise UnusableError(f"`{key}` of `{name}` is no list of {self.dimension} numbers")
+        self.flattened |= len(value) > self.dimension
+        return tuple(self._number(each, f"`{key}` of `{name}`") for each in value)[: self.dimension]
+
+    def _number(self, value: Any, what: str) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise UnusableError(f"{what} is no finite number")
+        if abs(value) > self.magnitude:
+            raise UnusableError(f"{what} is {value:g}; the largest number may be {self.magnitude:g}")
+        return float(value)

@@ -1,0 +1,413 @@
+"""A session of online monitoring: lines of samples to changes of verdicts, and a forecast by the plan.
+
+    in   lines of JSON, one after the other; Mission, Kernel, and the trace of the plan that is followed
+    out  changes of verdicts, violated constraints, agents that go missing and return, unusable lines, each step as it
+         is judged; at the end the state of every goal
+
+The forecast of an open goal is its robustness if all agents follow the plan from now on: of the flight so far with
+the rest of the plan after it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.base.constraint import Constraint, NotJudged, all_satisfied
+from missionc.base.figures import counted
+from missionc.base.limits import Limits
+from missionc.base.trace import Trace
+from missionc.ir import Graph, Mission
+from missionc.ir.kernel import nodes as k
+from missionc.ir.kernel.analysis import robustness_unit
+from missionc.ir.kernel.walk import postorder
+from missionc.verification.monitoring.evaluate import Evaluation
+from missionc.verification.monitoring.live.bounds import of_measure
+from missionc.verification.monitoring.live.judge import LiveJudge
+from missionc.verification.monitoring.live.samples import (
+    Fate,
+    Sample,
+    SampleReader,
+    SampleSteps,
+    StepState,
+    UnusableError,
+)
+from missionc.verification.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.logic import ROBUSTNESS, Values
+
+SHARE, SECONDS = 0.1, 6e-8
+"""The share of a core's time that is taken, about and at most; and roughly how long one value of a formula takes."""
+
+
+class PlanForecast:
+    """What was flown, and what is planned after it, as one trace that is judged again and again.
+
+    It is as long as the plan, so its memory and the work of a forecast grow with that: ``every`` says after how many
+    steps there is another one, so many that they take about a tenth of a core; one, for missions of a usual size.
+    """
+
+    def __init__(self, mission: Mission, kernel: k.Kernel, plan: Trace) -> None:
+        self.mission = mission
+        self.formulas = kernel.formulas
+        self.trace = Trace(plan.step, plan.position.copy(), plan.velocity.copy(), plan.heading.copy())
+        self.margins: dict[int, float] = {}
+        spread = k.Atom | k.WindowNode | k.UntilNode | k.NeighbourNode | k.ReachNode | k.RouteNode | k.PathLength
+        count = sum(isinstance(node, spread) for node in postorder(self.formulas))
+        work = count * plan.position[:, :, 0].size * SECONDS
+        self.every = max(1, math.ceil(work / (SHARE * float(mission.step))))
+        self.past = _Past(np.zeros(plan.position.shape[1], dtype=np.int64))
+        _Again(mission, self.trace, self.past).values(self.formulas)
+
+    def take(self, state: StepState, opened: Iterable[int]) -> dict[int, float]:
+        """The robustness of the goals that are open (by their numbers), from what is known at a step.
+
+        An agent that is missing is taken to be where it is planned to be.
+        """
+        step, trace = state.step, self.trace
+        seen = [agent for agent in range(len(self.mission.agents)) if agent not in state.missing]
+        trace.position[seen, step] = state.position[seen]
+        trace.velocity[seen, step] = state.velocity[seen]
+        trace.heading[seen, step] = state.heading[seen]
+        self.past.changed[step] = self.past.number + 1
+        if step % self.every == 0 or step == self.mission.steps:
+            self.past.number += 1
+            wanted = {number: self.formulas[number] for number in opened}
+            values = _Again(self.mission, trace, self.past).values(wanted.values())
+            self.margins = {number: of_measure(float(values[node][0, 0])) for number, node in wanted.items()}
+        else:
+            still = set(opened)
+            self.margins = {number: margin for number, margin in self.margins.items() if number in still}
+        return self.margins
+
+
+@dataclass(slots=True)
+class _Past:
+    """What spatial operators came to before: for each, in which forecast, of which values of the members, and what.
+
+    ``number`` is that of the forecast; ``changed`` has the first one for which the trace is another one at a step.
+    """
+
+    changed: NDArray[np.int64]
+    number: int = 0
+    found: dict[k.Node, tuple[int, list[Values], Values]] = field(default_factory=dict)
+
+
+class _Again(Evaluation):
+    """An evaluation that asks spatial operators at those steps alone where something is other than it was.
+
+    They are pointwise in time, and take most of the time that there is; from one forecast to the next one step is new.
+    """
+
+    def __init__(self, mission: Mission, trace: Trace, past: _Past) -> None:
+        super().__init__(ROBUSTNESS, mission, trace)
+        self.past = past
+        self.node: k.Node | None = None
+
+    def neighbour(self, node: k.NeighbourNode, body: Values) -> Values:
+        self.node = node
+        return super().neighbour(node, body)
+
+    def reach(self, node: k.ReachNode, through: Values, end: Values) -> Values:
+        self.node = node
+        return super().reach(node, through, end)
+
+    def route(self, node: k.RouteNode, through: Values, end: Values) -> Values:
+        self.node = node
+        return super().route(node, through, end)
+
+    def path_length(self, node: k.PathLength, holds: bool) -> Values:
+        self.node = node
+        return super().path_length(node, holds)
+
+    def _along(
+        self, graph: Graph, below: tuple[Values, ...], outside: Values, measure: Callable[..., Values]
+    ) -> Values:
+        assert self.node is not None
+        members, shape = list(graph.agents), (len(self._agents()), self.steps)
+        spread = [np.broadcast_to(value, shape)[members] for value in below]
+        if self.node not in self.past.found:
+            result = super()._along(graph, below, outside, measure)
+        else:
+            last, before, found = self.past.found[self.node]
+            other = self.past.changed > last
+            for now, then in zip(spread, before, strict=True):
+                other |= (now != then).any(axis=0)
+            result = np.broadcast_to(outside, shape).copy()
+            result[members] = found
+            for step in np.flatnonzero(other) if members else ():
+                piece = slice(int(step), int(step) + 1)
+                result[members, piece] = measure(piece, *(value[:, piece].T for value in spread)).T
+        self.past.found[self.node] = self.past.number, spread, result[members]
+        return result
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A goal whose verdict or risk is another one than a step before; ``unit`` is that of its robustness.
+
+    ``by_plan`` is its robustness if everybody follows the plan from here on; None where it is decided, or there is
+    no plan.
+    """
+
+    step: int
+    standing: Standing
+    unit: str
+    preference: bool
+    by_plan: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """An open goal that would be lost if everybody follows the plan from here on, or that no longer would."""
+
+    step: int
+    name: str
+    margin: float
+    unit: str
+    preference: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """Agents that are missing from a step on, and those that are seen again."""
+
+    step: int
+    missing: tuple[str, ...]
+    back: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Outrun:
+    """Agents that moved faster than their top speed: what rested on it is taken back."""
+
+    step: int
+    agents: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Unusable:
+    """A line that was skipped, by its number, and why."""
+
+    line: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A step that was judged: where the team was, and how every goal stands, requirements first.
+
+    ``by_plan`` has the forecasts of open goals by the plan, by the goals' numbers.
+    """
+
+    state: StepState
+    standings: tuple[Standing, ...]
+    by_plan: Mapping[int, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Implausible:
+    """A sample that was set aside, by the number of its line: it is too far ahead in time to be believed alone."""
+
+    line: int
+    agent: str
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
+class Breach:
+    """A constraint that is violated, for good, from a step on."""
+
+    step: int
+    constraint: Constraint
+
+
+class ConstraintWatch(Protocol):
+    """A judge of the constraints that the mission implies beside its requirements."""
+
+    def hear(self, sample: Sample) -> None:
+        """Take note of a sample."""
+
+    def judge_step(self, state: StepState) -> Sequence[Constraint]:
+        """Judge a step; return the constraints that are violated for the first time."""
+
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Return the verdicts on all constraints."""
+
+    def not_judged(self) -> tuple[NotJudged, ...]:
+        """Return the constraints that the samples do not show."""
+
+
+Event = Breach | Implausible | Change | Forecast | Presence | Outrun | Unusable | Judged
+
+
+class Session:
+    """One mission as it is flown. Memory does not grow with the lines that are fed.
+
+    Args:
+        wait, skew, leap: as of ``SampleSteps``.
+        constraints: judged beside the requirements, if given.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        kernel: k.Kernel,
+        limits: Limits | None = None,
+        wait: float | None = None,
+        skew: Mapping[int, float] | None = None,
+        leap: float | None = None,
+        constraints: ConstraintWatch | None = None,
+    ) -> None:
+        self.mission = mission
+        self.constraints = constraints
+        self.judge = LiveJudge(mission, kernel)
+        """Knows the settled steps alone; ``ahead`` the closed ones as well, while there are such."""
+        self.ahead: LiveJudge | None = None
+        self.unsettled: list[StepState] = []
+        self.latest: StepState | None = None
+        self.outrun: set[int] = set()
+        self.reader = SampleReader(mission, kernel, limits)
+        self.steps = SampleSteps(mission, wait, skew, leap)
+        self.units = [robustness_unit(goal.formula) for goal in self.judge.goals]
+        self.requirements = len(kernel.requirements)
+        self.standings: tuple[Standing, ...] = ()
+        self.missing: frozenset[int] = frozenset()
+        self.lines = self.unusable = 0
+        self.kernel = kernel
+        self.plan: Trace | None = None
+        self.forecast: PlanForecast | None = None
+        self.by_plan: Mapping[int, float] = {}
+
+    @property
+    def over(self) -> bool:
+        """Whether the mission's last step was judged, and is settled."""
+        return self.steps.over
+
+    @property
+    def verdict(self) -> Verdict:
+        """How all requirements together stand, and the constraints, which last as long as the mission."""
+        judged = {each.verdict for each in self.standings[: self.requirements]}
+        if self.constraints is not None:
+            kept = all_satisfied(self.constraints.constraints())
+            judged.add(Verdict.VIOLATED if kept is False else Verdict.SATISFIED if kept and self.over else Verdict.OPEN)
+        if Verdict.VIOLATED in judged:
+            return Verdict.VIOLATED
+        return Verdict.SATISFIED if self.standings and Verdict.OPEN not in judged else Verdict.OPEN
+
+    def follow(self, plan: Trace | None) -> None:
+        """Forecast by this plan, which has all of the mission's steps, from the next step on; None for no plan."""
+        self.plan = plan
+        self.forecast = None if plan is None else PlanForecast(self.mission, self.kernel, plan)
+        self.by_plan = {}
+
+    def feed(self, line: str) -> Iterator[Event]:
+        """Take in a line; an empty one says nothing."""
+        self.lines += 1
+        if not line.strip():
+            return
+        try:
+            samples = self.reader.read(line)
+        except UnusableError as error:
+            self.unusable += 1
+            yield Unusable(self.lines, str(error))
+            return
+        for sample in samples:
+            if self.constraints is not None:
+                self.constraints.hear(sample)
+            set_aside = self.steps.fates[Fate.AHEAD]
+            for state in self.steps.add(sample):
+                yield from self._judged(state)
+            if self.steps.fates[Fate.AHEAD] > set_aside:
+                yield Implausible(self.lines, self.mission.agents[sample.agent].name, sample.time)
+
+    def finish(self) -> Iterator[Event]:
+        """The stream has ended: judge the steps that it has reached."""
+        for state in self.steps.finish():
+            yield from self._judged(state)
+
+    def notes(self) -> list[str]:
+        """What became of samples and agents, a sentence each."""
+        words = {
+            Fate.LATE: "came after their step was settled, and were dropped",
+            Fate.DOUBLED: "were of an agent and a time that had one, and were dropped",
+            Fate.AHEAD: "lay too far ahead in time, with nothing to confirm it",
+            Fate.REORDERED: "came out of order, and were sorted in",
+        }
+        fates = self.steps.fates
+        notes = [f"{counted(fates[fate], 'sample')} {says}" for fate, says in words.items() if fates[fate]]
+        if self.unusable:
+            notes.append(f"{counted(self.unusable, 'line')} could not be used")
+        if self.reader.flattened:
+            notes.append("the mission is in the plane: the third coordinate of samples was left out")
+        if self.outrun:
+            notes.append(f"{', '.join(self._names(self.outrun))} moved faster than the top speed")
+        return notes
+
+    def _judged(self, state: StepState) -> Iterator[Event]:
+        """Events of a step that was closed, or that was closed before and is settled now."""
+        is_new = self.latest is None or state.step > self.latest.step
+        moved = is_new or not np.array_equal(self.unsettled[0].position, state.position)
+        if is_new:
+            missing, self.latest = frozenset(state.missing), state
+            if missing != self.missing:
+                yield Presence(state.step, self._names(missing - self.missing), self._names(self.missing - missing))
+            self.missing = missing
+        assert self.latest is not None
+        before, planned = self.standings, self.by_plan
+        outrun = self._stand(state)
+        opened = [number for number, each in enumerate(self.standings) if each.verdict is Verdict.OPEN]
+        if self.forecast is not None and moved:
+            self.by_plan = self.forecast.take(state, opened)
+        else:
+            self.by_plan = {number: margin for number, margin in planned.items() if number in opened}
+        if outrun - self.outrun:
+            yield Outrun(state.step, self._names(outrun - self.outrun))
+            self.outrun |= outrun
+        for number, standing in enumerate(self.standings):
+            if not before or _said(standing) != _said(before[number]):
+                is_new = True
+                by_plan = self.by_plan.get(number)
+                yield Change(state.step, standing, self.units[number], number >= self.requirements, by_plan)
+        for number, margin in self.by_plan.items():
+            if (margin < 0) != (planned.get(number, 0.0) < 0):
+                name, preference = self.standings[number].name, number >= self.requirements
+                yield Forecast(state.step, name, margin, self.units[number], preference)
+        if self.constraints is not None and state.settled:
+            for constraint in self.constraints.judge_step(state):
+                yield Breach(state.step, constraint)
+        if is_new:
+            yield Judged(self.latest, self.standings, self.by_plan)
+
+    def _stand(self, state: StepState) -> set[int]:
+        """Take in a step; return the agents that have moved faster than their top speeds."""
+        if state.settled:
+            self.standings, self.ahead = _advanced(self.judge, state), None
+            self.unsettled = [each for each in self.unsettled if each.step > state.step]
+            again = self.unsettled
+        else:
+            self.unsettled.append(state)
+            again = [state]
+        for each in again:
+            self.ahead = self.ahead or self.judge.copy()
+            self.standings = _advanced(self.ahead, each)
+        judge = self.ahead or self.judge
+        if judge.outrun == self.judge.outrun:
+            # What holds whatever may still come holds when it has come.
+            self.judge.bounds = judge.bounds.copy()
+        return judge.outrun
+
+    def _names(self, agents: set[int] | frozenset[int]) -> tuple[str, ...]:
+        return tuple(self.mission.agents[agent].name for agent in sorted(agents))
+
+
+def _advanced(judge: LiveJudge, state: StepState) -> tuple[Standing, ...]:
+    return judge.advance(state.position, state.velocity, state.heading, state.doubt)
+
+
+def _said(standing: Standing) -> tuple[Verdict, bool]:
+    return standing.verdict, standing.at_risk

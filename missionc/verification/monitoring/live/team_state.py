@@ -1,0 +1,184 @@
+"""The team's state at the present step, where it may be a step later, and what it has of resources and flags.
+
+A state may be unknown: then the agent is within a radius of the place that is given, and so of what follows from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from missionc.base.trace import Array, Flags
+from missionc.geometry.vectors import norm
+from missionc.ir import Compare, Flag, Flagged, Mission, Predicate, Resource
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.ir.language.margins.resources import BORDER, changes
+from missionc.ir.language.margins.view import View
+from missionc.ir.predicates.features import Level
+
+NOW, COASTED = 0, 1
+"""The two columns of a team's state."""
+
+
+class TeamState:
+    """Positions, velocities, headings and own states of all agents, now and where they coast for a step.
+
+    Attributes:
+        position: (agents, 2, dim), metres; ``velocity`` likewise, m/s; ``heading``: (agents, 2), rad.
+        doubt: (agents,), metres: how far from there an agent may be; 0 where it is known.
+        levels: of each resource, the least and the most that is left: (2, agents, 2).
+        flags: the margin of each flag likewise, metres.
+    """
+
+    def __init__(self, mission: Mission, predicates: Iterable[Predicate]) -> None:
+        self.mission = mission
+        agents, dim = len(mission.agents), mission.dimension
+        self.position = np.zeros((agents, 2, dim))
+        self.velocity = np.zeros((agents, 2, dim))
+        self.heading = np.zeros((agents, 2))
+        self.doubt = np.zeros(agents)
+        predicates = tuple(predicates)
+        resources = dict.fromkeys(
+            feature.resource
+            for predicate in predicates
+            if isinstance(predicate, Compare)
+            for _, feature in predicate.terms
+            if isinstance(feature, Level)
+        )
+        flags = dict.fromkeys(each.flag for each in predicates if isinstance(each, Flagged))
+        self.levels = {each: np.full((2, agents, 2), each.start) for each in resources}
+        self.flags = {each: np.full((2, agents, 2), -np.inf) for each in flags}
+        self.begun = False
+
+    def move(self, position: Array, velocity: Array, heading: Array, doubt: Array) -> None:
+        """Go on to the next step.
+
+        Args:
+            position: (agents, dim), metres; ``velocity`` likewise, m/s.
+            heading: (agents,), rad.
+            doubt: (agents,), metres, 0 where the state is known.
+        """
+        before, doubt_before = self.position[:, NOW].copy(), self.doubt
+        self.doubt = doubt
+        coasted = position + velocity * self.mission.step
+        self.position = np.stack([position, coasted], axis=1)
+        self.velocity = np.stack([velocity, velocity], axis=1)
+        self.heading = np.stack([heading, heading], axis=1)
+        for resource, level in self.levels.items():
+            now = level[:, :, NOW]
+            if self.begun:
+                now = self._used(resource, now, before, position, doubt_before + doubt)
+            later = self._used(resource, now, position, coasted, 2 * doubt)
+            self.levels[resource] = np.stack([now, later], axis=-1)
+        for flag, margin in self.flags.items():
+            last = margin[:, :, NOW]
+            now = self._flagged(flag, last if self.begun else np.full_like(last, -np.inf), position)
+            self.flags[flag] = np.stack([now, self._flagged(flag, now, coasted)], axis=-1)
+        self.begun = True
+
+    def _used(self, resource: Resource, left: Array, here: Array, there: Array, doubt: Array) -> Array:
+        """What is left a step later, least and most: (2, agents)."""
+        step = self.mission.step
+        change = changes(resource, step, here, there)
+        least = most = change
+        if np.any(doubt):
+            way, refill = norm(there - here), sum(each.per_second for each in resource.refills)
+            lost = change * 0 - resource.per_second * step
+            least = np.where(doubt > 0, lost - resource.per_metre * (way + doubt), change)
+            most = np.where(doubt > 0, lost + refill * step - resource.per_metre * np.maximum(way - doubt, 0.0), change)
+        found = np.minimum(left + np.stack([least, most]), resource.capacity)
+        return np.asarray(np.where(self._has(resource.agents), found, resource.start))
+
+    def _flagged(self, flag: Flag, margin: Array, position: Array) -> Array:
+        """A flag's margin a step later, least and most: (2, agents)."""
+        spread = np.stack([-self.doubt, self.doubt])
+        sets = -signed_distance(np, flag.set_in.shape, position) + spread
+        stays = margin
+        if flag.cleared_in is not None:
+            away = signed_distance(np, flag.cleared_in.shape, position)
+            stays = np.minimum(margin, np.where(away == 0, -BORDER, away) + spread)
+        return np.asarray(np.where(self._has(flag.agents), np.maximum(sets, stays), -np.inf))
+
+    def _has(self, agents: tuple[int, ...]) -> Flags:
+        mine = np.zeros(len(self.mission.agents), dtype=np.bool_)
+        mine[list(agents)] = True
+        return mine
+
+
+class TeamView(View):
+    """What predicates measure of the team's state: (agents, 2), of one agent (2,)."""
+
+    def __init__(self, state: TeamState) -> None:
+        super().__init__(np, state.mission.dimension)
+        self.state = state
+
+    def own(self) -> Array:
+        return self.state.position
+
+    def place(self, agent: int) -> Array:
+        place: Array = self.state.position[agent]
+        return place
+
+    def velocity(self) -> Array:
+        return self.state.velocity
+
+    def heading(self) -> Array:
+        return self.state.heading
+
+    def radius(self) -> Array:
+        return np.array([agent.radius for agent in self.state.mission.agents])[:, None]
+
+    def plane(self) -> Array:
+        return np.array([agent.altitude for agent in self.state.mission.agents])[:, None]
+
+    def level(self, resource: Resource) -> Array:
+        return np.asarray(self.state.levels[resource].mean(axis=0))
+
+
+class Reach:
+    """By how much measures can differ from those at the places that are known: (agents, columns), in their units."""
+
+    larger = staticmethod(np.maximum)
+
+    def __init__(self, state: TeamState, seconds: Array, column: int) -> None:
+        """
+        Args:
+            seconds: how long after the state the columns are, (columns,).
+            column: of the state, now or coasted.
+        """
+        mission = state.mission
+        self.state, self.seconds, self.column = state, seconds, column
+        self.dimension = mission.dimension
+        speed = np.array([agent.dynamics.top_speed for agent in mission.agents])
+        self.top_speed = speed
+        way = speed[:, None] * seconds * (1 + SLACK) + np.where(seconds > 0, ROUNDING, 0.0)
+        self.radius = state.doubt[:, None] + way
+
+    def motion(self) -> Array:
+        return self.radius
+
+    def relative(self, first: int | None, second: int) -> Array:
+        radius: Array = self.radius[slice(None) if first is None else slice(first, first + 1)] + self.radius[second]
+        return radius
+
+    def acceleration(self) -> Array:
+        agents = self.state.mission.agents
+        top = np.array([each.dynamics.top_acceleration if each.dynamics.has_momentum else np.inf for each in agents])
+        later = self.seconds > 0
+        change = np.where(later, top[:, None] * np.where(later, self.seconds, 1.0) * (1 + SLACK) + ROUNDING, 0.0)
+        return np.asarray(np.where(self.state.doubt[:, None] > 0, np.inf, change))
+
+    def use(self, resource: Resource) -> Array:
+        least, most = self.state.levels[resource][:, :, self.column]
+        refill = sum(each.per_second for each in resource.refills)
+        rate = np.maximum(resource.per_second + resource.per_metre * self.top_speed, refill)
+        change = rate[:, None] * self.seconds * (1 + SLACK) + np.where(self.seconds > 0, ROUNDING, 0.0)
+        return np.asarray((most - least)[:, None] / 2 + change)
+
+    def along(self, direction: tuple[float, ...]) -> Array:
+        return float(np.hypot.reduce(direction)) * self.radius
+
+
+SLACK, ROUNDING = 1e-9, 1e-9
+"""By how much of it a motion may pass its top speed, and metres: floating rounding, nothing else."""

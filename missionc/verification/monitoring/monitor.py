@@ -1,0 +1,76 @@
+"""Runtime monitoring of a trace: satisfaction, robustness, and the first violation of every requirement.
+
+It knows no backend and trusts none. The same values come from the kernel
+formula whoever made the trace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from missionc.base.judgement import Judgement, Judgements
+from missionc.base.trace import Array, Flags, Trace
+from missionc.ir import Mission
+from missionc.ir.kernel.analysis import robustness_unit
+from missionc.ir.kernel.nodes import Goal, Kernel, Node
+from missionc.verification.monitoring.evaluate import Evaluation
+from missionc.verification.monitoring.logic import ROBUSTNESS, TRUTH, Logic, Values
+from missionc.verification.monitoring.violation import first_violation
+
+
+def monitor(mission: Mission, kernel: Kernel, trace: Trace) -> Judgements:
+    """Judges every requirement and every preference, at step 0.
+
+    Raises:
+        ValueError: the trace has other agents than the mission, or fewer steps.
+    """
+    if trace.position.shape[1] <= mission.steps:
+        raise ValueError(f"the trace has {trace.position.shape[1]} states, the mission {mission.steps + 1}")
+    truths = Evaluation(TRUTH, mission, trace).values(kernel.formulas)
+    robustness = Evaluation(ROBUSTNESS, mission, trace).values(kernel.formulas)
+
+    def judged(goal: Goal) -> Judgement:
+        of = goal.formula
+        return _judged(goal, bool(truths[of][0, 0]), float(robustness[of][0, 0]), mission, trace)
+
+    return Judgements(tuple(map(judged, kernel.requirements)), tuple(map(judged, kernel.preferences)))
+
+
+def truth(node: Node, mission: Mission, trace: Trace) -> Flags:
+    """Where a formula holds: (agents, steps + 1).
+
+    False at a step from which the window of a temporal operator runs past the
+    last one. No goal of a checked mission reads such a step.
+    """
+    return _everywhere(TRUTH, node, mission, trace)
+
+
+def truths(nodes: Iterable[Node], mission: Mission, trace: Trace) -> dict[Node, Flags]:
+    """``truth``, (agents, steps + 1), of several formulas, worked out together; not to be written to."""
+    values = Evaluation(TRUTH, mission, trace).values(nodes)
+    return {node: np.broadcast_to(value, trace.position.shape[:2]) for node, value in values.items()}
+
+
+def robustness(node: Node, mission: Mission, trace: Trace) -> Array:
+    """By how much a formula holds, or fails where negative: (agents, steps + 1), metres for everything spatial.
+
+    ``-inf`` where ``truth`` says False for want of steps. ``inf`` and ``-inf``
+    also stand for what no motion can change, such as who an agent is.
+    """
+    return _everywhere(ROBUSTNESS, node, mission, trace)
+
+
+def _everywhere(logic: Logic, node: Node, mission: Mission, trace: Trace) -> Values:
+    value = Evaluation(logic, mission, trace).values((node,))[node]
+    return np.broadcast_to(value, trace.position.shape[:2]).copy()
+
+
+def _judged(goal: Goal, satisfied: bool, robustness: float, mission: Mission, trace: Trace) -> Judgement:
+    unit = robustness_unit(goal.formula)
+    if satisfied:
+        return Judgement(goal.name, satisfied, robustness, unit=unit)
+    where = first_violation(goal.formula, mission, trace)
+    names = tuple(agent.name for agent in mission.agents if agent.index in where.agents)
+    return Judgement(goal.name, satisfied, robustness, where.step, names, unit)

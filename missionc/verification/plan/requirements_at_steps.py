@@ -1,0 +1,26 @@
+"""Requirements at the steps of a plan: the monitor's truth and robustness, as checks."""
+
+from __future__ import annotations
+
+from missionc.base.judgement import Judgements
+from missionc.ir import Mission
+from missionc.verification.certificate import Check, Figure
+
+
+def check_requirements(mission: Mission, judgements: Judgements) -> tuple[list[Check], list[Figure]]:
+    """A check for each requirement, whose margin is the robustness; preferences bind nobody and are figures."""
+    checks = [
+        Check(
+            name="requirement",
+            subject=judgement.name,
+            margin=judgement.robustness,
+            unit=judgement.unit,
+            tolerance=0.0,
+            passed=judgement.satisfied,
+            at=None if judgement.step is None else judgement.step * mission.step,
+            agents=judgement.agents,
+            detail="judged at the steps by the monitor",
+        )
+        for judgement in judgements.requirements
+    ]
+    return checks, [Figure("preference", each.name, each.robustness, each.unit) for each in judgements.preferences]

@@ -1,0 +1,82 @@
+"""Starts and finishes of a plan where the mission has them, and its states within the world."""
+
+from __future__ import annotations
+
+from typing import assert_never
+
+import numpy as np
+
+from missionc.base.trace import Array, Trace
+from missionc.geometry.curves.piecewise_polynomials import Curves, control_points
+from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
+from missionc.ir.distances.signed_distance import signed_distance
+from missionc.verification.certificate import CONTACT, MOTION, Check, judged
+
+
+def check_places(mission: Mission, trace: Trace) -> list[Check]:
+    """Each agent's start, and its finish where it has one. A place is about the agent's centre."""
+    findings = []
+    for agent in mission.agents:
+        findings.append(check_place(agent, "start", agent.start, trace.position[agent.index, 0], 0.0))
+        if agent.finish is not None:
+            last = trace.position[agent.index, -1]
+            findings.append(check_place(agent, "finish", agent.finish, last, mission.step * mission.steps))
+    return findings
+
+
+def check_place(agent: Agent, name: str, place: Place, position: Array, at: float) -> Check:
+    """An agent at a time, in seconds: its centre, (dim,), is in the place, or there."""
+    match place:
+        case Anywhere(region):
+            margin = -float(signed_distance(np, region.shape, position))
+            return judged(
+                name, agent.name, margin, "m", CONTACT, at=at, agents=(agent.name,), detail=f"in `{region.name}`"
+            )
+        case Exactly(point):
+            margin = -float(np.linalg.norm(position - np.array(point)))
+            where = ", ".join(f"{value:g}" for value in point)
+            return judged(name, agent.name, margin, "m", MOTION, at=at, agents=(agent.name,), detail=f"at ({where})")
+        case _:
+            assert_never(place)
+
+
+def check_world(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> Check:
+    """The world bounds the agents' centres, at every moment.
+
+    Exact for straight and parabolic motion; a polynomial of higher degree is
+    judged by its control points, which reach a little further than it does.
+    """
+    where, _ = extremes(curves)
+    low, high = np.array(mission.world.low), np.array(mission.world.high)
+    room = np.minimum(where - low[:, None], high[:, None] - where).min(axis=2)
+    agent, piece, point = np.unravel_index(int(room.argmin()), room.shape)
+    return judged(
+        "world",
+        "world",
+        float(room[agent, piece, point]),
+        "m",
+        tolerance,
+        at=float(curves.times[piece]),
+        agents=(mission.agents[int(agent)].name,),
+        detail="every centre is inside it throughout",
+    )
+
+
+def extremes(curves: Curves) -> tuple[Array, Array]:
+    """Points that bound each coordinate in each piece: (agents, pieces, dim, points), metres; and when, seconds.
+
+    Up to degree two the ends of the piece and where the coordinate turns; beyond it the control points, which the
+    curve may not reach, each at the begin of the piece.
+    """
+    begin = curves.times[:-1, None, None]
+    duration = curves.durations[:, None]
+    if curves.coefficients.shape[-1] > 3:
+        found = control_points(curves.coefficients, np.broadcast_to(curves.durations, curves.coefficients.shape[:2]))
+        return found, np.broadcast_to(begin, found.shape)
+    start, linear = curves.coefficients[..., 0], curves.coefficients[..., 1]
+    bend = curves.coefficients[..., 2] if curves.coefficients.shape[-1] == 3 else np.zeros_like(linear)
+    turn = np.divide(-linear, 2 * bend, out=np.zeros_like(linear), where=bend != 0)
+    local = np.stack(
+        [np.zeros_like(linear), np.broadcast_to(duration, linear.shape), np.clip(turn, 0.0, duration)], axis=-1
+    )
+    return start[..., None] + (linear[..., None] + bend[..., None] * local) * local, begin + local

@@ -1,0 +1,118 @@
+"""Dynamics of a trace, step by step: each agent's equations of motion and bounds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from missionc.base.trace import Array, Trace
+from missionc.geometry.vectors import norm
+from missionc.ir import Agent, Mission
+from missionc.verification.certificate import MOTION, Check, judged
+
+
+def check_shape(mission: Mission, trace: Trace) -> Check:
+    """Whether the arrays have the mission's sizes and hold finite numbers; nothing else can be asked before."""
+    states = (len(mission.agents), mission.steps + 1)
+    wanted = (*states, mission.dimension)
+    fits = trace.position.shape == wanted and trace.velocity.shape == wanted and trace.heading.shape == states
+    finite = all(bool(np.isfinite(array).all()) for array in (trace.position, trace.velocity, trace.heading))
+    on_time = math.isclose(trace.step, mission.step, rel_tol=1e-12)
+    detail = f"{wanted[0]} agents, {wanted[1]} states of {wanted[2]} coordinates, {mission.step:g} s apart, all finite"
+    return Check("shape", "plan", 0.0, "", 0.0, fits and finite and on_time, detail=detail)
+
+
+def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
+    """Every agent's motion against its dynamics; the trace has the mission's shape."""
+    findings: list[Check] = []
+    for agent in mission.agents:
+        position, velocity = trace.position[agent.index], trace.velocity[agent.index]
+        dynamics, step = agent.dynamics, trace.step
+        motion = _parabolic if dynamics.has_momentum else _straight
+        findings.append(motion(agent, position, velocity, step))
+        # Within a step of constant acceleration no speed is larger than at its ends.
+        flown = norm(velocity) if dynamics.has_momentum else mean_rates(position, step)
+        findings.append(_speed(agent, flown, dynamics.lowest_speed, dynamics.top_speed, step))
+        if dynamics.faces_ahead:
+            findings.append(_facing(agent, position, trace.heading[agent.index], step))
+        if math.isfinite(dynamics.top_turn):
+            findings.append(_turn(agent, trace.heading[agent.index], dynamics.top_turn, step))
+        if math.isfinite(dynamics.top_acceleration):
+            findings.append(_acceleration(agent, velocity, dynamics.top_acceleration, step))
+    return findings
+
+
+def mean_rates(values: Array, step: float) -> Array:
+    """Size of the mean rate of change in each step: speeds of positions, accelerations of velocities.
+
+    Args:
+        values: (..., steps + 1, dim), metres or m/s.
+
+    Returns:
+        (..., steps), m/s or m/s².
+    """
+    rates: Array = norm(np.diff(values, axis=-2)) / step
+    return rates
+
+
+def facing_errors(position: Array, heading: Array) -> Array:
+    """Distance of each move from the same length along the heading.
+
+    Args:
+        position: (..., steps + 1, dim), metres.
+        heading: (..., steps), rad, at the begin of each move.
+
+    Returns:
+        (..., steps), metres. A climb does not turn the vehicle: heights do not count.
+    """
+    move = np.diff(position, axis=-2)[..., :2]
+    facing = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    return norm(move - norm(move)[..., None] * facing)
+
+
+def turned(change: Array) -> Array:
+    """Size of a change of heading, rad, by the shorter side."""
+    return np.asarray(np.abs((change + math.pi) % (2 * math.pi) - math.pi))
+
+
+def _straight(agent: Agent, position: Array, velocity: Array, step: float) -> Check:
+    error = norm(np.diff(position, axis=0) - velocity[:-1] * step)
+    # The last velocity is that of the motion that ended there.
+    last = norm(velocity[-1:] - velocity[-2:-1]) * step
+    return _worst(agent, "motion", -np.concatenate([error, last]), "m", step, "position, velocity and time agree")
+
+
+def _parabolic(agent: Agent, position: Array, velocity: Array, step: float) -> Check:
+    error = np.diff(position, axis=0) - (velocity[1:] + velocity[:-1]) / 2 * step
+    margin = -norm(error)
+    return _worst(agent, "motion", margin, "m", step, "position, velocity and time agree under constant acceleration")
+
+
+def _speed(agent: Agent, speeds: Array, slowest: float, fastest: float, step: float) -> Check:
+    margin = fastest - speeds
+    if slowest > 0:
+        margin = np.minimum(margin, speeds - slowest)
+    allowed = f"{slowest:g} to {fastest:g} m/s" if slowest > 0 else f"at most {fastest:g} m/s"
+    return _worst(agent, "speed", margin, "m/s", step, allowed)
+
+
+def _acceleration(agent: Agent, velocity: Array, most: float, step: float) -> Check:
+    margin = most - mean_rates(velocity, step)
+    return _worst(agent, "acceleration", margin, "m/s^2", step, f"at most {most:g} m/s^2")
+
+
+def _facing(agent: Agent, position: Array, heading: Array, step: float) -> Check:
+    error = facing_errors(position, heading[:-1])
+    return _worst(agent, "heading", -error, "m", step, "it moves where it faces")
+
+
+def _turn(agent: Agent, heading: Array, turn: float, step: float) -> Check:
+    allowed = f"at most {turn * step:g} rad from step to step"
+    return _worst(agent, "turn", turn * step - turned(np.diff(heading)), "rad", step, allowed)
+
+
+def _worst(agent: Agent, name: str, margin: Array, unit: str, step: float, detail: str) -> Check:
+    index = int(np.argmin(margin)) if margin.size else 0
+    least = float(margin[index]) if margin.size else 0.0
+    return judged(name, agent.name, least, unit, MOTION, at=index * step, agents=(agent.name,), detail=detail)

@@ -1,0 +1,43 @@
+"""Requirements over a whole mission of which a part was flown before the plan: both together, judged as one motion.
+
+    in   the mission as it was written, the traces of what was flown, the trace of the plan
+    out  Checks
+
+What is left of a requirement after a part is worked out when the plan is made; here nothing of that is believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from missionc.base.trace import Array, Trace
+from missionc.ir import Mission
+from missionc.ir.kernel.nodes import Kernel
+from missionc.verification.certificate import Check
+from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.plan.requirements_at_steps import check_requirements
+
+
+def check_whole(mission: Mission, kernel: Kernel, past: Sequence[Trace], plan: Trace) -> list[Check]:
+    """One check for each requirement.
+
+    Args:
+        mission: whole, with all the agents whose states the traces have.
+        past: in order; each begins with the state that the one before ends with, and so does the plan.
+    """
+    parts = [*past, plan]
+
+    def joined(arrays: list[Array]) -> Array:
+        return np.concatenate([*(each[:, :-1] for each in arrays[:-1]), arrays[-1]], axis=1)
+
+    whole = Trace(
+        plan.step,
+        joined([each.position for each in parts]),
+        joined([each.velocity for each in parts]),
+        joined([each.heading for each in parts]),
+    )
+    checks, _ = check_requirements(mission, monitor(mission, kernel, whole))
+    return [replace(check, name="whole requirement") for check in checks]

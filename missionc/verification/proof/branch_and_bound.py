@@ -1,0 +1,219 @@
+"""Branch and bound over parts of a flight: the least margin of a claim with a proof, or the pieces on which it fails.
+
+A claim is a margin along curves that can be bounded on any part of them. If there are many subjects, the box around a
+whole flight shows which are far; the nearest come first.
+
+The control points of a curve bound a margin on a whole piece. If that does not suffice the piece is halved, all items
+together, until the least bound is within the claim's gap of the least margin seen. The pieces on which a claim fails
+are searched likewise, but every piece is decided by itself.
+
+Source:
+    Farouki, "The Bernstein polynomial basis: a centennial retrospective" (2012), section 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from missionc.base.trace import Array, Flags
+from missionc.geometry.curves.bernstein_intervals import Enclosed
+from missionc.geometry.curves.piecewise_polynomials import Indices
+
+Bounds: TypeAlias = tuple[Array, Array, Array]
+"""For each part: a lower bound of the margin on all of it, the margin somewhere in it, and at which share of it."""
+
+Curve: TypeAlias = Callable[[Indices], Enclosed]
+"""From items to their curves over their whole piece: (items, dim)."""
+
+Far: TypeAlias = Callable[[Indices], Array]
+"""From subjects to a lower bound of their margin over the whole flight, from the box around it: (subjects,)."""
+
+Judge: TypeAlias = Callable[[Indices, Enclosed], Bounds]
+"""From items and their curves over a part of the item's time, (parts, dim)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Claim:
+    """That a margin is at least 0 at every moment, for every subject.
+
+    Args:
+        name, subject, unit, tolerance, detail: of the check.
+        agents: (subjects, one or two): whom each subject is about, by their index.
+        times: (pieces + 1,), seconds.
+        curve: the curves of items; item ``subject * pieces + piece`` is a subject in a piece.
+        judge: bounds of the margin.
+        gap: the proved bound may stay so far below the least margin seen.
+        far: a bound that is quick, where there is one.
+    """
+
+    name: str
+    subject: str
+    unit: str
+    tolerance: float
+    detail: str
+    agents: Indices
+    times: Array
+    curve: Curve
+    judge: Judge
+    gap: float
+    far: Far | None = None
+
+    @property
+    def pieces(self) -> int:
+        return self.times.size - 1
+
+    @property
+    def items(self) -> int:
+        return len(self.agents) * self.pieces
+
+    def when(self, moment: float) -> float:
+        """Seconds; ``moment`` counts pieces: 3.25 is a quarter into the fourth."""
+        return float(np.interp(moment, np.arange(self.times.size), self.times))
+
+
+def everyone(count: int) -> Indices:
+    """(count, 1): each agent is a subject."""
+    return np.arange(count, dtype=np.int64)[:, None]
+
+
+def of_agents(curves: Enclosed) -> Curve:
+    """The curves of (agents, pieces, dim), each agent a subject."""
+    pieces = curves.radius.shape[1]
+    return lambda item: curves[item // pieces, item % pieces]
+
+
+SHORTEST = 2.0**-10
+"""The share of a piece below which one is taken to fail that is not proved yet."""
+
+CHUNK = 1 << 15
+"""Parts looked at together: bounds the memory, and stays in the cache."""
+
+FEW = 1 << 12
+"""Where there are more items than this, flights that are far enough as a whole are not looked at piece by piece."""
+
+MOST_PARTS = 1 << 20
+"""After so many the bounds are taken as they stand: still bounds, only looser ones."""
+
+SHARE = 1e-3
+"""The share of a margin to which it is found: far apart, or far too near, nobody asks how far to the micrometre."""
+
+FINEST = 2.0**-40
+"""The shortest part of a piece: what is not proved on it will not be."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parts:
+    """Parts that cover every item of a claim, in order of item and time.
+
+    Args:
+        item: (parts,): which.
+        begin, width: (parts,): shares of the item's piece; dyadic. All pieces of a subject may be one part.
+        lower: (parts,): a lower bound of the margin on the part.
+        least: the least margin seen of all.
+        worst: the item that has it.
+        moment: the share of its piece at which.
+    """
+
+    item: Indices
+    begin: Array
+    width: Array
+    lower: Array
+    least: float
+    worst: int
+    moment: float
+
+
+def branch_and_bound(claim: Claim, enough: float = np.inf) -> Parts:
+    """Parts that prove the least margin to the claim's gap, or only that it is at least ``enough``."""
+    far, unseen = _nearest_last(claim)
+    waiting: list[tuple[Indices, Array, Array, Enclosed | None]] = []
+    done: list[tuple[Indices, Array, Array, Array]] = []
+    least, worst, moment, spent = np.inf, 0, 0.0, 0
+    while waiting or unseen:
+        if not waiting:
+            subject = unseen.pop()
+            clear = far[subject] >= min(least - claim.gap - SHARE * abs(least), enough)
+            whole, subject = subject[clear], subject[~clear]
+            done.append((whole * claim.pieces, np.zeros(whole.size), np.full(whole.size, claim.pieces), far[whole]))
+            item = (subject[:, None] * claim.pieces + np.arange(claim.pieces)).ravel()
+            if item.size:
+                waiting.append((item, np.zeros(item.size), np.ones(item.size), None))
+            continue
+        item, begin, width, curve = waiting.pop()
+        curve = claim.curve(item) if curve is None else curve
+        lower, upper, share = claim.judge(item, curve)
+        spent += item.size
+        best = int(upper.argmin())
+        if upper[best] < least:
+            least, worst, moment = float(upper[best]), int(item[best]), float(begin[best] + share[best] * width[best])
+        wanted = min(least - claim.gap - SHARE * abs(least), enough)
+        settled = (lower >= wanted) | (width <= FINEST) | (spent > MOST_PARTS) | ~np.isfinite(lower)
+        done.append((item[settled], begin[settled], width[settled], lower[settled]))
+        rest = ~settled
+        if rest.any():
+            before, after = curve[rest].halves()
+            item, begin, half = item[rest], begin[rest], width[rest] / 2
+            waiting += [(item, begin + half, half, after), (item, begin, half, before)]
+            _joined(waiting)
+    item, begin, width, lower = (np.concatenate(column) for column in zip(*done, strict=True))
+    order = np.lexsort((begin, item))
+    return Parts(item[order], begin[order], width[order], lower[order], least, worst, moment)
+
+
+def _nearest_last(claim: Claim) -> tuple[Array, list[Indices]]:
+    """What is known of each subject's whole flight, (subjects,), and all of them in chunks, the nearest in the last."""
+    count = len(claim.agents)
+    far, order = np.full(count, -np.inf), np.arange(count)
+    if claim.far is not None and claim.items > FEW:
+        far = claim.far(order)
+        order = np.argsort(-far, kind="stable")
+    chunks = []
+    size = FEW
+    while order.size:
+        taken = max(1, (size if claim.items > FEW else CHUNK) // claim.pieces)
+        chunks.append(order[-taken:])
+        order, size = order[:-taken], min(2 * size, CHUNK)
+    return far, chunks[::-1]
+
+
+def _joined(waiting: list[tuple[Indices, Array, Array, Enclosed | None]]) -> None:
+    """Few parts are looked at as fast as one: the last two that wait become one where they are few."""
+    first, second = waiting[-2:]
+    if first[0].size + second[0].size > CHUNK or first[3] is None or second[3] is None:
+        return
+    item, begin, width = (np.concatenate([first[place], second[place]]) for place in range(3))
+    points = np.concatenate([first[3].points, second[3].points])
+    waiting[-2:] = [(item, begin, width, Enclosed(points, np.concatenate([first[3].radius, second[3].radius])))]
+
+
+def failing_pieces(claim: Claim) -> set[int]:
+    """The numbers of the pieces on which the margin of some subject is, or may be, below the claim's tolerance."""
+    subjects = np.arange(len(claim.agents))
+    if claim.far is not None:
+        subjects = subjects[~(claim.far(subjects) >= 0)]
+    items = (subjects[:, None] * claim.pieces + np.arange(claim.pieces)).ravel()
+    failing = np.zeros(claim.pieces, dtype=np.bool_)
+    for begin in range(0, items.size, CHUNK):
+        item = items[begin : begin + CHUNK]
+        _decide(claim, item, claim.curve(item), failing)
+    return set(np.flatnonzero(failing).tolist())
+
+
+def _decide(claim: Claim, item: Indices, curve: Enclosed, failing: Flags) -> None:
+    """Marks the pieces that fail among these items."""
+    width = 1.0
+    while item.size:
+        lower, seen, _ = claim.judge(item, curve)
+        open_ = ~(lower >= -claim.tolerance)
+        fails = open_ & (~(seen >= -claim.tolerance) | (width <= SHORTEST))
+        failing[item[fails] % claim.pieces] = True
+        rest = open_ & ~failing[item % claim.pieces]
+        if not rest.any():
+            return
+        before, after = curve[rest].halves()
+        item, width = np.tile(item[rest], 2), width / 2
+        curve = Enclosed(np.concatenate([before.points, after.points]), np.concatenate([before.radius, after.radius]))
