@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from farm.trial import Broken, Case, Kind
-from missionc.frontend.maps.feature import MapError
+from missionc.base.diagnostics.map_error import MapError
 
 DRAWING = "floor.dxf"
 HOSTILE = ("nan", "inf", "-1", "0", "1e300", "32767", "1000000", "-0.0", "1e-300")

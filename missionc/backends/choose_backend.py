@@ -18,7 +18,7 @@ from missionc.base.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.frontend.syntax.ast import Metric
+from missionc.base.units import Metric
 from missionc.ir import Apply, Flagged, Formula, Holds, Length, Mission, Objective, Still
 from missionc.ir.language.walk_formulas import asks_the_past, bottom_up, formulas, operator_words
 from missionc.ir.wording import listed

@@ -12,6 +12,14 @@ Steps = NewType("Steps", int)
 Hops = NewType("Hops", int)
 
 
+class Metric(Enum):
+    """The measure of a route's length."""
+
+    HOPS = "hops"
+    METRES = "distance"
+    WEIGHT = "weight"
+
+
 class Dimension(Enum):
     """What a quantity measures; the value reads well in a message."""
 

@@ -7,8 +7,7 @@ from typing import Protocol, TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.base.units import Steps
-from missionc.frontend.syntax.ast import Metric
+from missionc.base.units import Metric, Steps
 from missionc.ir.agents import AgentSet
 from missionc.ir.couplings import Graph, Weight
 from missionc.ir.predicates import Predicate

@@ -10,8 +10,7 @@ from missionc.base.units import Seconds
 from missionc.ir.shapes import Shape, Vector
 
 if TYPE_CHECKING:  # few missions read files
-    from missionc.frontend.maps.feature import Asked
-    from missionc.frontend.maps.read_map import ReadSummary
+    from missionc.ir.place_files import FileRequest, ReadSummary
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,4 +100,4 @@ class PlacesFile:
     kind: str
     summary: ReadSummary
     names: frozenset[str] = frozenset()
-    asked: Asked | None = None
+    asked: FileRequest | None = None

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.frontend.syntax.ast import Metric
+from missionc.base.units import Metric
 from missionc.ir.kernel.nodes import Goal, Kernel, NeighbourNode, RouteNode
 from missionc.ir.kernel.walk import postorder
 from missionc.ir.language.operators import by_name

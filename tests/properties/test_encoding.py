@@ -28,7 +28,7 @@ from missionc.backends.smt.roadmap import roadmap_links
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.worker import SAT, CaDiCaL
-from missionc.frontend.syntax.ast import Metric
+from missionc.base.units import Metric
 from missionc.ir.kernel.nodes import Goal, Kernel
 from missionc.ir.kernel.normal_form import negated
 from missionc.ir.language.operator import Operator

@@ -10,13 +10,12 @@ import numpy as np
 from hypothesis import given, settings
 
 from missionc import ir
-from missionc.base.units import Steps
+from missionc.base.units import Metric, Steps
 from missionc.frontend.checks.check_horizons import steps_ahead
 from missionc.frontend.explain.explanation import document, explained, lines, traps_of
 from missionc.frontend.explain.sentences import MOST_PARTS, Sentences, sentences
 from missionc.frontend.explain.window_diagram import WIDTH, draw, windows
 from missionc.frontend.resolve.show_ir import show_formula
-from missionc.frontend.syntax.ast import Metric
 from missionc.ir.language.operator import Bounds
 from missionc.ir.language.operators import OPERATORS, by_name
 from missionc.ir.language.walk_formulas import bottom_up, goals, reaches_back

@@ -19,7 +19,8 @@ from shapely.affinity import affine_transform
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.frontend.maps.feature import Area, Asked, Circle, Place
+from missionc.frontend.maps.feature import Area, Circle, Place
+from missionc.ir.place_files import FileRequest
 
 ezdxf.options.write_fixed_meta_data_for_testing = True  # the same drawing is the same text at any time
 
@@ -29,10 +30,10 @@ FINE = 1e-4
 DOWN, UP = (0, 0, -1), (0, 0, 1)
 
 
-def asked(text: str, kind: str = "region", limits: Limits | None = None, **words: Any) -> Asked:
+def asked(text: str, kind: str = "region", limits: Limits | None = None, **words: Any) -> FileRequest:
     """A declaration that takes places from the text of a drawing."""
     source = Source("floor.dxf", "", text.encode())
-    return Asked(kind, (source,), Span(source, 0, 0), limits or Limits(), **words)
+    return FileRequest(kind, (source,), Span(source, 0, 0), limits or Limits(), **words)
 
 
 def text_of(document: Any) -> str:

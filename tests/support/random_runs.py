@@ -22,9 +22,8 @@ from missionc.backends.choose_backend import needs_of
 from missionc.backends.features import Feature
 from missionc.base.source import Source, Span
 from missionc.base.trace import Trace
-from missionc.base.units import Metres, Seconds, Steps
+from missionc.base.units import Metres, Metric, Seconds, Steps
 from missionc.frontend.resolve.lost_agents import without_any
-from missionc.frontend.syntax.ast import Metric
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.language.operator import Bounds, Operator, TooLarge
 from missionc.ir.language.operators import OPERATORS, by_name

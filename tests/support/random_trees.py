@@ -13,6 +13,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from missionc.base.source import Source, Span
+from missionc.base.units import Metric
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.show_tree import show
 
@@ -138,8 +139,8 @@ point_lists = st.lists(points, min_size=1, max_size=4).map(tuple)
 
 windows = st.builds(ast.Window, st.just(NOWHERE), quantities, st.none() | quantities)
 periods = st.builds(ast.Period, st.just(NOWHERE), quantities)
-_metrics = st.sampled_from((ast.Metric.HOPS, ast.Metric.METRES))
-_weights = st.just(ast.Metric.WEIGHT)
+_metrics = st.sampled_from((Metric.HOPS, Metric.METRES))
+_weights = st.just(Metric.WEIGHT)
 _on = st.none() | references
 _of_weights = names.filter(lambda name: name.text not in ("hops", "distance"))
 lengths = st.one_of(

@@ -11,8 +11,8 @@ from missionc.base.diagnostics.code import FILE_OUTSIDE_WORLD, PLACE_OUTSIDE_WOR
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.frontend.maps.feature import Asked
 from missionc.frontend.maps.likely_cause import likely_cause
+from missionc.ir.place_files import FileRequest
 from tests.support.mapped_missions import findings, only, picture
 
 BESIDE = "require r: scout: always[0, 30 s] "
@@ -104,7 +104,7 @@ def test_a_file_outside_the_world_is_an_error_with_its_likely_cause(
 
 def test_exchanged_axes_of_a_table_are_named() -> None:
     source = Source("r.csv", "")
-    asked = Asked("obstacle", (source,), Span(source, 0, 0), Limits())
+    asked = FileRequest("obstacle", (source,), Span(source, 0, 0), Limits())
     assert "exchange `x` and `y`" in likely_cause(asked, ((5, 80), (6, 81)), ((0, 0), (100, 10)))
 
 

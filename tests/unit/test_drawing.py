@@ -16,11 +16,13 @@ import ezdxf
 from ezdxf.math import Vec3
 
 from missionc.base.diagnostics.code import FILE_TOO_LARGE, MAP_FEATURE, MAP_OPTION, MAP_UNREADABLE, Code
+from missionc.base.diagnostics.map_error import MapError
 from missionc.base.limits import Limits
 from missionc.frontend.maps.drawing import drawing
 from missionc.frontend.maps.dxf.areas import SAGITTA
-from missionc.frontend.maps.feature import Circle, MapError, Place
-from missionc.frontend.maps.read_map import LeftOut, Reading
+from missionc.frontend.maps.feature import Circle, Place
+from missionc.frontend.maps.read_map import Reading
+from missionc.ir.place_files import LeftOut
 from tests.support.random_drawings import DOWN, asked, polygons_of, text_of
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]

@@ -10,8 +10,7 @@ from missionc import ir
 from missionc.base.diagnostics.code import TOO_LARGE_TO_EXPAND
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.base.units import Metres, Steps
-from missionc.frontend.syntax.ast import Metric
+from missionc.base.units import Metres, Metric, Steps
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Is, Kernel, Node, Not, Reach
 from missionc.ir.kernel.show import show
 from missionc.ir.kernel.walk import children, postorder

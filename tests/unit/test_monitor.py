@@ -11,8 +11,7 @@ import pytest
 from missionc import ir
 from missionc.base.judgement import Judgement
 from missionc.base.trace import Trace
-from missionc.base.units import Metres, Steps
-from missionc.frontend.syntax.ast import Metric
+from missionc.base.units import Metres, Metric, Steps
 from missionc.ir.language.margins import links
 from missionc.ir.language.operators import by_name
 from missionc.ir.lower.expand import expand

@@ -7,8 +7,7 @@ import math
 import pytest
 
 from missionc import ir
-from missionc.base.units import Metres, Steps
-from missionc.frontend.syntax.ast import Metric
+from missionc.base.units import Metres, Metric, Steps
 from missionc.ir.kernel.nodes import All, Any, Is, Node, Not, PathLength, Reach, Release, Route, Until
 from missionc.ir.kernel.normal_form import negated
 from missionc.ir.kernel.walk import postorder

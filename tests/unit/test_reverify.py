@@ -105,7 +105,8 @@ def test_nothing_that_plans_or_fits_is_loaded(folder: Path) -> None:
         "except SystemExit as left: assert not left.code, left.code\n"
         "print(sorted({name.split('.')[0] for name in sys.modules} & {'z3', 'torch', 'piqp', 'pysat'}),"
         "[name for name in sys.modules if name.startswith("
-        "('missionc.flight.trajectories.', 'missionc.geometry.curves.smooth_splines', 'missionc.backends.smt.backend'))])"
+        "('missionc.flight.trajectories.', 'missionc.geometry.curves.smooth_splines', "
+        "'missionc.backends.smt.backend'))])"
     )
     ran = subprocess.run([sys.executable, "-c", program, str(folder)], capture_output=True, text=True, check=True)
     assert ran.stdout.splitlines()[-1] == "[] []"

@@ -262,7 +262,8 @@ def test_the_least_connectivity_of_a_graph_that_must_be_connected_is_reported() 
 
 def test_verifying_loads_no_backend() -> None:
     foreign = "('missionc.backends', 'z3', 'torch', 'piqp')"
-    code = f"import missionc.verification.verify_plan, sys; print([name for name in sys.modules if name.startswith({foreign})])"
+    loaded = f"[name for name in sys.modules if name.startswith({foreign})]"
+    code = f"import missionc.verification.verify_plan, sys; print({loaded})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

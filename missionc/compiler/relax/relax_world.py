@@ -13,6 +13,7 @@ from dataclasses import replace
 from missionc import ir
 from missionc.base.diagnostics.model import Fix
 from missionc.base.source import Span
+from missionc.base.units import Metric
 from missionc.compiler.front_end import Checked
 from missionc.compiler.relax.conflict_targets import ConflictTargets, Way
 from missionc.compiler.relax.edits import ROUND, Edit, Spot, declared, is_in_main_file, spot
@@ -61,7 +62,7 @@ def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
         if bound is None:
             continue
         name = f"the bound of `{excerpt(length.span)}`"
-        counted = bounds.metric is not ast.Metric.METRES
+        counted = bounds.metric is not Metric.METRES
         if counted and way is Way.MORE:
             knobs.append(whole(bound, name, int(longest(bounds)) - int(bounds.high)))
         elif counted:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from missionc.base.diagnostics.code import ESCAPES_AT_ONCE, HOPS_BEYOND_TEAM, REACHES_ITSELF
 from missionc.base.diagnostics.model import Diagnostic, Fix, Label
+from missionc.base.units import Metric
 from missionc.frontend.checks.must_analysis import MustAnalysis
-from missionc.frontend.syntax.ast import Metric
 from missionc.ir import Apply, AtLeastOf, Formula, Length, Mission, OfAgent
 from missionc.ir.kernel.walk import route_bounds
 from missionc.ir.language.walk_formulas import bits_of, formulas, operands, operator_words

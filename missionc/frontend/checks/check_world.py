@@ -63,8 +63,7 @@ from missionc.ir.pair_ranges import directed
 from missionc.ir.wording import listed, metres, number, point, spaced
 
 if TYPE_CHECKING:
-    from missionc.frontend.maps.feature import Asked
-    from missionc.frontend.maps.read_map import Extents
+    from missionc.ir.place_files import Extents, FileRequest
 
 
 FEWEST = 2
@@ -254,8 +253,8 @@ def _measured(kernel: Kernel) -> set[str]:
 # ------------------------------------------------------------------ messages
 
 
-def _all_outside(mission: Mission, file: PlacesFile, asked: Asked, extents: Extents) -> Diagnostic:
-    from missionc.frontend.maps.feature import MapError  # few missions read files
+def _all_outside(mission: Mission, file: PlacesFile, asked: FileRequest, extents: Extents) -> Diagnostic:
+    from missionc.base.diagnostics.map_error import MapError  # few missions read files
     from missionc.frontend.maps.likely_cause import likely_cause
 
     low, high = extents
@@ -275,7 +274,7 @@ def _all_outside(mission: Mission, file: PlacesFile, asked: Asked, extents: Exte
     )
 
 
-def _some_outside(mission: Mission, file: PlacesFile, asked: Asked, outside: list[Place]) -> Diagnostic:
+def _some_outside(mission: Mission, file: PlacesFile, asked: FileRequest, outside: list[Place]) -> Diagnostic:
     first = outside[0].span
     beside = () if first == asked.span else (Label(first, f"`{outside[0].name}`"),)
     return Diagnostic(

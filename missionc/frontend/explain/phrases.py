@@ -6,8 +6,8 @@ import math
 
 from missionc import ir
 from missionc.base.late_dataclass import dataclass
+from missionc.base.units import Metric
 from missionc.frontend.resolve.show_ir import Words, number
-from missionc.frontend.syntax.ast import Metric
 from missionc.ir.wording import seconds
 
 MOST_NAMES = 20

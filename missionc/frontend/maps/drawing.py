@@ -24,25 +24,16 @@ from typing import Any
 
 import numpy as np
 
+from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unsaid, unusable
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Source
 from missionc.frontend.maps.dxf.areas import GAP, SAGITTA, World, area_from, area_of, disc_of, join_ends, outline
 from missionc.frontend.maps.dxf.blocks import Blocks, Parts, Placed, folded, layer_of
 from missionc.frontend.maps.dxf.shapes import READ, Points, Shape, UnusableError, shape_of
-from missionc.frontend.maps.feature import (
-    Area,
-    Asked,
-    Circle,
-    Feature,
-    MapError,
-    Place,
-    too_many,
-    unreadable,
-    unsaid,
-    unusable,
-)
+from missionc.frontend.maps.feature import Area, Circle, Feature, Place
 from missionc.frontend.maps.map_metadata import library
-from missionc.frontend.maps.read_map import LeftOut, Reading
+from missionc.frontend.maps.read_map import Reading
+from missionc.ir.place_files import FileRequest, LeftOut
 
 FOOT = 0.3048
 SURVEY_FOOT = 1200 / 3937
@@ -61,7 +52,7 @@ NO_AREA = (
 """Kinds of entities that bound no area. Any other kind that is not read may bound one."""
 
 
-def drawing(asked: Asked) -> Reading:
+def drawing(asked: FileRequest) -> Reading:
     """Raises:
     MapError: it is no drawing, something in its layers makes no area, or there is too much.
     """
@@ -79,7 +70,7 @@ def drawing(asked: Asked) -> Reading:
         return _Drawing(asked, source, unit).read(document)
 
 
-def _document(source: Source, asked: Asked) -> Any:
+def _document(source: Source, asked: FileRequest) -> Any:
     ezdxf = library("ezdxf", "ezdxf", source, asked.span)
     try:
         return ezdxf.read(TextIOWrapper(BytesIO(source.content), _encoding(source), errors="replace"))
@@ -105,7 +96,7 @@ def _unit(document: Any) -> float:
     return METRES.get(number, 0.0) if isinstance(number, int | float) else 0.0
 
 
-def _check_layers(document: Any, asked: Asked) -> None:
+def _check_layers(document: Any, asked: FileRequest) -> None:
     """Check that each layer has an entry in the table of layers, or an entity."""
     if not asked.layers:
         return
@@ -130,7 +121,7 @@ class Loose:
 
 
 class _Drawing:
-    def __init__(self, asked: Asked, source: Source, unit: float) -> None:
+    def __init__(self, asked: FileRequest, source: Source, unit: float) -> None:
         self.asked, self.source = asked, source
         self.world = World(unit, asked.at, asked.limits.magnitude)
 

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import math
 
-from missionc.frontend.maps.feature import Area, Asked, Circle, Feature, Place
+from missionc.frontend.maps.feature import Area, Circle, Feature, Place
 from missionc.frontend.maps.geojson import KINDS
 from missionc.frontend.maps.read_map import Reading, count_left_out
 from missionc.frontend.maps.table import Row, read_table
+from missionc.ir.place_files import FileRequest
 
 COLUMNS = ("name", "kind", "x", "y", "z", "radius", "width", "depth", "angle", "low", "high")
 HEIGHT = {"low", "high"}
 
 
-def feature_table(asked: Asked) -> Reading:
+def feature_table(asked: FileRequest) -> Reading:
     """Read the rows of the kind that is asked for, and those that state no kind.
 
     Raises:
@@ -33,7 +34,7 @@ def feature_table(asked: Asked) -> Reading:
     return Reading([_feature(row, asked) for row in read], count_left_out(flattened))
 
 
-def _feature(row: Row, asked: Asked) -> Feature:
+def _feature(row: Row, asked: FileRequest) -> Feature:
     unit, name = asked.unit or 1.0, row.cells.get("name", "")
     x, y = (place + unit * value for place, value in zip(asked.at, row.numbers("x", "y"), strict=True))
     height = None
@@ -44,7 +45,7 @@ def _feature(row: Row, asked: Asked) -> Feature:
     return Feature(name, _shape(row, asked, x, y, unit), row.span, named, height)
 
 
-def _shape(row: Row, asked: Asked, x: float, y: float, unit: float) -> Area | Circle | Place:
+def _shape(row: Row, asked: FileRequest, x: float, y: float, unit: float) -> Area | Circle | Place:
     sizes = [column for column in ("radius", "width", "depth", "angle") if column in row.cells]
     if asked.kind == "beacon":
         if sizes:

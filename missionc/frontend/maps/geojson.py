@@ -21,26 +21,16 @@ from typing import Any
 import shapely
 
 from missionc.base.diagnostics.code import MAP_LEFT_OUT
+from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unsaid, unusable
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.late_dataclass import dataclass
 from missionc.base.plain_number import is_number, plain_number
 from missionc.base.source import Source, Span
 from missionc.base.strict_json import NotJsonError, parse_json
-from missionc.frontend.maps.feature import (
-    Area,
-    Asked,
-    Circle,
-    Corners,
-    Feature,
-    MapError,
-    Place,
-    too_many,
-    unreadable,
-    unsaid,
-    unusable,
-)
+from missionc.frontend.maps.feature import Area, Circle, Corners, Feature, Place
 from missionc.frontend.maps.local_frame import local_frame
 from missionc.frontend.maps.read_map import Reading, count_left_out
+from missionc.ir.place_files import FileRequest
 
 KINDS = ("obstacle", "region", "beacon")
 ALL = "FeatureCollection"
@@ -53,7 +43,7 @@ _WGS_84 = re.compile(r"CRS ?84|4326", re.IGNORECASE)
 _COMMA = re.compile(r"\s*,?\s*")
 
 
-def geojson(asked: Asked) -> Reading:
+def geojson(asked: FileRequest) -> Reading:
     """Read the features of the kind that is asked for, and those that state no kind.
 
     Raises:
@@ -100,7 +90,7 @@ def _corner_count(features: Sequence[object]) -> int:
     return count
 
 
-def _metres(asked: Asked, source: Source, system: object) -> Callable[[float, float], tuple[float, float]]:
+def _metres(asked: FileRequest, source: Source, system: object) -> Callable[[float, float], tuple[float, float]]:
     """Return the function from coordinates of the file to the mission's metres.
 
     Args:
@@ -175,7 +165,7 @@ def _warnings(source: Source, left_out: list[_Part]) -> Iterator[Diagnostic]:
 class _Reader:
     """Reads one feature, which is at ``span``; adds the parts that make no place to ``left_out``."""
 
-    asked: Asked
+    asked: FileRequest
     metres: Callable[[float, float], tuple[float, float]]
     span: Span
     left_out: list[_Part]

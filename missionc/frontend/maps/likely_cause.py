@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
-from missionc.frontend.maps.feature import Asked
 from missionc.frontend.maps.local_frame import geographic, local_frame
 from missionc.frontend.maps.map_metadata import IMAGES, METADATA, ending
-from missionc.frontend.maps.read_map import Extents, box
+from missionc.frontend.maps.read_map import box
+from missionc.ir.place_files import Extents, FileRequest
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
 SMALLEST = 0.05
@@ -22,7 +22,7 @@ NEAR = 1.0
 """Degrees that a file spans at most if its coordinates may be longitude and latitude."""
 
 
-def likely_cause(asked: Asked, extents: Extents, world: Extents) -> str:
+def likely_cause(asked: FileRequest, extents: Extents, world: Extents) -> str:
     """Return what to change in the file or in its declaration.
 
     Args:
@@ -40,7 +40,9 @@ def likely_cause(asked: Asked, extents: Extents, world: Extents) -> str:
     return _elsewhere(asked, extents, corners, world)
 
 
-def _on_earth(asked: Asked, corners: list[tuple[float, float]]) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+def _on_earth(
+    asked: FileRequest, corners: list[tuple[float, float]]
+) -> Iterator[tuple[str, list[tuple[float, float]]]]:
     """Longitude and latitude exchanged, in the file or in the declaration."""
     assert asked.origin is not None
     place = asked.sources[0], asked.span
@@ -51,7 +53,9 @@ def _on_earth(asked: Asked, corners: list[tuple[float, float]]) -> Iterator[tupl
         yield way_out, [frame(latitude, longitude) for longitude, latitude in degrees]
 
 
-def _in_the_plane(asked: Asked, corners: list[tuple[float, float]]) -> Iterator[tuple[str, list[tuple[float, float]]]]:
+def _in_the_plane(
+    asked: FileRequest, corners: list[tuple[float, float]]
+) -> Iterator[tuple[str, list[tuple[float, float]]]]:
     """Another unit of length, or the two axes exchanged; a grid states its own size."""
     if ending(asked.sources[0].name) in (*IMAGES, *METADATA):
         return
@@ -63,7 +67,7 @@ def _in_the_plane(asked: Asked, corners: list[tuple[float, float]]) -> Iterator[
     yield "exchange `x` and `y` in the file", [(y, x) for x, y in corners]
 
 
-def _elsewhere(asked: Asked, extents: Extents, corners: list[tuple[float, float]], world: Extents) -> str:
+def _elsewhere(asked: FileRequest, extents: Extents, corners: list[tuple[float, float]], world: Extents) -> str:
     """Another origin."""
     if asked.origin is not None:
         longitude, latitude = geographic(asked.origin, asked.sources[0], asked.span)(*corners[0])

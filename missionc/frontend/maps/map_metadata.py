@@ -19,10 +19,10 @@ from posixpath import basename, splitext
 from typing import Any
 
 from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.base.diagnostics.map_error import MapError, unreadable
 from missionc.base.late_dataclass import dataclass
 from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span
-from missionc.frontend.maps.feature import MapError, unreadable
 
 IMAGES = (".pgm", ".png", ".bmp")
 METADATA = (".yaml", ".yml")

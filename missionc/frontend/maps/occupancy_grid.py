@@ -32,12 +32,14 @@ import shapely
 from numpy.typing import NDArray
 
 from missionc.base.diagnostics.code import MAP_LEFT_OUT
+from missionc.base.diagnostics.map_error import too_many, unreadable, unsaid, unusable
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.figures import counted
 from missionc.base.source import Source
-from missionc.frontend.maps.feature import Area, Asked, Corners, Feature, too_many, unreadable, unsaid, unusable
+from missionc.frontend.maps.feature import Area, Corners, Feature
 from missionc.frontend.maps.map_metadata import IMAGES, MapMetadata, ending, library, read_metadata
 from missionc.frontend.maps.read_map import Reading, box
+from missionc.ir.place_files import FileRequest
 
 Cells: TypeAlias = NDArray[np.bool_]
 """(rows, columns): true where a cell is occupied; row 0 is the lowest."""
@@ -199,7 +201,7 @@ MAP_SAVER_UNKNOWN = 205
 """The shade that ``map_saver`` of ROS writes for a cell of which nothing is known."""
 
 
-def occupancy_grid(asked: Asked) -> Reading:
+def occupancy_grid(asked: FileRequest) -> Reading:
     """Read one feature for each polygon of occupied cells, from below and from the left.
 
     Raises:
@@ -260,7 +262,7 @@ def occupied_cells(
     return cells
 
 
-def _image_and_metadata(asked: Asked) -> tuple[Source, MapMetadata]:
+def _image_and_metadata(asked: FileRequest) -> tuple[Source, MapMetadata]:
     """The two files, whichever was named; an image alone has the size of its cells from the mission."""
     first, *rest = asked.sources
     if ending(first.name) not in IMAGES:
@@ -280,7 +282,7 @@ def _image_and_metadata(asked: Asked) -> tuple[Source, MapMetadata]:
     return first, MapMetadata(first.name, asked.resolution)
 
 
-def _decoded(source: Source, asked: Asked) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _decoded(source: Source, asked: FileRequest) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Shades from 0 to 255, and where the image is not transparent; (rows, columns) both."""
     pillow = library("PIL.Image", "Pillow", source, asked.span)
     way_out = "give an image in the form PGM, PNG or BMP"

@@ -1,6 +1,6 @@
 """Readers of map files by the ending of the file's name, and the summary of what was read.
 
-    in   Asked
+    in   FileRequest
     out  a reading, or the finding about the file
     says MC004 MC033 MC034 MC035 MC404
 
@@ -13,41 +13,16 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable
 from importlib import import_module
-from typing import TypeAlias
 
+from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unusable
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.late_dataclass import dataclass
-from missionc.frontend.maps.feature import Area, Asked, Circle, Feature, MapError, Place, too_many, unreadable, unusable
+from missionc.frontend.maps.feature import Area, Circle, Feature, Place
 from missionc.frontend.maps.map_metadata import ending
-
-Extents: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
-"""``(x, y)`` of the lower left and of the upper right corner, metres."""
+from missionc.ir.place_files import Extents, FileRequest, LeftOut, ReadSummary
 
 MOST_SHOWN = 4
 """Kinds of parts left out that are listed."""
-
-
-@dataclass(frozen=True, slots=True)
-class LeftOut:
-    """Parts of a file that make no place.
-
-    Args:
-        kind: the file's own word for them, such as ``TEXT`` or ``LineString``.
-        reason: a phrase for the reader, such as ``not an area``.
-    """
-
-    kind: str
-    reason: str
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
-class ReadSummary:
-    """``count`` is the number of features read; ``extents`` is None if there are none."""
-
-    count: int
-    left_out: tuple[LeftOut, ...]
-    extents: Extents | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +102,7 @@ FORMS: dict[str, Form] = {
 }
 
 
-def read_map(asked: Asked) -> Reading | Diagnostic:
+def read_map(asked: FileRequest) -> Reading | Diagnostic:
     """Read the features of a file, at least one; the finding about the file if there is none."""
     source = asked.sources[0]
     form = FORMS.get(ending(source.name))
@@ -135,7 +110,9 @@ def read_map(asked: Asked) -> Reading | Diagnostic:
         if form is None:
             endings = ", ".join(f"`{each}`" for each in FORMS)
             raise unreadable(source, "its ending is that of no form that is known", asked.span, f"known are {endings}")
-        read: Callable[[Asked], Reading] = getattr(import_module(f"missionc.frontend.maps.{form.module}"), form.module)
+        read: Callable[[FileRequest], Reading] = getattr(
+            import_module(f"missionc.frontend.maps.{form.module}"), form.module
+        )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what a library thinks of a file is no finding
             reading = read(asked)

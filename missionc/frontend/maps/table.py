@@ -21,6 +21,7 @@ from collections.abc import Iterator, Sequence
 from io import StringIO
 from itertools import accumulate
 
+from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unusable
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.diagnostics.suggest import nearest
 from missionc.base.late_dataclass import dataclass
@@ -28,7 +29,6 @@ from missionc.base.limits import Limits
 from missionc.base.plain_number import is_number, plain_number
 from missionc.base.source import Source, Span, line_ends
 from missionc.base.strict_json import NotJsonError, parse_json
-from missionc.frontend.maps.feature import MapError, too_many, unreadable, unusable
 from missionc.frontend.maps.map_metadata import ending
 
 TEXTS = frozenset({"name", "kind"})

@@ -17,7 +17,7 @@ from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
 from missionc.base.diagnostics.suggest import nearest
 from missionc.base.source import Span
-from missionc.base.units import Dimension, Metres
+from missionc.base.units import Dimension, Metres, Metric
 from missionc.frontend.resolve.context import (
     AGENTS,
     PLAIN,
@@ -55,7 +55,7 @@ from missionc.ir import About
 def resolve_length(context: Context, length: ast.Length) -> ir.Length:
     """The bounds; the lower one is 0 and the upper one infinite where they are left out."""
     low = length.low
-    if low is not None and length.high is not None and length.metric is ast.Metric.METRES:
+    if low is not None and length.high is not None and length.metric is Metric.METRES:
         low = with_unit_of(low, length.high, Dimension.LENGTH)
     graph = _graph(context, length)
     weight = None if length.unit is None else _weight(context, length.unit, graph)
@@ -74,7 +74,7 @@ def resolve_length(context: Context, length: ast.Length) -> ir.Length:
 
 
 def _with_unit(length: ast.Length, bound: float) -> str:
-    if length.metric is ast.Metric.HOPS:
+    if length.metric is Metric.HOPS:
         return f"{shown(bound)} {'hop' if bound == 1 else 'hops'}"
     return f"{shown(bound)} m" if length.unit is None else f"{length.unit.text} {shown(bound)}"
 
@@ -102,11 +102,11 @@ def _swapped(length: ast.Length) -> Fix | None:
     """None where only one bound is written."""
     if length.low is None or length.high is None:
         return None
-    return swapped(length.low, length.high, "..", lends=length.metric is ast.Metric.METRES)
+    return swapped(length.low, length.high, "..", lends=length.metric is Metric.METRES)
 
 
 def _bound(context: Context, length: ast.Length, bound: ast.Quantity) -> float:
-    if length.metric is ast.Metric.HOPS:
+    if length.metric is Metric.HOPS:
         return whole(context, bound, "the number of hops")
     if length.unit is not None:
         return whole(context, bound, f"the bound of `{length.unit.text}`")

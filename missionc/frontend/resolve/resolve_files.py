@@ -37,8 +37,9 @@ from missionc.frontend.syntax.tokens import nameable, reserved
 from missionc.ir.wording import point
 
 if TYPE_CHECKING:
-    from missionc.frontend.maps.feature import Area, Asked, Circle, Corners, Feature
+    from missionc.frontend.maps.feature import Area, Circle, Corners, Feature
     from missionc.frontend.maps.table import PointRow
+    from missionc.ir.place_files import FileRequest
 
 
 def file_lines(mission: ir.Mission) -> list[str]:
@@ -68,7 +69,8 @@ def _files(mission: ir.Mission) -> Iterator[tuple[ir.PlacesFile, int | None]]:
     """Each file, and of a roadmap the number of its lanes."""
     yield from ((file, None) for file in mission.files)
     if mission.solve.roadmap is not None:
-        from missionc.frontend.maps.read_map import ReadSummary, box  # few missions have one
+        from missionc.frontend.maps.read_map import box  # few missions have one
+        from missionc.ir.place_files import ReadSummary  # few missions have one
 
         roadmap = mission.solve.roadmap
         extents = box(node.position for node in roadmap.nodes)
@@ -152,8 +154,9 @@ def _item(context: Context, item: Item) -> Item:
 def _rows(context: Context, file: ast.File, *, timed: bool = False) -> list[PointRow]:
     if not file.sources:
         return []
-    from missionc.frontend.maps.read_map import ReadSummary, box
+    from missionc.frontend.maps.read_map import box
     from missionc.frontend.maps.table import point_table  # few missions have one
+    from missionc.ir.place_files import ReadSummary
 
     rows = point_table(file.sources[0], file.span, context.limits, timed=timed)
     if isinstance(rows, Diagnostic):
@@ -175,16 +178,16 @@ def _numbers(values: Iterable[float], span: Span) -> tuple[ast.Number, ...]:
 # -------------------------------------------------------------------- options
 
 
-def _asked(context: Context, node: ast.FromFile) -> Asked | None:
+def _asked(context: Context, node: ast.FromFile) -> FileRequest | None:
     """What the declaration asks of its file; None once something is reported."""
-    from missionc.frontend.maps.feature import Asked
     from missionc.frontend.maps.map_metadata import ending
     from missionc.frontend.maps.read_map import FORMS
+    from missionc.ir.place_files import FileRequest
 
     before = len(context.findings)
     form, kind = FORMS.get(ending(node.file.path)), KINDS[node.kind]
     if form is None:
-        return Asked(kind, node.file.sources, node.file.span, context.limits)
+        return FileRequest(kind, node.file.sources, node.file.span, context.limits)
     if kind not in form.kinds:
         holds = " and ".join(f"{each}s" for each in form.kinds)
         _not_for(context, f"{form.says} has {holds} alone", node.span, "take them from another file")
@@ -206,7 +209,7 @@ def _asked(context: Context, node: ast.FromFile) -> Asked | None:
     if len(context.findings) > before:
         return None
     layers = options.get("layer", ())
-    return Asked(
+    return FileRequest(
         kind,
         node.file.sources,
         node.file.span,
@@ -262,7 +265,7 @@ def _origin(context: Context, point: ast.Point) -> tuple[float, float]:
 # --------------------------------------------------------------------- places
 
 
-def _places(context: Context, node: ast.FromFile, asked: Asked) -> Iterator[ast.Declaration]:
+def _places(context: Context, node: ast.FromFile, asked: FileRequest) -> Iterator[ast.Declaration]:
     from missionc.frontend.maps.read_map import read_map
 
     reading = read_map(asked)

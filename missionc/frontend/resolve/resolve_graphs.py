@@ -17,7 +17,7 @@ from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Label
 from missionc.base.source import Span
-from missionc.base.units import UNITS, Dimension, Metres
+from missionc.base.units import UNITS, Dimension, Metres, Metric
 from missionc.frontend.resolve.context import REPORTED, Context, Kind, Unresolved
 from missionc.frontend.resolve.formula_findings import not_on_the_graph
 from missionc.frontend.resolve.resolve_agents import resolve_set
@@ -201,7 +201,7 @@ def _weights(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.We
         if name in weights:
             said_twice(context, f"the weight `{name}`", weight.name.span, weights[name][0])
             continue
-        if name == ast.Metric.HOPS.value:
+        if name == Metric.HOPS.value:
             _named_like_hops(context, weight)
         others = _heavy(context, weight.value, f"`{name}`")
         pairs = [

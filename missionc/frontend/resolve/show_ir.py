@@ -14,8 +14,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import assert_never
 
 from missionc import ir
+from missionc.base.units import Metric
 from missionc.frontend.resolve.resolve_quantities import SI
-from missionc.frontend.syntax.ast import Metric
 
 
 def show_formula(formula: ir.Formula, lets: dict[int, str], mission: ir.Mission) -> str:

@@ -12,6 +12,7 @@ from dataclasses import replace
 from missionc.base.diagnostics.code import SYNTAX, UNKNOWN_NAME
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.source import Span
+from missionc.base.units import Metric
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.tokens import Token, quoted
 
@@ -188,8 +189,8 @@ def length_between(
     span: Span, unit: Token | ast.Name, low: ast.Quantity | None, high: ast.Quantity | None, graph: ast.Name | None
 ) -> ast.Length:
     if isinstance(unit, ast.Name):
-        return ast.Length(span, ast.Metric.WEIGHT, low, high, graph, unit)
-    return ast.Length(span, ast.Metric(unit.word), low, high, graph)
+        return ast.Length(span, Metric.WEIGHT, low, high, graph, unit)
+    return ast.Length(span, Metric(unit.word), low, high, graph)
 
 
 def length_up_to(span: Span, unit: Token | ast.Name, high: ast.Quantity, graph: ast.Name | None) -> ast.Length:

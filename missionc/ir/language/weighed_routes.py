@@ -11,7 +11,7 @@ import math
 from functools import cache
 
 from missionc.base.source import Span
-from missionc.frontend.syntax.ast import Metric
+from missionc.base.units import Metric
 from missionc.ir import Apply, Graph, Length, Weight
 from missionc.ir.kernel.nodes import All, Any, Is, Neighbour, Node, Not, PathLength, Reach
 from missionc.ir.pair_ranges import heaviest, kinds_of_weight, weigh

@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from missionc.base.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
+from missionc.base.diagnostics.map_error import MapError, too_many
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.limits import Limits
 from missionc.base.plain_number import plain_number
@@ -34,7 +35,6 @@ from missionc.base.source import Source, Span, line_ends
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Steps
-from missionc.frontend.maps.feature import MapError, too_many
 from missionc.ir import Holds, Mission
 from missionc.ir.language.walk_formulas import asked_agents
 

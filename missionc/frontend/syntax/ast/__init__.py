@@ -58,7 +58,6 @@ from missionc.frontend.syntax.ast.formulas import Facing as Facing
 from missionc.frontend.syntax.ast.formulas import ForEach as ForEach
 from missionc.frontend.syntax.ast.formulas import Formula as Formula
 from missionc.frontend.syntax.ast.formulas import Length as Length
-from missionc.frontend.syntax.ast.formulas import Metric as Metric
 from missionc.frontend.syntax.ast.formulas import OneAgent as OneAgent
 from missionc.frontend.syntax.ast.formulas import Period as Period
 from missionc.frontend.syntax.ast.formulas import Quantified as Quantified

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from enum import Enum
 from typing import TypeAlias
 
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
+from missionc.base.units import Metric
 from missionc.frontend.syntax.ast.quantities import Index, Member, Name, Quantity
 
 
@@ -62,14 +62,6 @@ class Period:
 
     span: Span
     length: Quantity
-
-
-class Metric(Enum):
-    """What a route's length is measured in."""
-
-    HOPS = "hops"
-    METRES = "distance"
-    WEIGHT = "weight"
 
 
 @dataclass(frozen=True, slots=True)
