@@ -108,7 +108,7 @@ def documents() -> Mapping[str, tuple[bytes, Callable[[bytes, Path], object]]]:
     events = '[[event]]\nat = 8.0\nslow = "drone[1]"\nto = 0.5\n[[event]]\nat = 9\nlose = "drone[0]"\n'
     storm = f"[wind]\nmean = 0.5\n{events}"
     return {
-        "sweep.json": (json.dumps({"schema": "missionc.tools.sweep/1", **ABOUT}).encode(), sweep(SWEEP)),
+        "sweep.json": (json.dumps({"schema": "missionc.sweep/1", **ABOUT}).encode(), sweep(SWEEP)),
         "runs.jsonl": (row.as_line() + b"\n", sweep(JOURNAL)),
         "flights.jsonl": (lines, journal),
         "past.json": (past.encode(), lambda content, _: read_past(content.decode("utf-8", "replace"), 1e9)),

@@ -29,7 +29,7 @@ from missionc.tools.sweep.append_journal import LARGEST, Journal, locked
 from missionc.tools.sweep.run_answer import ERROR, OUTCOMES, RunResult
 from missionc.tools.sweep.run_grid import Run
 
-SWEEP, SCHEMA = "sweep.json", "missionc.tools.sweep/1"
+SWEEP, SCHEMA = "sweep.json", "missionc.sweep/1"
 JOURNAL = "runs.jsonl"
 AGAIN = "start the sweep again in another folder"
 PLANS = "plans"
