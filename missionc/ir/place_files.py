@@ -14,7 +14,7 @@ Extents: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 
 @dataclass(frozen=True, slots=True)
 class FileRequest:
-    """What a declaration asks of a file.
+    """File that a declaration names, and how it is to be read.
 
     Args:
         kind: ``obstacle``, ``region`` or ``beacon``.

@@ -14,15 +14,15 @@ from types import ModuleType
 
 import click
 import pytest
-from missionc.data import templates as template_package
-from missionc.data import vehicles as vehicle_package
 
 from missionc.base.diagnostics.code import CODES
 from missionc.base.source import Source
 from missionc.cli import app, options
 from missionc.cli.app import main
 from missionc.compiler import driver
+from missionc.frontend import templates as template_package
 from missionc.frontend.templates import templates
+from missionc.ir import vehicle_profiles as vehicle_package
 from missionc.ir.vehicle_profiles import profiles
 from missionc.output.export.export_form import Exported, Format
 from missionc.output.export.form_names import NAMES
@@ -151,7 +151,7 @@ def test_a_flag_of_compile_is_named_where_its_row_says() -> None:
 
 @pytest.mark.parametrize(("row", "word"), [("an operator of time", "release"), ("an operator of space", "surround")])
 def test_an_operator_is_named_where_its_row_says(row: str, word: str) -> None:
-    folders = ("checks", "explain", "language", "lower", "resolve", "syntax")
+    folders = ("frontend", "ir/language", "ir/lower")
     named = modules_that_name(word, *(f"missionc/{folder}" for folder in folders))
     assert named == modules("an operator of time", word) | modules(row, word)
 
@@ -226,10 +226,10 @@ def test_the_property_tests_take_the_operator_of_contributing_from_there(changed
 
 def test_a_predicate_is_two_modules_and_two_names_and_missions_may_use_it(tmp_path: Path) -> None:
     copy = copied(tmp_path)
-    meaning, spelling = sorted(path for path in modules("a predicate") if "NAME" in path)
+    spelling, meaning = sorted(path for path in modules("a predicate") if "NAME" in path)
     (copy / meaning.replace("NAME", "beside")).write_text(BESIDE, encoding="utf-8")
     (copy / spelling.replace("NAME", "beside")).write_text(BESIDE_WORD, encoding="utf-8")
-    kinds, words = sorted(path for path in modules("a predicate") if path.endswith("__init__.py"))
+    words, kinds = sorted(path for path in modules("a predicate") if path.endswith("__init__.py"))
     replaced(copy / kinds, "from missionc.ir.predicates.compare", f"{BESIDE_KIND}\nfrom missionc.ir.predicates.compare")
     replaced(copy / kinds, "= Inside |", "= Beside | Inside |")
     replaced(copy / words, "PREDICATES:", f"{BESIDE_NAME}\n\nPREDICATES:")

@@ -9,7 +9,6 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
-from missionc.data import vehicles as package
 
 from missionc import ir
 from missionc.base.source import Source
@@ -17,6 +16,7 @@ from missionc.base.units import Metres
 from missionc.cli.app import main
 from missionc.compiler.front_end import check
 from missionc.frontend.resolve.show_ir import figures_of, show_ir
+from missionc.ir import vehicle_profiles as package
 from missionc.ir.vehicle_profiles import example, profiles, read_profile
 from missionc.tools.replay.reverify import reverify
 from tests.support.resolved_missions import codes, demo, mission, only
