@@ -50,7 +50,7 @@ from field import figure, ratio, run
 from response_time import ROOT
 
 from missionc.backends.api import Budget
-from missionc.backends.cover.refute import Admitted, Refused
+from missionc.backends.cover.refute import Inconclusive, Refuted
 from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.compiler import driver
@@ -155,7 +155,7 @@ def with_cover(row: Row, path: Path, limit: float) -> Row:
     side = CoverSide(checked.mission, kernel, checked.kernel, Options(), Budget(time.monotonic() + limit / SHARE))
     begin = processor()
     side.refusal(WORK)
-    words = {Refused: "refused", Admitted: "admitted"}
+    words = {Refuted: "refused", Inconclusive: "admitted"}
     return replace(row, cover=words.get(type(side.answer), ""), cover_processor=processor() - begin)
 
 

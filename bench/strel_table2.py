@@ -97,7 +97,7 @@ def as_published(cell: Cell, limit: float, total: float) -> str:
 def compiled_cell(cell: Cell, options: Options, limit: float = 600.0) -> Compiled:
     overrides = {"N": str(cell.agents), "T": f"{cell.window} s"}
     file = ROOT / "missions" / f"{cell.name}.mission"
-    at_steps = missionc.Throughout.AT_STEPS
+    at_steps = missionc.ContinuousTime.AT_STEPS
     return missionc.compile(file, overrides=overrides, options=options, throughout=at_steps, time_limit=limit)
 
 

@@ -38,7 +38,7 @@ def main() -> int:
                 print(f"{size} drones: impossible, because of {', '.join(names)}")
             case missionc.NotFound(reason=reason):
                 print(f"{size} drones: {reason.value}")
-            case missionc.Refused() | missionc.Unverified():
+            case missionc.InvalidMission() | missionc.Unverified():
                 print(f"{size} drones: {', '.join(finding.message for finding in compiled.findings)}")
     return 1
 

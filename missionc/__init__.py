@@ -11,13 +11,13 @@ from missionc.version import __version__
 
 TYPE_CHECKING = False  # checkers take it for true; what brings it would be loaded before signals are seen to
 if TYPE_CHECKING:
-    from missionc.backends.api import Attempt, CutShort, Fault, Impossible, NotFound, Progress, Reason, Scope
+    from missionc.backends.api import Attempt, CutShort, Impossible, NotFound, Progress, Reason, Scope, Violation
     from missionc.backends.options import Options
+    from missionc.base.continuous_time import ContinuousTime
     from missionc.base.diagnostics.code import Severity
     from missionc.base.diagnostics.model import Diagnostic
     from missionc.base.limits import Limits
     from missionc.base.source import Source
-    from missionc.base.throughout import Throughout
     from missionc.compiler.driver import check, compile, monitor
     from missionc.compiler.front_end import Checked
     from missionc.compiler.graphs import link_graph, roadmap_graphs
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
         Change,
         Compiled,
         Explained,
+        InvalidMission,
         Monitored,
         NearMiss,
-        Refused,
         Relaxation,
         Trial,
         Unverified,
@@ -44,11 +44,12 @@ __all__ = [
     "Change",
     "Checked",
     "Compiled",
+    "ContinuousTime",
     "CutShort",
     "Diagnostic",
     "Explained",
-    "Fault",
     "Impossible",
+    "InvalidMission",
     "Limits",
     "Monitored",
     "NearMiss",
@@ -56,15 +57,14 @@ __all__ = [
     "Options",
     "Progress",
     "Reason",
-    "Refused",
     "Relaxation",
     "Scope",
     "Severity",
     "Source",
-    "Throughout",
     "Trial",
     "Unverified",
     "Verified",
+    "Violation",
     "__version__",
     "check",
     "compile",
@@ -78,7 +78,7 @@ HOMES = {
     "missionc.backends.api": (
         "Attempt",
         "CutShort",
-        "Fault",
+        "Violation",
         "Impossible",
         "NotFound",
         "Progress",
@@ -99,7 +99,7 @@ HOMES = {
         "Explained",
         "Monitored",
         "NearMiss",
-        "Refused",
+        "InvalidMission",
         "Relaxation",
         "Trial",
         "Unverified",
@@ -107,7 +107,7 @@ HOMES = {
     ),
     "missionc.base.source": ("Source",),
     "missionc.compiler.graphs": ("link_graph", "roadmap_graphs"),
-    "missionc.base.throughout": ("Throughout",),
+    "missionc.base.continuous_time": ("ContinuousTime",),
     "missionc.frontend.syntax.lark_grammar": ("grammar",),
 }
 """Where each public name lives: loaded when it is first used, so that a child process loads only its own module."""

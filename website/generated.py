@@ -34,7 +34,7 @@ HEADINGS = {
     "missionc.compiler.front_end": "What a check gives back",
     "missionc.compiler.results": "What comes back",
     "missionc.backends.options": "Planning: options",
-    "missionc.base.throughout": "Planning: between the steps",
+    "missionc.base.continuous_time": "Planning: between the steps",
     "missionc.backends.api": "Planning: progress, outcomes",
     "missionc.base.diagnostics.code": "Findings: how severe",
     "missionc.base.diagnostics.model": "Findings",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.backends.api import Attempt, Fault
+from missionc.backends.api import Attempt, Violation
 from missionc.base.trace import Array, Trace
 from missionc.geometry.clearance import Motions, clear_motions, clear_of_movers, standing_solids
 from missionc.geometry.dynamics import UNIT_OF, States, check_step, motion_of
@@ -28,12 +28,12 @@ def attempt(mission: Mission, kernel: Kernel, trace: Trace) -> Attempt:
     return Attempt(monitor(mission, kernel, trace).requirements, tuple(faults), trace)
 
 
-def _places(mission: Mission, trace: Trace) -> list[Fault]:
-    faults: list[Fault] = []
+def _places(mission: Mission, trace: Trace) -> list[Violation]:
+    faults: list[Violation] = []
     low, high = np.array(mission.world.low), np.array(mission.world.high)
     room = np.minimum(trace.position - low, high - trace.position).min(axis=-1)
     faults.extend(
-        Fault("the world's bounds", (mission.agents[agent].name,), int(step), float(room[agent, step]))
+        Violation("the world's bounds", (mission.agents[agent].name,), int(step), float(room[agent, step]))
         for agent, step in np.argwhere(room < 0)
     )
     for agent in mission.agents:
@@ -41,12 +41,12 @@ def _places(mission: Mission, trace: Trace) -> list[Fault]:
             if isinstance(place, Anywhere):
                 outside = float(signed_distance(np, place.region.shape, trace.position[agent.index, step]))
                 if outside > 0:
-                    faults.append(Fault(name, (agent.name,), step % (mission.steps + 1), -outside))
+                    faults.append(Violation(name, (agent.name,), step % (mission.steps + 1), -outside))
     return faults
 
 
-def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
-    faults: list[Fault] = []
+def _dynamics(mission: Mission, trace: Trace) -> list[Violation]:
+    faults: list[Violation] = []
     for agent in mission.agents:
         position, velocity = trace.position[agent.index], trace.velocity[agent.index]
         margins = check_step(agent.dynamics, position[:-1], position[1:], velocity[:-1], velocity[1:], mission.step)
@@ -54,12 +54,14 @@ def _dynamics(mission: Mission, trace: Trace) -> list[Fault]:
         each = np.stack([margins[part] for part in parts])
         for step in np.flatnonzero(each.min(axis=0) < -ROUNDING):  # a step counts once, by what it breaks most
             part = parts[int(each[:, step].argmin())]
-            faults.append(Fault(part, (agent.name,), int(step), float(each[:, step].min()), UNIT_OF[part]))
+            faults.append(Violation(part, (agent.name,), int(step), float(each[:, step].min()), UNIT_OF[part]))
         if np.isfinite(agent.dynamics.top_turn):
             heading = trace.heading[agent.index]
             turned = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)
             most = agent.dynamics.top_turn * mission.step + ROUNDING
-            faults.extend(Fault("its turning rate", (agent.name,), int(step)) for step in np.flatnonzero(turned > most))
+            faults.extend(
+                Violation("its turning rate", (agent.name,), int(step)) for step in np.flatnonzero(turned > most)
+            )
     return faults
 
 
@@ -75,8 +77,8 @@ def _motion(mission: Mission, trace: Trace) -> tuple[Array, Array, Array]:
     return position, velocity, acceleration
 
 
-def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
-    faults: list[Fault] = []
+def _bodies(mission: Mission, trace: Trace) -> list[Violation]:
+    faults: list[Violation] = []
     standing = standing_solids(mission)
     position, velocity, acceleration = _motion(mission, trace)
     for agent in mission.agents:
@@ -85,12 +87,12 @@ def _bodies(mission: Mission, trace: Trace) -> list[Fault]:
         clear = clear_motions(standing, motions, mission.step, margin)
         steps = np.arange(mission.steps)
         clear &= clear_of_movers(mission, motions, margin)[steps, steps]
-        faults.extend(Fault("an obstacle", (agent.name,), int(step)) for step in np.flatnonzero(~clear))
+        faults.extend(Violation("an obstacle", (agent.name,), int(step)) for step in np.flatnonzero(~clear))
     return faults
 
 
-def _apart(mission: Mission, trace: Trace) -> list[Fault]:
-    faults: list[Fault] = []
+def _apart(mission: Mission, trace: Trace) -> list[Violation]:
+    faults: list[Violation] = []
     count = len(mission.agents)
     spacing = SpacingTable.of(mission)
     position, velocity, acceleration = _motion(mission, trace)
@@ -110,5 +112,5 @@ def _apart(mission: Mission, trace: Trace) -> list[Fault]:
         margin = nearest - spacing.between(np.array(one), rest)[:, None]
         for other, step in np.argwhere(margin < 0):
             who = mission.agents[one].name, mission.agents[int(other) + one + 1].name
-            faults.append(Fault("separation", who, int(step), float(margin[other, step])))
+            faults.append(Violation("separation", who, int(step), float(margin[other, step])))
     return faults

@@ -93,16 +93,16 @@ class UnusableSnapshot(ValueError):
     """It holds no state of such a run."""
 
 
-def forget(snapshot: Snapshot) -> None:
+def discard_snapshot(snapshot: Snapshot) -> None:
     """What is kept of a run that nobody will take up again."""
 
 
-def open_ended(value: float) -> float:
+def no_bound(value: float) -> float:
     """Nothing is known of the best plan, where one comes to so much."""
     return 0.0
 
 
-def unheard(planned: Planned) -> None:
+def discard_plan(planned: Planned) -> None:
     """Nobody needs a plan before the best one is there."""
 
 
@@ -126,9 +126,9 @@ class Budget:
     seed: int = 0
     limits: Limits = field(default_factory=Limits)
     listen: Callable[[Progress], None] = ignore
-    keep: Callable[[Snapshot], None] = forget
-    found: Callable[[Planned], object] = unheard
-    enough: Callable[[float], float] = open_ended
+    keep: Callable[[Snapshot], None] = discard_snapshot
+    found: Callable[[Planned], object] = discard_plan
+    enough: Callable[[float], float] = no_bound
     resume: Snapshot | None = None
     work: float = math.inf
     urgent: bool = False
@@ -245,7 +245,7 @@ class Impossible:
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class Violation:
     """What a motion breaks apart from requirements: who does, at which step, and by what margin.
 
     Margins are in metres, or in the ``unit`` of what is broken. One that is no number is 0.
@@ -283,7 +283,7 @@ class Attempt:
     """A motion and what it comes to: each requirement with its robustness, and everything else that it breaks."""
 
     requirements: tuple[Judgement, ...]
-    faults: tuple[Fault, ...]
+    faults: tuple[Violation, ...]
     trace: Trace
 
     @property
@@ -295,7 +295,7 @@ class Attempt:
         return tuple(each for each in self.requirements if not each.satisfied)
 
     @property
-    def shown(self) -> tuple[Judgement | Fault, ...]:
+    def shown(self) -> tuple[Judgement | Violation, ...]:
         """Everything that is wrong, and of each kind of fault the worst."""
         return (*self.violated, *self.worst_faults())
 
@@ -310,9 +310,9 @@ class Attempt:
         more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
         return f"{wrong[0].violation(step)}{more}" if wrong else "misses nothing"
 
-    def worst_faults(self) -> tuple[Fault, ...]:
+    def worst_faults(self) -> tuple[Violation, ...]:
         """The worst fault of each kind."""
-        worst: dict[str, Fault] = {}
+        worst: dict[str, Violation] = {}
         for fault in self.faults:
             if fault.what not in worst or fault.margin < worst[fault.what].margin:
                 worst[fault.what] = fault

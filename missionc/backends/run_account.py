@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from missionc.backends.api import CutShort, Report
-from missionc.base.signals import asked
+from missionc.base.signals import stop_requested
 from missionc.base.solved import Solved
 from missionc.base.units import Seconds
 
@@ -36,7 +36,7 @@ class Account:
 
     def cut(self) -> None:
         """The plan that is there is the best so far: time is up, or someone has asked to end."""
-        self.cut_short = CutShort.SIGNAL if asked() else CutShort.TIME
+        self.cut_short = CutShort.SIGNAL if stop_requested() else CutShort.TIME
         self.notes.append(self.cut_short.note)
 
     def add(self, other: Account) -> None:

@@ -47,7 +47,7 @@ SEARCH = 10
 """A search agent by agent takes so many times the units of a sketch."""
 
 
-def driven(turns: Turns, budget: Budget, meanwhile: Iterable[tuple[float, Another]] = ()) -> Outcome:
+def run_to_end(turns: Turns, budget: Budget, meanwhile: Iterable[tuple[float, Another]] = ()) -> Outcome:
     """The outcome of all turns; that nothing was found, where the budget's work is done before.
 
     Args:

@@ -133,25 +133,25 @@ def leave_signals() -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
-def hold() -> None:
+def defer_stop() -> None:
     """From now on, to the end of ``stoppable``, there is something to bring home."""
     _now.held = True
     tell_held(True)
 
 
-def asked() -> bool:
+def stop_requested() -> bool:
     """Whether someone has asked to end, and what is there is to be brought home."""
     return bool(_now.seen) and _now.held
 
 
-def let_go() -> None:
+def release_stop() -> None:
     """What there was is brought home: raise the ``Stopped`` of a signal that came meanwhile, if one did."""
     _now.held = False
     tell_held(False)
-    stop_again()
+    reraise_stop()
 
 
-def stop_again() -> None:
+def reraise_stop() -> None:
     """Raise the ``Stopped`` that was raised before, if any was: a library may have made an error of its own of it."""
     if _now.seen and not _now.held:
         raise Stopped(_now.seen)

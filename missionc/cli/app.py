@@ -18,10 +18,10 @@ from missionc.base.diagnostics.defect import cut_off, defect
 from missionc.base.diagnostics.sanitize import plain
 from missionc.base.diagnostics.suggest import nearest
 from missionc.base.memory import exhausted
-from missionc.base.signals import stop_again
+from missionc.base.signals import reraise_stop
 from missionc.base.supervision import Cause, Ended
 from missionc.cli.exit_status import Status, out_of_memory, say
-from missionc.cli.streams import Unsaid, speaking
+from missionc.cli.streams import OutputClosed, speaking
 from missionc.frontend.syntax.read_file import nowhere
 from missionc.version import __version__
 
@@ -59,7 +59,7 @@ def main(arguments: list[str] | None = None, began: float | None = None) -> int:
     try:
         with speaking():
             return _run(words, began)
-    except Unsaid as unsaid:
+    except OutputClosed as unsaid:
         return unsaid.status
 
 
@@ -70,10 +70,10 @@ def _run(words: list[str], began: float | None) -> int:
         return left.exit_code
     except click.ClickException as error:
         return _refused(error)
-    except Unsaid:
+    except OutputClosed:
         raise
     except Exception as error:
-        stop_again()
+        reraise_stop()
         if exhausted(error):
             say([out_of_memory()], [], _form(words), {})
             return Status.MISSION_ERRORS

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.api import Budget, Impossible, NotFound, Progress, Scope
 from missionc.backends.options import Options
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.defect import improvement_failed, later_not_written
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.limits import Limits
-from missionc.base.signals import stop_again
+from missionc.base.signals import reraise_stop
 from missionc.base.source import Source
 from missionc.base.supervision import tell_kept
-from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import emit_stages, stage_names, summary
 from missionc.cli.exit_status import Status, say
@@ -28,7 +28,7 @@ from missionc.cli.progress import shown
 from missionc.compiler import driver
 from missionc.compiler.checkpoints import KeptRun
 from missionc.compiler.front_end import Checked
-from missionc.compiler.results import Compiled, Refused, Unverified, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Unverified, Verified
 from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class CompileRequest:
     time_limit: Seconds = driver.DEFAULT_TIME_LIMIT
     memory_limit: int = driver.DEFAULT_MEMORY_LIMIT
     explain_limit: Seconds = driver.NO_EXPLANATION
-    throughout: Throughout = Throughout.WANTED
+    throughout: ContinuousTime = ContinuousTime.WANTED
     alternatives: int = 1
     """How many plans are wanted that differ."""
     exports: tuple[str, ...] = ()
@@ -154,7 +154,7 @@ def carry_out(request: CompileRequest, deadline: float, listen: Callable[[Progre
         and not request.plot
         and set(request.wanted) <= set(stage_names.BEFORE_PLANNING)
     ):
-        compiled = Compiled(checked, Refused(), checked.findings, checked.seconds)
+        compiled = Compiled(checked, InvalidMission(), checked.findings, checked.seconds)
         return CompileResult(compiled, Status.DONE if checked.ok else Status.MISSION_ERRORS)
     folder = folder_of(request, checked) if request.writes else None
     return _planned(request, checked, folder, budget)
@@ -173,11 +173,11 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
     refused = (request.plot and missing()) or late or absent or overlapping(*_paths(request, checked, folder))
     refused = refused or (refuse(folder, request.force) if folder else None)
     if refused and checked.ok:
-        return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), refused)
+        return _refused(Compiled(checked, InvalidMission(), checked.findings, checked.seconds), refused)
     kept_run = KeptRun(request.checkpoint, request.resume)
     checkpoints = kept_run.checkpoints(budget.limits)
     if isinstance(checkpoints, Diagnostic):
-        return _refused(Compiled(checked, Refused(), checked.findings, checked.seconds), checkpoints)
+        return _refused(Compiled(checked, InvalidMission(), checked.findings, checked.seconds), checkpoints)
     output = PlanFolder(folder, request.force)
     compiled = driver.plan(
         checked,
@@ -242,7 +242,7 @@ class PlanFolder:
 def _answer(request: CompileRequest, compiled: Compiled, folder: PlanFolder) -> CompileResult:
     """What was planned, written."""
     match compiled.outcome:
-        case Refused():
+        case InvalidMission():
             return CompileResult(compiled, Status.MISSION_ERRORS)
         case Unverified():
             return CompileResult(compiled, Status.NOT_VERIFIED)
@@ -282,7 +282,7 @@ def _draw(request: CompileRequest, compiled: Compiled, plot: Path) -> Diagnostic
     try:
         picture = _picture(request, compiled, plot)
     except Exception as error:
-        stop_again()
+        reraise_stop()
         return improvement_failed("drawing the plan", error)
     return picture if isinstance(picture, Diagnostic) else write_file(plot, picture)
 
@@ -304,7 +304,7 @@ def _picture(request: CompileRequest, compiled: Compiled, plot: Path) -> bytes |
 def _refused(compiled: Compiled, finding: Diagnostic) -> CompileResult:
     """The end of a compilation whose output cannot be written."""
     findings = (*compiled.findings, finding)
-    return CompileResult(replace(compiled, outcome=Refused(), findings=findings), Status.MISSION_ERRORS)
+    return CompileResult(replace(compiled, outcome=InvalidMission(), findings=findings), Status.MISSION_ERRORS)
 
 
 def _stage_lines(texts: list[tuple[str, str]]) -> list[str]:

@@ -8,7 +8,7 @@ from missionc.base.limits import Limits
 from missionc.cli.summary import tried_lines
 from missionc.compiler.front_end import Checked
 from missionc.compiler.graphs import first_roadmaps, planned_on
-from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Verified
 from missionc.frontend.checks.check_horizons import show_horizons
 from missionc.frontend.resolve.show_ir import show_ir
 from missionc.frontend.syntax.show_tree import show as show_program
@@ -51,7 +51,7 @@ def of_compiled(compiled: Compiled, stages: tuple[str, ...], seed: int = 0) -> l
         texts["roadmap"] = show_roadmaps(planned)
     if isinstance(outcome, Verified):
         texts |= {"plan": dict(outcome.files)["plan.json"].decode("utf-8")}
-    if not isinstance(outcome, Refused):
+    if not isinstance(outcome, InvalidMission):
         if "backend" in texts:
             texts["backend"] += "".join(f"{line}\n" for line in tried_lines(outcome.report))
         texts |= dict(outcome.report.texts)

@@ -28,7 +28,7 @@ from missionc.ir.kernel.nodes import Kernel
 from missionc.output.report.loop_tracks import LoopFlights
 from missionc.output.report.report_html import report
 from missionc.tools.closed_loop.fly_loop import LoopFlight, unreadable_changes
-from missionc.tools.closed_loop.ground import Ground, uploaded
+from missionc.tools.closed_loop.ground import GroundStation, uploaded
 from missionc.tools.closed_loop.scenario import Scenario, read_scenario
 from missionc.tools.replay.read_folder import OutputFolder, read_folder
 from missionc.tools.replay.rebuild.rebuild_documents import plotted
@@ -65,7 +65,7 @@ class ShownLoop:
     def address(self) -> str:
         return self._page.address
 
-    def listen(self, at: float, position: Array, ground: Ground, lines: list[str]) -> None:
+    def listen(self, at: float, position: Array, ground: GroundStation, lines: list[str]) -> None:
         """What was heard by a time of the flight, and what the ground did; waits until that time has come."""
         for line in lines:
             for event in self._session.feed(line):

@@ -11,7 +11,7 @@ from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
 
 from missionc.base.diagnostics.sanitize import plain_line
-from missionc.cli.streams import Unsaid
+from missionc.cli.streams import OutputClosed
 
 if TYPE_CHECKING:
     from missionc.backends.api import Progress
@@ -54,7 +54,7 @@ class ProgressLine:
 
     def _show(self, line: str) -> None:
         # Nobody misses a line that goes away anyway.
-        with suppress(Unsaid):
+        with suppress(OutputClosed):
             self._stream.write(f"\r\x1b[K{line}")
             self._stream.flush()
 

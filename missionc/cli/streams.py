@@ -16,7 +16,7 @@ HUNG_UP = 141
 """The exit status where the reader has gone away: 128 and the number of SIGPIPE."""
 
 
-class Unsaid(Exception):
+class OutputClosed(Exception):
     """A standard stream takes no more; ``status`` is how the process ends."""
 
     def __init__(self, why: str, status: int = NOT_SAID) -> None:
@@ -24,7 +24,7 @@ class Unsaid(Exception):
         self.status = status
 
 
-class Voice:
+class GuardedStream:
     """A standard stream that raises ``Unsaid`` where it cannot be written to; ``stream`` None is one that is closed."""
 
     def __init__(self, stream: TextIO | None) -> None:
@@ -47,7 +47,7 @@ class Voice:
 
     def _opened(self) -> TextIO:
         if self._stream is None:
-            raise Unsaid("it is closed")
+            raise OutputClosed("it is closed")
         return self._stream
 
 
@@ -55,7 +55,7 @@ class Voice:
 def speaking() -> Iterator[None]:
     """Within, standard output and standard error are voices."""
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = (cast(TextIO, Voice(stream)) for stream in before)
+    sys.stdout, sys.stderr = (cast(TextIO, GuardedStream(stream)) for stream in before)
     try:
         yield
     finally:
@@ -77,8 +77,8 @@ def finished(status: int) -> int:
         if stream is None or stream.closed:
             continue
         try:
-            Voice(stream).flush()
-        except Unsaid as unsaid:
+            GuardedStream(stream).flush()
+        except OutputClosed as unsaid:
             status = unsaid.status
             # At its end the interpreter would try once more, and say so.
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
@@ -91,4 +91,4 @@ def _failing() -> Iterator[None]:
         yield
     except (OSError, ValueError) as error:
         gone = isinstance(error, OSError) and error.errno == errno.EPIPE
-        raise Unsaid(str(error), HUNG_UP if gone else NOT_SAID) from error
+        raise OutputClosed(str(error), HUNG_UP if gone else NOT_SAID) from error

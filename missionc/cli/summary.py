@@ -7,14 +7,14 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from missionc.backends.api import Attempt, Fault, Impossible, NotFound, Report
+from missionc.backends.api import Attempt, Impossible, NotFound, Report, Violation
 from missionc.base.constraint import constraint_lines, constraint_records
 from missionc.base.figures import counted, decimals
 from missionc.base.judgement import judgement_lines
 from missionc.base.units import Seconds
 from missionc.cli import plan_summary
 from missionc.compiler.relax.advice import explained_document, explained_lines
-from missionc.compiler.results import Compiled, Monitored, Refused, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Monitored, Verified
 from missionc.frontend.resolve.resolve_files import file_lines, file_records
 from missionc.frontend.resolve.resolve_quantities import SI
 from missionc.frontend.resolve.show_ir import figures_of
@@ -185,7 +185,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
         "outcome": compiled.word,
         "output": output or None,
         "backend": _engine(compiled),
-        "tried": [] if isinstance(outcome, Refused) else [each.as_record() for each in outcome.report.tried],
+        "tried": [] if isinstance(outcome, InvalidMission) else [each.as_record() for each in outcome.report.tried],
         "places": file_records(compiled.checked.mission) if compiled.checked.mission else [],
         "solved": [],
         "requirements": [],
@@ -217,7 +217,7 @@ def compiled_document(compiled: Compiled, output: str, texts: list[tuple[str, st
 
 def _engine(compiled: Compiled) -> str | None:
     """The backend that planned, refused or came nearest; that whose turn would have been the first, without a plan."""
-    if not isinstance(compiled.outcome, Refused) and compiled.outcome.report.engine:
+    if not isinstance(compiled.outcome, InvalidMission) and compiled.outcome.report.engine:
         return compiled.outcome.report.engine
     return compiled.checked.choice.backend if compiled.checked.choice else None
 
@@ -291,7 +291,7 @@ def exported_document(output: str | None, files: Iterable[str], notes: list[str]
     return {"output": output, "files": sorted(files) if output else [], "notes": notes}
 
 
-def _amount(fault: Fault, step: Seconds) -> str:
+def _amount(fault: Violation, step: Seconds) -> str:
     by = f"margin {decimals(fault.margin)} {fault.unit}  " if fault.margin < 0 else ""
     return f"{by}at {fault.step * step:g} s{by_whom(fault.agents)}"
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 
-from missionc.backends.api import Budget, forget
+from missionc.backends.api import Budget, discard_snapshot
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.base.proven import COVER, TOURS, Proven
-from missionc.base.signals import asked
+from missionc.base.signals import stop_requested
 from missionc.base.trace import Trace
 from missionc.frontend.checks.lower_bounds import UNITS, beside, least_by_tours
 from missionc.ir import Mission, Objective
@@ -64,10 +64,10 @@ class BoundSide:
 
         ahead = looking_ahead(self.mission, self.kernel, self.budget.limits.formula_nodes)
         now = time.monotonic()
-        if not isinstance(ahead, Kernel) or now >= self.budget.deadline or asked():
+        if not isinstance(ahead, Kernel) or now >= self.budget.deadline or stop_requested():
             return least
         until = now + SHARE * (self.budget.deadline - now)
-        short = replace(self.budget, deadline=until, work=WORK, keep=forget, resume=None)
+        short = replace(self.budget, deadline=until, work=WORK, keep=discard_snapshot, resume=None)
         try:
             return least_duration(self.mission, ahead, least, lasts, short, Account(), self.options.solver)
         except MemoryError:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from missionc.backends import api
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
-from missionc.backends.work import driven
+from missionc.backends.work import run_to_end
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
@@ -52,15 +52,17 @@ class CoverSide:
             work: units that they may take.
             after: what a search did that found nothing.
         """
-        from missionc.backends.cover.refute import Refused, refute  # for those who are not planned at once
+        from missionc.backends.cover.refute import Refuted, refute  # for those who are not planned at once
 
         if self.asked < work:
             now = time.monotonic()
             until = now + SHARE * max(0.0, self.budget.deadline - now)
-            budget = replace(self.budget, deadline=until, work=self.account.work + work, keep=api.forget, resume=None)
+            budget = replace(
+                self.budget, deadline=until, work=self.account.work + work, keep=api.discard_snapshot, resume=None
+            )
             self.asked = work
             self.answer = refute(self.mission, self.kernel, budget, self.account, self.options.solver)
-        if not isinstance(self.answer, Refused):
+        if not isinstance(self.answer, Refuted):
             return None
         if self.options.certify and not self.account.files:
             from missionc.compiler.claim_cover import certify_refusal
@@ -82,7 +84,7 @@ class CoverSide:
             () if self.options.captures else [(units, partial(self._meanwhile, work)) for units, work in SEARCHED]
         )
         turns = backend.turns(mission, kernel, self.options, replace(budget, found=found))
-        outcome = driven(turns, budget, meanwhile)
+        outcome = run_to_end(turns, budget, meanwhile)
         no_room = isinstance(outcome, api.NotFound) and outcome.reason is api.Reason.MEMORY
         if isinstance(outcome, api.Planned) or self.planned or no_room:
             return outcome

@@ -20,7 +20,7 @@ from missionc.compiler import no_plan
 from missionc.compiler.ask_bound import BoundSide
 from missionc.compiler.front_end import ANY_BACKEND, Checked, Stopwatch, check
 from missionc.compiler.provenance import asked_for, data, given, inputs
-from missionc.compiler.results import Refused, Unverified, Verified
+from missionc.compiler.results import InvalidMission, Unverified, Verified
 
 STEP_OF_AGENT = 6e-3
 """Seconds that one step of one agent takes from a trace to its files, at most, as far as was seen."""
@@ -41,7 +41,7 @@ class Certified:
     """What became of a trace; ``checked`` is the mission that it was judged by, slower where it was to be."""
 
     checked: Checked
-    outcome: Verified | Unverified | Refused | NotFound
+    outcome: Verified | Unverified | InvalidMission | NotFound
     findings: tuple[Diagnostic, ...] = ()
 
 
@@ -88,7 +88,9 @@ def certify_plan(
     if options.stretch != 1:
         slower = _slower(checked, options, budget)
         if slower.mission is None or slower.kernel is None or not slower.ok:
-            return Certified(checked, Refused(), tuple(each for each in slower.findings if not each.code.warning))
+            return Certified(
+                checked, InvalidMission(), tuple(each for each in slower.findings if not each.code.warning)
+            )
         checked, mission, kernel = slower, slower.mission, slower.kernel
         from missionc.geometry.slow_down import slowed
 
@@ -105,7 +107,7 @@ def certify_plan(
         from missionc.flight.trajectories.refusals import not_slower
 
         return Certified(
-            checked, Refused(), (not_slower(mission, certificate, certificate.judgements, options.stretch),)
+            checked, InvalidMission(), (not_slower(mission, certificate, certificate.judgements, options.stretch),)
         )
     if not certificate.passed:
         return Certified(checked, Unverified(certificate, report), (no_plan.not_verified(certificate),))
@@ -136,7 +138,7 @@ def certify_plan(
         with watch.stage("emit"):
             output = written(mission, kernel, verified, certificate, provenance)
     if isinstance(output, Diagnostic):
-        return Certified(checked, Refused(trace), (output,))
+        return Certified(checked, InvalidMission(trace), (output,))
     report = report.noting(*output.notes)
     return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
 

@@ -23,7 +23,7 @@ from missionc.backends.cover.keep_apart import rooms, together_ever
 from missionc.backends.cover.may_labels import MayLabels
 from missionc.backends.cover.may_moves import may_turn
 from missionc.backends.cover.may_visit import too_far_apart
-from missionc.backends.cover.refute import Question, Refused
+from missionc.backends.cover.refute import Question, Refuted
 from missionc.backends.cover.relax_kernel import near_beacon, nearer, seen
 from missionc.backends.run_account import Account
 from missionc.backends.smt.sat.proof import CNF, DRAT, Unproved, prove_cnf
@@ -206,7 +206,7 @@ class _MadeLabels:
 NO_CERTIFICATE = "no certificate was left:"
 
 
-def certify_refusal(refused: Refused, mission: Mission, kernel: Kernel, budget: Budget, account: Account) -> None:
+def certify_refusal(refused: Refuted, mission: Mission, kernel: Kernel, budget: Budget, account: Account) -> None:
     """Adds the files of a certificate to a run's account, or a note why there are none.
 
     Args:

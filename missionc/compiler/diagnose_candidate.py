@@ -17,7 +17,7 @@ from itertools import combinations
 
 import numpy as np
 
-from missionc.backends.api import Attempt, Fault
+from missionc.backends.api import Attempt, Violation
 from missionc.base.judgement import Judgement
 from missionc.base.trace import Array, Flags, Trace
 from missionc.geometry.dynamics import SPEED
@@ -147,7 +147,7 @@ SAMPLES = 1000
 def meetings(mission: Mission, best: Attempt) -> list[Meeting]:
     """Where each pair that comes too near each other does so most; who is nearest first."""
     agents = {agent.name: agent for agent in mission.agents}
-    worst: dict[tuple[str, ...], Fault] = {}
+    worst: dict[tuple[str, ...], Violation] = {}
     for fault in best.faults:
         if fault.what == "separation" and fault.margin < worst.get(fault.agents, fault).margin + 1e-12:
             worst[fault.agents] = fault
@@ -158,7 +158,7 @@ def meetings(mission: Mission, best: Attempt) -> list[Meeting]:
 class Meeting:
     """Two who come too near each other: where, in how wide a passage, and whether one of them could have waited."""
 
-    def __init__(self, mission: Mission, trace: Trace, fault: Fault, agents: dict[str, Agent]) -> None:
+    def __init__(self, mission: Mission, trace: Trace, fault: Violation, agents: dict[str, Agent]) -> None:
         self.mission, self.fault, self.step = mission, fault, fault.step
         self.ends = [agents[name] for name in fault.agents]
         self.ways = trace.position[[agent.index for agent in self.ends]]
@@ -283,7 +283,7 @@ def diagnose(mission: Mission, kernel: Kernel, best: Attempt) -> Diagnosis:
 
 def _touching(mission: Mission, best: Attempt) -> list[str]:
     """Each agent that touches an obstacle, where it first does."""
-    first: dict[str, Fault] = {}
+    first: dict[str, Violation] = {}
     for fault in best.faults:
         if fault.what == "an obstacle":
             first.setdefault(fault.agents[0], fault)

@@ -25,29 +25,29 @@ from missionc.backends.choose_backend import Choice
 from missionc.backends.load import load_engines as load_backend
 from missionc.backends.offers import OFFERS, is_published
 from missionc.backends.options import Options
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.deadline import last_call
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.memory import DEFAULT_LIMIT as DEFAULT_MEMORY_LIMIT
 from missionc.base.memory import limited
-from missionc.base.signals import asked, hold
+from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.source import Source
-from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.compiler import no_plan
 from missionc.compiler.ask_bound import BoundSide
 from missionc.compiler.certify_plan import certify_plan, reserved_time, to_draw
 from missionc.compiler.check_preset import check_preset
 from missionc.compiler.checkpoints import Checkpoints, unusable, with_checkpoints
+from missionc.compiler.continuous_time import acceptable, falls_short, plan_in_continuous_time
 from missionc.compiler.front_end import ANY_BACKEND, Checked, Stopwatch, check
 from missionc.compiler.incumbent import CUT_SHORT, Incumbent, cut_short, discard, improved
 from missionc.compiler.judge_motion import live_session, monitor
-from missionc.compiler.plan_calmly import plan_calmly
-from missionc.compiler.plan_throughout import acceptable, falls_short, plan_throughout
 from missionc.compiler.plan_with_margin import plan_with_margin
 from missionc.compiler.provenance import with_manifest
-from missionc.compiler.results import Compiled, CompileOutcome, Refused, Unverified, Verified
+from missionc.compiler.results import Compiled, CompileOutcome, InvalidMission, Unverified, Verified
 from missionc.compiler.run_limited import Ended, within
+from missionc.compiler.time_scaling import plan_with_time_scaling
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 
@@ -146,7 +146,7 @@ def compile(
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
     exports: tuple[str, ...] = (),
-    throughout: Throughout = Throughout.WANTED,
+    throughout: ContinuousTime = ContinuousTime.WANTED,
     explain_limit: Seconds = NO_EXPLANATION,
     vehicle: str = "",
     poses: Path | Source | None = None,
@@ -220,7 +220,7 @@ def plan(
     budget: api.Budget,
     checkpoints: Checkpoints | None = None,
     exports: tuple[str, ...] = (),
-    throughout: Throughout = Throughout.WANTED,
+    throughout: ContinuousTime = ContinuousTime.WANTED,
     explain_limit: Seconds = NO_EXPLANATION,
     alternatives: int = 1,
     secure: Callable[[Compiled], object] = discard,
@@ -234,7 +234,7 @@ def plan(
         checkpoints: of the run, and of the one that it takes up again.
         exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
         throughout: whether requirements are wanted, or have, to hold between the steps too; where one does not, further
-            plans are asked for (``plan_throughout``), without checkpoints.
+            plans are asked for (``continuous_time``), without checkpoints.
         explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
         alternatives: how many plans are wanted that differ from each other; there may be fewer.
         secure: receives each verified plan as soon as it exists, each one better than the one before. The last of them
@@ -250,7 +250,7 @@ def plan(
     if checked.mission and engines == ("smt",) and is_published(engines, options):
         lacking = check_preset(checked.mission, options, alternatives) if checked.ok else []
         if lacking:
-            return Compiled(checked, Refused(), (*checked.findings, *lacking), checked.seconds)
+            return Compiled(checked, InvalidMission(), (*checked.findings, *lacking), checked.seconds)
         explain_limit = NO_EXPLANATION
 
     def keep(compiled: Compiled) -> None:
@@ -260,11 +260,11 @@ def plan(
     with limited(budget.memory_bytes):
         first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, explain_limit, secure=keep)
         again = partial(_plan, checkpoints=Checkpoints(), exports=exports, explain_limit=NO_EXPLANATION)
-        first, calm = plan_calmly(first, checked, again, options, budget, began)
+        first, calm = plan_with_time_scaling(first, checked, again, options, budget, began)
         if falls_short(first, throughout):
             keep(first)
         plan_again = partial(again, calm=calm)
-        further = partial(plan_throughout, first, checked, plan_again, options, budget, throughout, began)
+        further = partial(plan_in_continuous_time, first, checked, plan_again, options, budget, throughout, began)
         first = improved("planning for the time between the samples", first, further)
         if alternatives == 1 or not isinstance(first.outcome, Verified):
             return first
@@ -301,7 +301,7 @@ def _plan(
     if choice is None or not isinstance(refused, Unverified):
         return first
     others = tuple(name for name in choice.engines if name != refused.report.engine)
-    if others in ((), choice.engines) or checkpoints.asked or asked() or time.monotonic() >= budget.deadline:
+    if others in ((), choice.engines) or checkpoints.asked or stop_requested() or time.monotonic() >= budget.deadline:
         return first
     rest = replace(checked, choice=replace(choice, engines=others))
     retry = _plan(rest, options, budget, checkpoints, exports, NO_EXPLANATION, asked_for, calm=calm, secure=secure)
@@ -340,13 +340,13 @@ def _plan_by_all(
 
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     if mission is None or kernel is None or choice is None or not checked.ok:
-        return ended(Refused())
+        return ended(InvalidMission())
     backend = only or load_backend(choice.engines, options, checkpoints.asked)
     if isinstance(backend, Diagnostic):
-        return ended(Refused(), backend)
+        return ended(InvalidMission(), backend)
     run_budget = with_checkpoints(checked, options, budget, checkpoints)
     if isinstance(run_budget, Diagnostic):
-        return ended(Refused(), run_budget)
+        return ended(InvalidMission(), run_budget)
     moment = last_call(run_budget.deadline)
     left = run_budget.deadline - time.monotonic()
     from missionc.verification.flight.way_missions import has_risen  # for those who plan
@@ -367,10 +367,10 @@ def _plan_by_all(
         asked_of = partial(ask_backend, backend, mission, asked_for or kernel, options, whole, explain_limit, moment)
         outcome = asked_of(incumbent, covers=covers, calm=calm)
     except api.UnusableSnapshot as wrong:
-        return ended(Refused(), unusable(checkpoints.name, wrong))
+        return ended(InvalidMission(), unusable(checkpoints.name, wrong))
     watch.seconds.extend(outcome.report.seconds)
     if isinstance(outcome, api.Planned):
-        hold()
+        defer_stop()
 
         def brought_home(planned: api.Planned) -> Compiled:
             home = within(moment, partial(incumbent.timed, planned, lambda each: certified(each, watch, bound)))
@@ -394,7 +394,7 @@ def _plan_by_all(
         return replace(home, findings=(*home.findings, *incumbent.findings))
     explained = None
     if explain_limit > 0 and (isinstance(outcome, api.Impossible) or outcome.best is not None):
-        hold()
+        defer_stop()
         from missionc.compiler.relax.search_relaxations import explain
 
         try:

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from missionc.backends.api import CutShort, NotFound, Planned, Reason
 from missionc.base.diagnostics.defect import improvement_failed
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.signals import hold, stop_again
+from missionc.base.signals import defer_stop, reraise_stop
 from missionc.base.units import Seconds
 from missionc.compiler.results import Compiled, Unverified, Verified
 from missionc.output.folder.file_names import MANIFEST
@@ -90,7 +90,7 @@ class Incumbent:
             final: whether nothing follows that may improve it.
         """
         if isinstance(compiled.outcome, Verified):
-            hold()
+            defer_stop()
             self.best = compiled
             if not final:
                 self.secure(cut_short(compiled, CutShort.UNFINISHED))
@@ -112,7 +112,7 @@ class Incumbent:
 
     def failed(self, step: str, error: Exception) -> None:
         """Record that an improvement ended with an error."""
-        stop_again()
+        reraise_stop()
         self.findings.append(improvement_failed(step, error))
 
 
@@ -128,7 +128,7 @@ def improved(step: str, before: Compiled | None, work: Callable[[], Compiled]) -
     try:
         return work()
     except Exception as error:
-        stop_again()
+        reraise_stop()
         findings = (*before.findings, improvement_failed(step, error))
         return replace(cut_short(before, CutShort.DEFECT), findings=findings)
 

@@ -19,7 +19,7 @@ from itertools import product
 
 import numpy as np
 
-from missionc.backends.api import Budget, Planned, Progress, forget, ignore, unheard
+from missionc.backends.api import Budget, Planned, Progress, discard_plan, discard_snapshot, ignore
 from missionc.backends.load import load
 from missionc.backends.options import Options
 from missionc.base.diagnostics.code import NEEDS_MORE_TIME, NO_WAY
@@ -162,7 +162,7 @@ def _on_roadmaps(mission: Mission, stage: Stage, way: Way, budget: Budget) -> It
         asked = way_mission(mission, stage, way, steps * step, steps, speed)
         asked = replace(asked, clearance=Metres(asked.clearance + clear), separation=Metres(asked.separation + apart))
         deadline = min(budget.deadline, time.monotonic() + SEARCH)
-        own = replace(budget, deadline=deadline, keep=forget, resume=None, found=unheard, listen=ignore)
+        own = replace(budget, deadline=deadline, keep=discard_snapshot, resume=None, found=discard_plan, listen=ignore)
         outcome = plan_with_margin(backend, asked, NOTHING_REQUIRED, Options(), own)
         if isinstance(outcome, Planned):
             yield outcome.trace.position, steps * step

@@ -86,7 +86,9 @@ def _tolerant(
         roomy = with_room_for_delays(pace, share)
         if share and has_errors(check_world(roomy, early)):
             continue
-        outcome = _plan_with_margin(backend, roomy, early, options, replace(_short(budget, WORK), found=api.unheard))
+        outcome = _plan_with_margin(
+            backend, roomy, early, options, replace(_short(budget, WORK), found=api.discard_plan)
+        )
         if isinstance(outcome, api.Planned) and verify(mission, kernel, outcome.trace).passed:
             extra = roomy.separation - mission.separation
             room = f", and with {extra:.3g} m more between bodies" if extra else ""
@@ -133,7 +135,7 @@ def _plan_with_margin(
     tries = _tries(paces or [wanted], margin, calm)
     soonest: api.Planned | None = None
     if budget.urgent:
-        first = _planned(backend, wanted, kernel, options, replace(budget, found=api.unheard))
+        first = _planned(backend, wanted, kernel, options, replace(budget, found=api.discard_plan))
         if not isinstance(first, api.Planned):
             return first  # with a margin there is no plan then either
         soonest, tries = first, _soonest(paces or [wanted], backend)
@@ -161,7 +163,7 @@ def _short(budget: api.Budget, work: float) -> api.Budget:
     left = budget.deadline - time.monotonic()
     share = AT_ONCE if budget.urgent else MOST_OF_IT if left < URGENT else SHARE
     deadline = budget.deadline - (1 - share) * left
-    return replace(budget, deadline=deadline, work=work, keep=api.forget, resume=None)
+    return replace(budget, deadline=deadline, work=work, keep=api.discard_snapshot, resume=None)
 
 
 def _paces(mission: Mission, kernel: Kernel, calm: float, faster: Sequence[float]) -> list[Mission]:

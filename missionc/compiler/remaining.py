@@ -20,7 +20,7 @@ from missionc.compiler.front_end import ANY_BACKEND, Checked, check
 from missionc.compiler.provenance import inputs
 from missionc.frontend.syntax.read_file import held
 from missionc.ir import Mission
-from missionc.planning.progression.formula_progression import TooEntangledError
+from missionc.planning.progression.formula_progression import NotProgressableError
 from missionc.planning.progression.past_document import Past
 from missionc.planning.progression.stretches import Remaining, after
 from missionc.verification.certificate import Certificate
@@ -58,7 +58,7 @@ def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnos
             return unfit(wrong)
         try:
             rest = after(rest, flown.stretch, now)
-        except TooEntangledError as error:
+        except NotProgressableError as error:
             return not_said(error)
     same = not any(each.stretch.lost or each.stretch.given_up or each.stretch.slow or each.texts for each in past.flown)
     if same and checked.kernel is not None:
@@ -141,7 +141,7 @@ def unfit(why: str) -> Diagnostic:
     )
 
 
-def not_said(error: TooEntangledError) -> Diagnostic:
+def not_said(error: NotProgressableError) -> Diagnostic:
     """What to say where no formula tells what is left of a requirement."""
     span = getattr(error.node, "span", None)
     return Diagnostic(

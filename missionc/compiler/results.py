@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Refused:
+class InvalidMission:
     """The mission, or what it needs of the installation, has errors: they are among the findings.
 
     ``plan`` is the verified motion that cannot be flown, where there is one.
@@ -157,7 +157,7 @@ class Explained:
     """Time was up before everything had been tried."""
 
 
-CompileOutcome: TypeAlias = Refused | Verified | Unverified | Impossible | NotFound
+CompileOutcome: TypeAlias = InvalidMission | Verified | Unverified | Impossible | NotFound
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -186,7 +186,7 @@ class Compiled:
                 return files
             case Impossible(report=report) | NotFound(report=report):
                 return (report.files or self.near_miss_files) + self.listing
-            case Refused() | Unverified():
+            case InvalidMission() | Unverified():
                 return ()
             case _:
                 assert_never(self.outcome)
@@ -209,7 +209,7 @@ class Compiled:
                 return "undecided"
             case Unverified():
                 return "unverified"
-            case Refused():
+            case InvalidMission():
                 return "refused" if has_errors(list(self.findings)) else None
             case _:
                 assert_never(self.outcome)
@@ -221,7 +221,7 @@ class Compiled:
             case Impossible() | NotFound():
                 changes = [f"  {each.says}" for each in self.explained.relaxations] if self.explained else []
                 return below(self.findings, *(["any one of these changes works"] if changes else []), *changes)
-            case Refused() | Unverified():
+            case InvalidMission() | Unverified():
                 return below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
             case _:
                 assert_never(self.outcome)

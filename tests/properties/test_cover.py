@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, event, given, settings
 
 from missionc.backends.api import Budget
 from missionc.backends.cover import refute as module
-from missionc.backends.cover.refute import Refused, refute
+from missionc.backends.cover.refute import Refuted, refute
 from missionc.backends.run_account import Account
 from missionc.verification.verify_plan import verify
 from tests.support.motions_with_missions import Planned, on_a_grid, under_way
@@ -25,7 +25,7 @@ def admits(planned: Planned, cells: tuple[int, ...]) -> None:
     with patch.object(module, "CELLS", cells):
         answer = refute(planned.mission, planned.kernel, Budget(time.monotonic() + 60, work=20.0), Account())
     event(type(answer).__name__)
-    assert not isinstance(answer, Refused), answer
+    assert not isinstance(answer, Refuted), answer
 
 
 @FEW

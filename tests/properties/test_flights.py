@@ -16,7 +16,7 @@ from missionc.base.diagnostics.code import CONTRADICTION, TOO_FAR
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.compiler import driver
-from missionc.compiler.results import Compiled, Refused, Unverified, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Unverified, Verified
 from missionc.output.folder.file_names import file_names
 from missionc.verification.verify_plan import verify, verify_polynomials
 from tests.support.random_flight_missions import random_mission
@@ -50,7 +50,7 @@ def answered(seed: int) -> bool:
             return True
         case Impossible() | NotFound():
             return False
-        case Refused():
+        case InvalidMission():
             # What the check alone can prove impossible.
             errors = {each.code for each in found.checked.findings if not each.code.warning}
             assert errors, said

@@ -24,7 +24,7 @@ from missionc.ir.lower.expand import expand
 from missionc.ir.lower.hold_throughout import hold_throughout
 from missionc.ir.lower.tighten import tightened_alone
 from missionc.ir.predicates import Inside
-from missionc.planning.progression.formula_progression import TooEntangledError
+from missionc.planning.progression.formula_progression import NotProgressableError
 from missionc.planning.progression.stretches import Remaining, Stretch, after
 from missionc.verification.monitoring.monitor import monitor
 from missionc.verification.monitoring.signature import Signatures
@@ -70,7 +70,7 @@ def rewritten(mission: Mission, kernel: Kernel, trace: Trace, formula: ir.Formul
         first = Trace(trace.step, *(each[:, : elapsed + 1] for each in (trace.position, trace.velocity, trace.heading)))
         try:
             left = after(Remaining(mission, kernel), Stretch(first), mission)
-        except TooEntangledError:
+        except NotProgressableError:
             continue
         yield left.kernel, left.mission.steps
 

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from missionc.backends.api import Budget
-from missionc.backends.cover.refute import Refused, refute
+from missionc.backends.cover.refute import Refuted, refute
 from missionc.backends.run_account import Account
 from missionc.backends.smt.sat.proof import Proof, prove_cnf
 from missionc.compiler import driver
@@ -46,7 +46,7 @@ def certified(name: str) -> Certified:
     ahead = looking_ahead(checked.mission, checked.kernel, 100_000)
     assert isinstance(ahead, Kernel)
     answer = refute(checked.mission, ahead, Budget(time.monotonic() + 60, work=6.0), Account())
-    assert isinstance(answer, Refused), answer
+    assert isinstance(answer, Refuted), answer
     cover, _ = claimed(answer.question, answer.conflict, checked.mission, checked.kernel)
     return Certified(checked.mission, checked.kernel, cover)
 

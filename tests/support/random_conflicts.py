@@ -12,7 +12,7 @@ from missionc.backends.options import Options
 from missionc.backends.smt.backend import Run
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap
 from missionc.backends.smt.roadmap.sequence import roadmaps_to_try
-from missionc.backends.work import driven
+from missionc.backends.work import run_to_end
 from missionc.base.source import Source
 from missionc.compiler import driver
 from missionc.compiler.front_end import Checked
@@ -95,7 +95,7 @@ def can_hold(mission: Mission, kernel: Kernel, names: Collection[str]) -> bool:
             continue
         run = Run(mission, fewer, Options(solver="auto"), Budget(time.monotonic() + LIMIT))
         with run.solvers() as solvers:
-            if isinstance(driven(run.on_roadmaps(roadmaps, solvers), run.budget), Planned):
+            if isinstance(run_to_end(run.on_roadmaps(roadmaps, solvers), run.budget), Planned):
                 return True
     return False
 

@@ -7,8 +7,8 @@ from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.source import Source
-from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.compiler import driver
 from missionc.compiler.results import Verified
@@ -33,7 +33,7 @@ def costs_and_demand(text: str) -> tuple[Costs, Demand]:
 
 def planned(text: str, seed: int = 0) -> None:
     """A plan is found, and verified; none more is asked for where that does not hold between the steps."""
-    once = Throughout.AT_STEPS
+    once = ContinuousTime.AT_STEPS
     source = Source("a.mission", text)
     outcome = driver.compile(source, backend="clot", seed=seed, time_limit=Seconds(3600), throughout=once).outcome
     assert isinstance(outcome, Verified), outcome

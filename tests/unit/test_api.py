@@ -53,7 +53,7 @@ def test_compile_of_a_conflict_names_it() -> None:
 
 
 def test_compile_of_a_wrong_mission_is_refused() -> None:
-    assert isinstance(missionc.compile(source(WRONG)).outcome, missionc.Refused)
+    assert isinstance(missionc.compile(source(WRONG)).outcome, missionc.InvalidMission)
 
 
 def test_compile_tells_a_listener_how_far_it_is() -> None:

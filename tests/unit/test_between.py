@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.code import NOT_BETWEEN
 from missionc.base.source import Source
-from missionc.base.throughout import Throughout
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.cli.app import main
 from missionc.compiler.driver import check, compile
-from missionc.compiler.results import Refused, Verified
+from missionc.compiler.results import InvalidMission, Verified
 from missionc.geometry.curves.piecewise_polynomials import Curves, motion
 from missionc.ir.kernel.nodes import Atom
 from missionc.ir.kernel.walk import postorder
@@ -264,8 +264,8 @@ def test_a_plan_that_leaps_over_a_wall_is_told_from_one_that_does_not(
     pytest.importorskip("torch")
     monkeypatch.chdir(tmp_path)
     Path("leap.mission").write_text(LEAP, encoding="utf-8")
-    refused = compile("leap.mission", throughout=Throughout.REQUIRED)
-    assert isinstance(refused.outcome, Refused)
+    refused = compile("leap.mission", throughout=ContinuousTime.REQUIRED)
+    assert isinstance(refused.outcome, InvalidMission)
     assert [finding.code for finding in refused.findings] == [NOT_BETWEEN]
     assert main(["compile", "leap.mission", "--continuous", "-o", "none", "--quiet"]) == 1
     assert not Path("none").exists()
@@ -290,7 +290,7 @@ def test_where_a_plan_leaps_another_is_asked_for_until_one_holds_throughout(
     monkeypatch.chdir(tmp_path)
     way_round = LEAP.replace("(3.1, 2)", "(3.1, 1.2)").replace("step 1 s", "step 0.5 s").replace("clot", "smt")
     Path("leap.mission").write_text(way_round, encoding="utf-8")
-    first = compile("leap.mission", throughout=Throughout.AT_STEPS)
+    first = compile("leap.mission", throughout=ContinuousTime.AT_STEPS)
     assert isinstance(first.outcome, Verified)
     assert first.outcome.certificate.at_steps_alone
     found = compile("leap.mission")

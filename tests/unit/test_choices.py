@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missionc.ir.kernel.choices import Asked, branches, kept, made_once, without, witnesses
+from missionc.ir.kernel.choices import ChoicePoint, branches, kept, made_once, without, witnesses
 from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Is, Node
 
 F, G, H = (Is(frozenset((index,))) for index in range(3))
@@ -25,7 +25,7 @@ def test_what_is_to_last_from_an_event_on_is_kept_over_its_window() -> None:
     choice = Any((F, G))
     inner = Always(choice, 1, 2)
     found = {each.node: each for each in made_once(Eventually(Always(inner, 1, 3), 0, 5))}
-    assert found[choice] == Asked(choice, 0, 2, 5, event=True)
+    assert found[choice] == ChoicePoint(choice, 0, 2, 5, event=True)
     assert not found[choice].once
     (endless,) = (each for each in made_once(Eventually(Always(choice, 1, None), 0, 5)) if each.node is choice)
     assert (endless.low, endless.high) == (1, None)
@@ -34,10 +34,10 @@ def test_what_is_to_last_from_an_event_on_is_kept_over_its_window() -> None:
 
 @pytest.mark.parametrize(("low", "high"), [(0, 2), (1, 1), (2, None), (0, None)])
 def test_what_is_kept_over_a_window_is_a_new_node(low: int, high: int | None) -> None:
-    node = kept(Asked(F, 0, low, high, event=True))
+    node = kept(ChoicePoint(F, 0, low, high, event=True))
     assert isinstance(node, Always)
     assert (node.body, node.low, node.high) == (F, low, high)
-    assert kept(Asked(F, 0)) is F
+    assert kept(ChoicePoint(F, 0)) is F
 
 
 @pytest.mark.parametrize(
@@ -51,19 +51,19 @@ def test_what_is_kept_over_a_window_is_a_new_node(low: int, high: int | None) ->
     ],
 )
 def test_there_is_a_choice_where_not_all_branches_are_needed(node: Node, choices: list[Node], needed: int) -> None:
-    found = branches(Asked(node, 1, event=True))
+    found = branches(ChoicePoint(node, 1, event=True))
     assert [(each.node, each.agent, each.event) for each in found] == [(choice, 1, True) for choice in choices]
-    assert witnesses(Asked(node, 1)) == needed
+    assert witnesses(ChoicePoint(node, 1)) == needed
 
 
 def test_a_formula_without_a_branch_is_the_same_elsewhere() -> None:
     choice, other = Any((F, G, H)), Any((F, H))
     formula = All((choice, At(1, other)))
     assert without(formula, {}) is formula
-    found = without(formula, {Asked(choice, 0): frozenset((1,))})
+    found = without(formula, {ChoicePoint(choice, 0): frozenset((1,))})
     assert isinstance(found, All)
     left, same = found.parts
     assert isinstance(left, Any)
     assert left.parts == (F, H)
     assert same is formula.parts[1]
-    assert without(formula, {Asked(other, 0): frozenset((1,))}) is formula
+    assert without(formula, {ChoicePoint(other, 0): frozenset((1,))}) is formula

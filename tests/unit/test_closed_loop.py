@@ -20,7 +20,7 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces, read
 from missionc.output.report.flight_tracks import flights
 from missionc.output.report.page_data import Plotted, data
 from missionc.tools.closed_loop.fly_loop import Listen, LoopFlight, fly_loop, nobody
-from missionc.tools.closed_loop.ground import Ground, Told, uploaded
+from missionc.tools.closed_loop.ground import GroundStation, UploadedTrajectories, uploaded
 from missionc.tools.closed_loop.loop_record import ToldPositions, loop_flights, without_path
 from missionc.tools.closed_loop.reports import Reports
 from missionc.tools.closed_loop.scenario import Event, Scenario, read_scenario
@@ -82,7 +82,7 @@ def test_what_no_scenario_says_is_pointed_at(text: str, line: int) -> None:
 
 def test_uploads_take_over_when_they_begin() -> None:
     pieces = [own for text in flying().flights.values() if isinstance(own := read(text), Pieces)]
-    told, mover = Told(pieces, np.zeros(3)), DRONES.index(inspector())
+    told, mover = UploadedTrajectories(pieces, np.zeros(3)), DRONES.index(inspector())
     here = Pieces(np.array([1.0, 1.0]), np.zeros((2, 4, 8)))
     told.upload(mover, here, 12.0)
     assert not np.allclose(told.setpoints(np.array([10.0]))[POSITION, 0, mover], 0.0)
@@ -91,7 +91,7 @@ def test_uploads_take_over_when_they_begin() -> None:
 
 def test_slow_agents_stay_on_their_way_and_fall_behind_where_it_is_faster_than_they_are() -> None:
     pieces = [own for text in flying().flights.values() if isinstance(own := read(text), Pieces)]
-    told, mover = Told(pieces, np.zeros(3)), DRONES.index(inspector())
+    told, mover = UploadedTrajectories(pieces, np.zeros(3)), DRONES.index(inspector())
     times = np.arange(0.0, 20.0, 0.01)
     wanted = told.setpoints(times)[..., mover]
     most = 0.5 * float(np.linalg.norm(wanted[VELOCITY], axis=0).max())
@@ -183,8 +183,8 @@ def test_the_ground_learns_how_fast_a_slow_drone_still_is_and_plans_for_it() -> 
 def test_a_world_that_changes_twice_has_both_changes_and_the_page_is_told_where_everybody_goes() -> None:
     own = flying()
     pieces = [read(own.flights[name]) for name in DRONES]
-    told = Told([each for each in pieces if isinstance(each, Pieces)], np.zeros(3))
-    ground = Ground(own, told, DRONES, Seconds(3.0), LIMITS, 0)
+    told = UploadedTrajectories([each for each in pieces if isinstance(each, Pieces)], np.zeros(3))
+    ground = GroundStation(own, told, DRONES, Seconds(3.0), LIMITS, 0)
     for place in ((6, 4.5), (6, 0.5)):
         ground.change(f"obstacle debris{place[1]:.0f} = disc at {place} radius 0.2")
     assert ground.world.mission is not None

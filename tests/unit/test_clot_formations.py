@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.schedule.deconflict_space_time import deconflict_space_time
 from missionc.backends.clot.schedule.follow_leader import File, as_file, parted
 from missionc.backends.clot.schedule.formation_conflicts import is_denied
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics
-from missionc.backends.clot.schedule.give_way import give_way
+from missionc.backends.clot.schedule.joint_waypoints import joint_waypoints
 from missionc.backends.clot.schedule.key_frame import KeyFrame
-from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
@@ -57,7 +57,7 @@ def framed(text: str) -> tuple[Mission, Schedule, tuple[KeyFrame, ...], Array]:
     geodesics = Geodesics(mission)
     scheduler = Scheduler(mission, outline(build(kernel), mission.steps), geodesics, generator)
     schedule = scheduler.schedule(0.0)
-    frames = key_frames(mission, schedule, scheduler, geodesics, generator)
+    frames = joint_waypoints(mission, schedule, scheduler, geodesics, generator)
     return mission, schedule, frames, sketch(mission, schedule, frames, geodesics, generator, 0.0)
 
 
@@ -245,7 +245,7 @@ separation 0.5 m
 def test_who_would_meet_in_a_gate_give_way() -> None:
     mission, _, _, first = framed(HEAD + SWAP)
     geodesics = Geodesics(mission)
-    apart = give_way(mission, first, 0, range(6), geodesics)
+    apart = deconflict_space_time(mission, first, 0, range(6), geodesics)
 
     def nearest(position: Array) -> float:
         between = np.linalg.norm(position[:, None] - position[None], axis=-1)
@@ -260,8 +260,10 @@ def test_who_would_meet_in_a_gate_give_way() -> None:
 
 def test_who_meets_nobody_keeps_its_motion() -> None:
     mission, _, _, first = framed(HEAD + SWAP)
-    assert np.array_equal(give_way(mission, first, 0, [0, 2], Geodesics(mission))[[1, 3, 4, 5]], first[[1, 3, 4, 5]])
-    assert np.array_equal(give_way(mission, first, 0, [1], Geodesics(mission)), first)
+    assert np.array_equal(
+        deconflict_space_time(mission, first, 0, [0, 2], Geodesics(mission))[[1, 3, 4, 5]], first[[1, 3, 4, 5]]
+    )
+    assert np.array_equal(deconflict_space_time(mission, first, 0, [1], Geodesics(mission)), first)
 
 
 def test_a_team_stays_where_it_came_together_as_long_as_it_has_to() -> None:

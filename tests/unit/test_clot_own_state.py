@@ -15,7 +15,7 @@ from missionc.backends.clot.backend import BACKEND, Run
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.own_state_stays import with_stays
-from missionc.backends.clot.schedule.draft import Begun
+from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.base.trace import Trace
@@ -76,14 +76,14 @@ require asked: {require}
 """
 
 
-def begun(require: str) -> tuple[Run, Begun]:
+def begun(require: str) -> tuple[Run, WarmStart]:
     """What the first attempt of a mission begins with."""
     mission, kernel = checked(text(require))
     run = Run(mission, kernel, Options(), Budget(deadline=math.inf))
     return run, run.begun(0, np.random.default_rng(0))
 
 
-def stops(start: Begun) -> list[tuple[int, str]]:
+def stops(start: WarmStart) -> list[tuple[int, str]]:
     """Whom a schedule sends where without that anything asks for it, in the order of time."""
     visits = sorted(start.schedule.appointments, key=lambda each: each.step)
     atoms = [(each.visit.event.agent, each.visit.event.chooser) for each in visits]
@@ -94,7 +94,7 @@ def stops(start: Begun) -> list[tuple[int, str]]:
     ]
 
 
-def trace_of(run: Run, start: Begun) -> Trace:
+def trace_of(run: Run, start: WarmStart) -> Trace:
     made = splines(run.mission)
     return trace(run.mission, made, made.through(start.motion))
 

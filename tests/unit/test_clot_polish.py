@@ -21,7 +21,7 @@ from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Group, Rows, rows
 from missionc.backends.clot.schedule.geodesics import Geodesics
-from missionc.backends.clot.schedule.key_frames import key_frames
+from missionc.backends.clot.schedule.joint_waypoints import joint_waypoints
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
@@ -218,7 +218,7 @@ def test_key_frames_hold_what_their_steps_ask_for() -> None:
     graph = build(kernel)
     generator = np.random.default_rng(0)
     scheduler = Scheduler(mission, outline(graph, mission.steps), Geodesics(mission), generator)
-    found = key_frames(mission, scheduler.schedule(0.0), scheduler, Geodesics(mission), generator)
+    found = joint_waypoints(mission, scheduler.schedule(0.0), scheduler, Geodesics(mission), generator)
     assert [found[0].step, found[-1].step] == [0, mission.steps]
     assert all(frame.shortfall <= 0 for frame in found)
 
@@ -266,7 +266,7 @@ def test_polish_leaves_no_fault_where_the_sketch_has_some() -> None:
     generator = np.random.default_rng(0)
     scheduler = Scheduler(mission, outline(graph, mission.steps), Geodesics(mission), generator)
     schedule, geodesics = scheduler.schedule(0.0), Geodesics(mission)
-    key = key_frames(mission, schedule, scheduler, geodesics, generator)
+    key = joint_waypoints(mission, schedule, scheduler, geodesics, generator)
     made = splines(mission)
     first = made.through(sketch(mission, schedule, key, geodesics, generator, 0.0))
     assert not attempt(mission, kernel, trace(mission, made, first)).is_plan

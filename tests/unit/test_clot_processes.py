@@ -29,11 +29,11 @@ from missionc.backends.clot.run.child_processes import Say, children
 from missionc.backends.clot.run.run_state import Nearest, Reached
 from missionc.backends.options import Options
 from missionc.backends.smt.backend import SmtBackend
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.code import INTERNAL, NOT_ITS_FLAG, OUT_OF_MEMORY
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import stoppable
 from missionc.base.source import Source
-from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import app
 from missionc.compiler import driver
@@ -62,7 +62,7 @@ formation row = line of drone spacing 0.6 m tolerance 0.1 m
 require row:   eventually[0, 10 s] row
 """
 """The first schedule leads to no plan."""
-ONCE = Throughout.AT_STEPS
+ONCE = ContinuousTime.AT_STEPS
 """For missions whose plans do not hold between the steps: they are planned once, and not again for that."""
 
 
@@ -77,7 +77,7 @@ def compiled(
     listen: Callable[[Progress], None] = ignore,
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
-    throughout: Throughout = Throughout.WANTED,
+    throughout: ContinuousTime = ContinuousTime.WANTED,
 ) -> Compiled:
     return driver.compile(
         Source("a.mission", text),
@@ -290,13 +290,13 @@ def end_time(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
 def test_when_time_is_up_the_plan_of_a_later_attempt_is_the_best_so_far(
     end_time: Callable[[], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hold = parallel_attempts.hold
+    hold = parallel_attempts.defer_stop
 
     def hold_until_the_end() -> None:
         hold()
         end_time()
 
-    monkeypatch.setattr(parallel_attempts, "hold", hold_until_the_end)
+    monkeypatch.setattr(parallel_attempts, "defer_stop", hold_until_the_end)
     outcome = compiled(PAIR, 2).outcome
     assert isinstance(outcome, Verified)
     assert outcome.report.cut_short is CutShort.TIME
@@ -304,13 +304,13 @@ def test_when_time_is_up_the_plan_of_a_later_attempt_is_the_best_so_far(
 
 @pytest.mark.usefixtures("slow_first")
 def test_a_signal_ends_the_wait_for_an_earlier_attempt(monkeypatch: pytest.MonkeyPatch) -> None:
-    hold = parallel_attempts.hold
+    hold = parallel_attempts.defer_stop
 
     def hold_and_interrupt() -> None:
         hold()
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(parallel_attempts, "hold", hold_and_interrupt)
+    monkeypatch.setattr(parallel_attempts, "defer_stop", hold_and_interrupt)
     with stoppable():
         outcome = compiled(PAIR, 2).outcome
     assert isinstance(outcome, Verified)

@@ -13,7 +13,7 @@ from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.optimise.carved_boxes import carved
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.schedule.geodesics import Geodesics, eased
-from missionc.backends.clot.schedule.key_frames import key_frames
+from missionc.backends.clot.schedule.joint_waypoints import joint_waypoints
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
@@ -379,7 +379,7 @@ def test_who_is_tied_to_nobody_goes_on_a_tour_where_others_keep_a_formation() ->
     geodesics, generator = Geodesics(mission), np.random.default_rng(0)
     motion = tours(mission, schedule, scheduler.goals, geodesics, generator)[1]
     toured = {agent: motion[agent] for agent in range(3)}
-    frames = key_frames(mission, schedule, scheduler, geodesics, generator, toured=toured)
+    frames = joint_waypoints(mission, schedule, scheduler, geodesics, generator, toured=toured)
     (haul,) = named(scheduler, schedule, "haul")
     assert {frame.step for frame in frames} == {0, haul.step, mission.steps}
     first = sketch(mission, schedule, frames, geodesics, generator, 0.0, toured)

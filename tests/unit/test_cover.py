@@ -16,7 +16,7 @@ from missionc.backends.cover.cells import Cells
 from missionc.backends.cover.keep_apart import fits
 from missionc.backends.cover.may_moves import nearest
 from missionc.backends.cover.may_see import hidden
-from missionc.backends.cover.refute import Admitted, Answer, Refused, refute
+from missionc.backends.cover.refute import Answer, Inconclusive, Refuted, refute
 from missionc.backends.run_account import Account
 from missionc.base.units import Metres
 from missionc.compiler import driver
@@ -56,13 +56,13 @@ def answered(path: Path, work: float) -> Answer:
 @pytest.mark.parametrize("name", sorted(REASONS))
 def test_what_no_motion_does_is_refused_with_its_requirements(name: str) -> None:
     answer = answered(MISSIONS / f"impossible_{name}.mission", 6.0)
-    assert isinstance(answer, Refused)
+    assert isinstance(answer, Refuted)
     assert answer.conflict == REASONS[name]
 
 
 @pytest.mark.parametrize("name", ["corridor_swap", "half_of_ten", "seen_past_a_wall", "slow_zone", "tall_tower"])
 def test_what_has_a_plan_is_admitted(name: str) -> None:
-    assert isinstance(answered(MISSIONS / f"possible_{name}.mission", 0.5), Admitted)
+    assert isinstance(answered(MISSIONS / f"possible_{name}.mission", 0.5), Inconclusive)
 
 
 @pytest.mark.parametrize(

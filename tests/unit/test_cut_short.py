@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.api import CutShort, NotFound, Progress, Reason
-from missionc.base.signals import Stopped, asked, hold, stoppable
+from missionc.base.signals import Stopped, defer_stop, stop_requested, stoppable
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.cli import app, compile_request
@@ -79,7 +79,7 @@ def interrupted() -> None:
 def test_ctrl_c_while_a_plan_is_made_better_gives_that_plan(backend: str, text: str, stage: str) -> None:
     with stoppable():
         outcome = compiled(backend, text, at(stage, interrupted)).outcome
-        assert asked()
+        assert stop_requested()
     assert isinstance(outcome, Verified)
     assert outcome.certificate.passed
     assert outcome.report.cut_short is CutShort.SIGNAL
@@ -176,7 +176,7 @@ with stoppable():
 
 def test_a_signal_is_forgotten_at_the_end() -> None:
     with stoppable():
-        hold()
+        defer_stop()
         interrupted()
-        assert asked()
-    assert not asked()
+        assert stop_requested()
+    assert not stop_requested()

@@ -13,9 +13,9 @@ import pytest
 from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Report, ignore
 from missionc.backends.options import Options
 from missionc.backends.smt.backend import BACKEND as SMT
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli.app import main
 from missionc.compiler import driver
@@ -165,7 +165,7 @@ def test_the_nearest_miss_is_the_one_that_fails_by_least(conflict: Compiled) -> 
     assert kernel is not None
     fails = []
     for relaxation in why(conflict).relaxations:
-        outcome = driver.compile(Source("a.mission", relaxed(relaxation)), throughout=Throughout.AT_STEPS).outcome
+        outcome = driver.compile(Source("a.mission", relaxed(relaxation)), throughout=ContinuousTime.AT_STEPS).outcome
         assert isinstance(outcome, Verified)
         trace = outcome.plan.trace
         if trace.position.shape[:2] == (len(mission.agents), mission.steps + 1):

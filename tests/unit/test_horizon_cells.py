@@ -7,9 +7,9 @@ import pytest
 
 from missionc.ir.kernel.nodes import All, Always, At, Eventually, Is, Node, Until
 from missionc.verification.monitoring.live import atom_bounds
-from missionc.verification.monitoring.live.asked_steps import Asked, asked_steps, reaches_start
 from missionc.verification.monitoring.live.atom_bounds import Cells, cells_after
 from missionc.verification.monitoring.live.columns import Columns
+from missionc.verification.monitoring.live.needed_steps import StepRange, needed_steps, reaches_start
 
 # -------------------------------------------------------------------- cells
 
@@ -51,52 +51,52 @@ def test_each_step_is_in_a_cell() -> None:
 A, B = Is(frozenset((0,))), Is(frozenset((1,)))
 
 
-def asked(root: Node, node: Node, last: int = 10) -> Asked:
-    return asked_steps((root,), last)[node]
+def asked(root: Node, node: Node, last: int = 10) -> StepRange:
+    return needed_steps((root,), last)[node]
 
 
 @pytest.mark.parametrize(
     ("root", "node", "found"),
     [
-        (A, A, Asked(0, 0, 0)),
-        (Always(A, 2, 5), A, Asked(2, 5, 0, kept=1)),
-        (Always(A, 2, None), A, Asked(2, 10, 0, kept=1)),
-        (Always(A, 2, 50), A, Asked(2, 10, 0, kept=1)),
-        (Eventually(Always(A, 1, 2), 3, 4), A, Asked(4, 6, 0, kept=1)),
+        (A, A, StepRange(0, 0, 0)),
+        (Always(A, 2, 5), A, StepRange(2, 5, 0, kept=1)),
+        (Always(A, 2, None), A, StepRange(2, 10, 0, kept=1)),
+        (Always(A, 2, 50), A, StepRange(2, 10, 0, kept=1)),
+        (Eventually(Always(A, 1, 2), 3, 4), A, StepRange(4, 6, 0, kept=1)),
         # What is asked after the mission is asked at its last step.
-        (Always(A, 12, 15), A, Asked(10, 10, 0, kept=1)),
-        (Until(A, B, 2, 5), A, Asked(0, 4, 0, kept=1)),
-        (Until(A, B, 2, 5), B, Asked(2, 5, 0, kept=1)),
-        (Until(A, B, 2, None), A, Asked(0, 9, 0, kept=1)),
-        (Always(Eventually(A, -3, -1), 0, None), A, Asked(0, 9, 0, kept=4)),
-        (Always(Eventually(A, -20, -1), 0, None), A, Asked(0, 9, 0, kept=3)),
-        (Always(Eventually(A, -20, 0), 0, None), A, Asked(0, 10, 0, kept=2)),
-        (At(1, A), A, Asked(0, 0, 0)),
+        (Always(A, 12, 15), A, StepRange(10, 10, 0, kept=1)),
+        (Until(A, B, 2, 5), A, StepRange(0, 4, 0, kept=1)),
+        (Until(A, B, 2, 5), B, StepRange(2, 5, 0, kept=1)),
+        (Until(A, B, 2, None), A, StepRange(0, 9, 0, kept=1)),
+        (Always(Eventually(A, -3, -1), 0, None), A, StepRange(0, 9, 0, kept=4)),
+        (Always(Eventually(A, -20, -1), 0, None), A, StepRange(0, 9, 0, kept=3)),
+        (Always(Eventually(A, -20, 0), 0, None), A, StepRange(0, 10, 0, kept=2)),
+        (At(1, A), A, StepRange(0, 0, 0)),
     ],
 )
-def test_an_operand_is_asked_where_the_window_is(root: Node, node: Node, found: Asked) -> None:
+def test_an_operand_is_asked_where_the_window_is(root: Node, node: Node, found: StepRange) -> None:
     assert asked(root, node) == found
 
 
 def test_a_formula_is_final_after_as_many_steps_as_it_looks_ahead() -> None:
     inner = Eventually(A, 1, 3)
     root = Always(inner, 2, 4)
-    assert asked(root, root) == Asked(0, 0, 7)
-    assert asked(root, inner) == Asked(2, 4, 3, kept=4)
-    assert asked(root, A) == Asked(3, 7, 0, kept=1)
-    assert asked(root, root, last=5) == Asked(0, 0, 5)
+    assert asked(root, root) == StepRange(0, 0, 7)
+    assert asked(root, inner) == StepRange(2, 4, 3, kept=4)
+    assert asked(root, A) == StepRange(3, 7, 0, kept=1)
+    assert asked(root, root, last=5) == StepRange(0, 0, 5)
 
 
 def test_what_two_ask_is_asked_of_both_and_kept_for_both() -> None:
     both = All((Always(A, 1, 2), Always(Eventually(A, -3, 0), 6, 8)))
-    assert asked(both, A) == Asked(1, 8, 0, kept=4)
+    assert asked(both, A) == StepRange(1, 8, 0, kept=4)
     waits = All((Eventually(Until(A, B, 0, 4), 0, 2), A))
-    assert asked(waits, A) == Asked(0, 5, 0, kept=6)
+    assert asked(waits, A) == StepRange(0, 5, 0, kept=6)
     assert [asked(waits, node).once for node in (waits, A)] == [True, False]
 
 
 def test_a_window_reaches_the_start_where_it_does_so_wherever_it_is_asked() -> None:
-    whole = Asked(0, 5, 0)
+    whole = StepRange(0, 5, 0)
     assert reaches_start(Eventually(A, -5, 0), whole)
     assert reaches_start(Eventually(A, -5, -2), whole)
     assert not reaches_start(Eventually(A, -4, 0), whole)
@@ -107,7 +107,7 @@ def test_a_window_reaches_the_start_where_it_does_so_wherever_it_is_asked() -> N
 def test_operands_come_first() -> None:
     inner = Eventually(A, 1, 3)
     root = Always(inner, 2, 4)
-    assert list(asked_steps((root,), 10)) == [A, inner, root]
+    assert list(needed_steps((root,), 10)) == [A, inner, root]
 
 
 # ------------------------------------------------------------------ columns
@@ -130,7 +130,7 @@ def numbers(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[f
 
 
 def test_columns_are_kept_as_long_as_they_are_read() -> None:
-    columns = Columns(Asked(2, 40, 3, kept=4), 2)
+    columns = Columns(StepRange(2, 40, 3, kept=4), 2)
     for now in range(61):
         cells = cells_after(now, 60, (), ())
         filled(columns, cells)
@@ -154,7 +154,7 @@ def test_columns_are_kept_as_long_as_they_are_read() -> None:
 
 
 def test_columns_of_steps_to_come_are_those_of_their_cells() -> None:
-    columns = Columns(Asked(0, 20, 20, kept=20), 2)
+    columns = Columns(StepRange(0, 20, 20, kept=20), 2)
     for now in range(4):
         cells = cells_after(now, 20, (), ())
         filled(columns, cells)

@@ -10,9 +10,9 @@ pytest.importorskip("torch")
 from missionc.backends.api import Impossible, NotFound, Outcome, Reason, Report
 from missionc.backends.hybrid.backend import Clock, discrete, on_clock, positions
 from missionc.backends.smt.backend import SmtBackend
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.code import IMPOSSIBLE
 from missionc.base.source import Source
-from missionc.base.throughout import Throughout
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.compiler import driver
@@ -39,7 +39,9 @@ require show:   eventually[5 s, 7 s] always[0, 1 s] row
 """
 
 
-def compiled(text: str, *, limit: float = 200.0, seed: int = 0, throughout: Throughout = Throughout.WANTED) -> Compiled:
+def compiled(
+    text: str, *, limit: float = 200.0, seed: int = 0, throughout: ContinuousTime = ContinuousTime.WANTED
+) -> Compiled:
     return driver.compile(Source("a.mission", text), seed=seed, time_limit=Seconds(limit), throughout=throughout)
 
 
@@ -63,7 +65,7 @@ def test_hops_and_a_total_tolerance_are_planned_together_by_auto() -> None:
 
 
 def test_the_same_seed_gives_the_same_bytes() -> None:
-    first, again = (compiled(RELAY, seed=5, throughout=Throughout.AT_STEPS).outcome for _ in range(2))
+    first, again = (compiled(RELAY, seed=5, throughout=ContinuousTime.AT_STEPS).outcome for _ in range(2))
     assert isinstance(first, Verified)
     assert isinstance(again, Verified)
     assert first.files == again.files

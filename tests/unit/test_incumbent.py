@@ -16,11 +16,11 @@ import pytest
 from missionc.backends.api import Budget, CutShort, NotFound, Outcome, Planned, Progress, Reason
 from missionc.backends.options import Options
 from missionc.backends.smt.backend import BACKEND
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.deadline import OutOfTime
 from missionc.base.diagnostics.code import IMPROVEMENT_FAILED
 from missionc.base.diagnostics.defect import improvement_failed
 from missionc.base.source import Source
-from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import compile_request
 from missionc.cli.app import main
@@ -223,7 +223,7 @@ def test_a_better_option_that_cannot_be_certified_leaves_the_plan_before(monkeyp
 @pytest.mark.parametrize(
     ("module", "name", "more", "says"),
     [
-        (driver, "plan_throughout", {}, "planning for the time between the samples"),
+        (driver, "continuous_time", {}, "planning for the time between the samples"),
         (search_alternatives, "search_alternatives", {"alternatives": 2}, "planning alternatives"),
     ],
 )
@@ -249,11 +249,11 @@ def test_a_step_without_memory_is_no_defect(monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_plan_that_fails_between_samples_is_not_secured_if_that_is_required() -> None:
     outcome = planned()[0].outcome
     assert isinstance(outcome, Verified)
-    assert driver.acceptable(outcome, Throughout.REQUIRED)
+    assert driver.acceptable(outcome, ContinuousTime.REQUIRED)
     failing = replace(outcome.certificate, between=(Between("visit", Verdict.FAILS),))
     failed = replace(outcome, certificate=failing)
-    assert not driver.acceptable(failed, Throughout.REQUIRED)
-    assert driver.acceptable(failed, Throughout.WANTED)
+    assert not driver.acceptable(failed, ContinuousTime.REQUIRED)
+    assert driver.acceptable(failed, ContinuousTime.WANTED)
 
 
 def test_the_verdict_stands_if_its_explanation_fails(monkeypatch: pytest.MonkeyPatch) -> None:

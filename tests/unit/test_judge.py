@@ -29,9 +29,9 @@ from missionc.ir.kernel.nodes import (
     Until,
 )
 from missionc.ir.predicates import Compare, Coordinate
-from missionc.verification.monitoring.live.asked_steps import Asked
 from missionc.verification.monitoring.live.columns import Columns
 from missionc.verification.monitoring.live.judge import LiveJudge, Parts
+from missionc.verification.monitoring.live.needed_steps import StepRange
 from missionc.verification.monitoring.live.verdicts import Standing, Verdict
 from missionc.verification.monitoring.monitor import robustness
 from tests.support.random_runs import SPAN, mission_of
@@ -123,7 +123,7 @@ def test_parts_are_taken_of_whole_formulas_and_of_those_at_one_agent() -> None:
     own, one, kept = At(1, A), At(0, A), At(1, c)
 
     def column(rows: int, *values: float) -> Columns:
-        found = Columns(Asked(0, 9, 0), rows)
+        found = Columns(StepRange(0, 9, 0), rows)
         found.open(0, 0)
         found.part(0, 1, 0)[:] = np.array(values)[None, :, None]
         return found

@@ -15,11 +15,11 @@ from missionc.backends.options import Options
 from missionc.backends.smt.paper.ask_solver import links_between, problem
 from missionc.backends.smt.paper.encode import Encoding
 from missionc.backends.smt.paper.specify import specify
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.source import Source
-from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.compiler import driver
-from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Verified
 from tests.support.resolved_missions import demo, mission
 from tests.support.small_missions import SMALL
 from tests.support.small_roadmaps import roadmap_of
@@ -50,7 +50,7 @@ def planned(text: str, preset: str = "paper", limit: float = 60.0, **others: obj
         Source("a.mission", text),
         options=Options(preset=preset),
         time_limit=Seconds(limit),
-        throughout=Throughout.AT_STEPS,
+        throughout=ContinuousTime.AT_STEPS,
         **others,  # type: ignore[arg-type]
     )
 
@@ -66,7 +66,7 @@ def test_a_small_mission_has_a_verified_plan_and_the_manifest_names_the_preset()
 
 
 def test_a_plan_without_the_preset_says_nothing_of_presets() -> None:
-    compiled = driver.compile(Source("a.mission", SMALL), throughout=Throughout.AT_STEPS)
+    compiled = driver.compile(Source("a.mission", SMALL), throughout=ContinuousTime.AT_STEPS)
     assert "preset" not in json.loads(dict(compiled.files)["manifest.json"])["options"]
 
 
@@ -146,7 +146,7 @@ def test_the_memory_limit_ends_an_encoding() -> None:
 
 def test_what_the_method_lacks_is_refused_before_anything_is_planned() -> None:
     compiled = planned(FEW + "minimize distance\n")
-    assert isinstance(compiled.outcome, Refused)
+    assert isinstance(compiled.outcome, InvalidMission)
     assert "MC563" in {finding.code.name for finding in compiled.findings}
 
 
@@ -163,6 +163,6 @@ def test_the_papers_missions_have_a_plan_for_three_drones_that_keep_apart(name: 
         f"missions/{name}.mission",
         overrides={"N": "3"},
         options=Options(preset="paper-apart"),
-        throughout=Throughout.AT_STEPS,
+        throughout=ContinuousTime.AT_STEPS,
     )
     assert isinstance(compiled.outcome, Verified)

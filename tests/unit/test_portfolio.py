@@ -27,7 +27,7 @@ from missionc.backends.api import (
 from missionc.backends.options import Options
 from missionc.backends.portfolio.backend import ATTEMPTS, FIRST, TIMES, Engine, PortfolioBackend
 from missionc.backends.smt import backend as smt
-from missionc.backends.work import driven, polish_work
+from missionc.backends.work import polish_work, run_to_end
 from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG, NOT_VERIFIED
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
@@ -93,7 +93,7 @@ class Scripted:
             self.ended.append(self.name)
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        return driven(self.turns(mission, kernel, options, budget), budget)
+        return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
 
 def asked(*engines: Scripted, budget: Budget | None = None) -> Outcome:

@@ -15,7 +15,7 @@ from missionc.base.units import Metres, Seconds
 from missionc.compiler.front_end import check
 from missionc.compiler.remaining import not_said
 from missionc.ir.kernel.nodes import All, Any, Kernel
-from missionc.planning.progression.formula_progression import TooEntangledError
+from missionc.planning.progression.formula_progression import NotProgressableError
 from missionc.planning.progression.rest_of_mission import rest_of
 from missionc.planning.progression.stretches import Remaining, Stretch, after
 from missionc.verification.monitoring.monitor import truth
@@ -99,7 +99,7 @@ def test_routes_that_are_over_lead_to_what_is_still_to_come(xs: tuple[float, flo
 
 
 def test_routes_in_metres_to_what_is_still_to_come_cannot_be_said() -> None:
-    with pytest.raises(TooEntangledError) as raised:
+    with pytest.raises(NotProgressableError) as raised:
         left_of("require told: drone[0]: (not goal or goal) reach[distance 0..4 on radio] (eventually[4 s, 4 s] goal)")
     assert not_said(raised.value).code is NOT_SAID
 

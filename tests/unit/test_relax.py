@@ -11,8 +11,8 @@ from missionc.compiler.front_end import Checked, check
 from missionc.compiler.relax import relax_world
 from missionc.compiler.relax.conflict_targets import ConflictTargets, Way, conflict_targets
 from missionc.compiler.relax.edits import Edit, changes, edited
-from missionc.compiler.relax.knobs import Knob
-from missionc.compiler.relax.search_relaxations import Trying
+from missionc.compiler.relax.relaxation_parameters import RelaxationParameter
+from missionc.compiler.relax.search_relaxations import Bracket
 
 RICH = """\
 mission rich
@@ -48,7 +48,7 @@ def asks(found: Checked) -> ConflictTargets:
     return conflict_targets(goal.formula for goal in found.kernel.requirements)
 
 
-def knobs(found: Checked) -> list[Knob]:
+def knobs(found: Checked) -> list[RelaxationParameter]:
     """All there are but those that leave something out."""
     mission, asked = found.mission, asks(found)
     assert mission is not None
@@ -249,7 +249,7 @@ def test_what_is_written_in_another_file_is_not_changed() -> None:
 @given(st.integers(1, 40), st.integers(1, 40), st.integers(1, 60))
 def test_the_smallest_change_that_does_is_found(first: int, most: int, threshold: int) -> None:
     most = max(first, most)
-    trying = Trying(Knob(lambda notches: Edit(str(notches)), 1.0, first, most))
+    trying = Bracket(RelaxationParameter(lambda notches: Edit(str(notches)), 1.0, first, most))
     tried = []
     while (notches := trying.next()) is not None:
         tried.append(notches)
@@ -261,7 +261,7 @@ def test_the_smallest_change_that_does_is_found(first: int, most: int, threshold
 
 
 def test_a_change_below_one_that_was_left_open_is_not_called_the_smallest() -> None:
-    trying = Trying(Knob(lambda notches: Edit(str(notches)), 1.0, 2, 2))
+    trying = Bracket(RelaxationParameter(lambda notches: Edit(str(notches)), 1.0, 2, 2))
     trying.learn(2, does=True, proven=False)
     trying.learn(1, does=False, proven=False)
     assert (trying.best, trying.next(), trying.smallest) == (2, None, False)

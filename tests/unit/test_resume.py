@@ -25,16 +25,16 @@ from missionc.backends.clot import backend as clot
 from missionc.backends.clot.backend import Run
 from missionc.backends.clot.run.run_state import Nearest
 from missionc.backends.options import Options
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREADABLE, FILE_TOO_LARGE, NOT_ITS_FLAG
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.cli import app
 from missionc.compiler import driver
 from missionc.compiler.checkpoint_file import SCHEMA, from_bytes, to_bytes
-from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Verified
 from missionc.frontend.syntax.read_file import read_bytes
 from tests.support.small_missions import SMALL
 from tests.unit.test_cut_short import LIMIT, MIXED, ROW, time_is_up
@@ -55,7 +55,7 @@ def compiled(
     resume: bytes | None = None,
     seed: int = 0,
     limit: float = LIMIT,
-    throughout: Throughout = Throughout.WANTED,
+    throughout: ContinuousTime = ContinuousTime.WANTED,
 ) -> Compiled:
     return driver.compile(
         Source("a.mission", text),
@@ -102,7 +102,7 @@ def test_a_search_is_taken_up_between_two_of_its_rounds() -> None:
 
 def test_a_hybrid_run_is_taken_up_too() -> None:
     """No plan is asked for that holds between the steps: of those there are no checkpoints."""
-    ends_the_same(MIXED, backend="hybrid", throughout=Throughout.AT_STEPS)
+    ends_the_same(MIXED, backend="hybrid", throughout=ContinuousTime.AT_STEPS)
 
 
 def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -157,7 +157,7 @@ def test_the_time_limit_keeps_what_was_done_and_nothing_that_was_cut_short(monke
 
 def refused(text: str, resume: bytes, **options: str | int) -> Diagnostic:
     found = compiled(text, resume=resume, **options)  # type: ignore[arg-type]
-    assert isinstance(found.outcome, Refused)
+    assert isinstance(found.outcome, InvalidMission)
     return found.findings[-1]
 
 

@@ -109,7 +109,9 @@ def test_who_has_nothing_to_do_stays_where_it_is() -> None:
 def test_a_calmed_plan_keeps_every_requirement_and_every_distance_and_is_no_longer(seed: int) -> None:
     mission, kernel = meant(TEAM)
     text = TEAM + "require busy: every drone: eventually[0, 8 s] not base\n"
-    outcome = missionc.compile(Source("calm.mission", text), seed=seed, throughout=missionc.Throughout.AT_STEPS).outcome
+    outcome = missionc.compile(
+        Source("calm.mission", text), seed=seed, throughout=missionc.ContinuousTime.AT_STEPS
+    ).outcome
     assert isinstance(outcome, Verified)
     motion = motion_of(mission, 40, 6, seed)
     before = states_of(outcome, motion)

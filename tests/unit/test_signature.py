@@ -12,7 +12,7 @@ from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
 from missionc.compiler.front_end import check
 from missionc.ir import Mission
-from missionc.ir.kernel.choices import Asked, branches, made_once, without
+from missionc.ir.kernel.choices import ChoicePoint, branches, made_once, without
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.monitor import truth
 from missionc.verification.monitoring.signature import Event, Signatures, _several, differences
@@ -155,7 +155,7 @@ def test_a_formula_without_a_branch_holds_where_another_one_does() -> None:
         narrower = without(formula, {choice: frozenset({number})})
         assert tuple(bool(truth(narrower, mission, trace)[0, 0]) for trace in (up, down)) == holds
     assert without(formula, {}) is formula
-    assert without(formula, {Asked(choice.node, 1): frozenset({0})}) is formula
+    assert without(formula, {ChoicePoint(choice.node, 1): frozenset({0})}) is formula
 
 
 def test_an_order_is_that_of_events_that_never_hold_at_once() -> None:

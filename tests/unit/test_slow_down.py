@@ -17,7 +17,7 @@ from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Steps
 from missionc.compiler import driver
-from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Verified
 from missionc.geometry.slow_down import slowed
 from missionc.output.folder.write_folder import write_folder
 from missionc.tools.replay.reverify import reverify
@@ -122,7 +122,7 @@ def test_the_requirement_whose_window_ends_too_early_is_named() -> None:
     text = SMALL.replace("[0, 6 s]", "[0, 3 s]")
     assert isinstance(compiled(text, 1.0).outcome, Verified)
     found = compiled(text, 10.0)
-    assert isinstance(found.outcome, Refused)
+    assert isinstance(found.outcome, InvalidMission)
     (finding,) = found.findings
     assert finding.code is NEEDS_MORE_TIME
     assert finding.message == "flown 10 times slower, the plan no longer does what `visit` asks"

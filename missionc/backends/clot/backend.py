@@ -35,7 +35,7 @@ from missionc.backends.api import (
     Reason,
     Turns,
     UnusableSnapshot,
-    forget,
+    discard_snapshot,
 )
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_weights import Weights, spare
@@ -46,7 +46,7 @@ from missionc.backends.clot.optimise.improve import improve
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
-from missionc.backends.clot.run.begin import Beginnings
+from missionc.backends.clot.run.initial_guesses import InitialGuesses
 from missionc.backends.clot.run.near_misses import failure_statement, freed, near
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
 from missionc.backends.clot.run.presets import PRESETS, Preset, fewer_samples, preset
@@ -60,15 +60,15 @@ from missionc.backends.clot.run.run_state import (
     to_snapshot,
 )
 from missionc.backends.clot.run.search_results import Searched
-from missionc.backends.clot.schedule.draft import Begun
+from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.tasks import Outline, outline
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
-from missionc.backends.work import SEARCH, driven, polish_work, sketch_work
+from missionc.backends.work import SEARCH, polish_work, run_to_end, sketch_work
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.signals import asked, hold
+from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.solved import SKETCH, TRANSPORT, Solved
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
@@ -101,7 +101,7 @@ class ClotBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion that satisfies every requirement."""
-        return driven(self.turns(mission, kernel, options, budget), budget)
+        return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
         """The same in turns, of whole attempts."""
@@ -138,7 +138,7 @@ class Run:
     graph: Kernel = field(init=False)
     asked: Outline = field(init=False)
     geodesics: Geodesics = field(init=False)
-    beginnings: Beginnings = field(init=False)
+    beginnings: InitialGuesses = field(init=False)
 
     @property
     def agent_steps(self) -> int:
@@ -151,7 +151,7 @@ class Run:
             self.graph = build(self.kernel)
             self.asked = outline(self.graph, self.mission.steps)
             self.geodesics = Geodesics(self.mission)
-            self.beginnings = Beginnings(
+            self.beginnings = InitialGuesses(
                 self.mission, self.kernel, self.graph, self.asked, self.geodesics, self.in_time, self.sketched
             )
         self.account.sizes["terms"] = len(postorder(self.graph.formulas))
@@ -226,7 +226,7 @@ class Run:
         return None
 
     def searched(
-        self, way: Preset, begun: Begun, generator: np.random.Generator, number: int, resumed: Searching | None
+        self, way: Preset, begun: WarmStart, generator: np.random.Generator, number: int, resumed: Searching | None
     ) -> tuple[Array, ...]:
         """The joint motions of a search, (agents, steps + 1, dim) each, metres; how far it came is kept."""
         from missionc.backends.clot.paper.run_algorithm_2 import run_algorithm_2  # a room that few plans enter
@@ -255,7 +255,7 @@ class Run:
         return search.motions
 
     def polished(
-        self, first: Array, choices: Choices, number: int, way: Preset | None = None, begun: Begun | None = None
+        self, first: Array, choices: Choices, number: int, way: Preset | None = None, begun: WarmStart | None = None
     ) -> Reached | None:
         """What polishing makes of a first motion, (agents, steps + 1, dim), metres, if that is a plan.
 
@@ -291,7 +291,7 @@ class Run:
         made = trace(self.mission, splines(self.mission), control)
         if reached.final:
             return made
-        hold()
+        defer_stop()
         self.budget.found(Planned(made, self.account.report()))
         self.keep(number, reached=reached)
         self.tell("improve", number)
@@ -323,7 +323,7 @@ class Run:
         made = trace(self.mission, splines(self.mission), control)
         return made if attempt(self.mission, self.kernel, made).is_plan else None
 
-    def judged(self, polished: Polished, made: Trace, begun: Begun | None) -> Trace | None:
+    def judged(self, polished: Polished, made: Trace, begun: WarmStart | None) -> Trace | None:
         """The motion, if it is a plan; if not, what is wrong with it is kept where nothing was better."""
         with self.account.stage("accept"):
             come_to = attempt(self.mission, self.kernel, made)
@@ -339,7 +339,7 @@ class Run:
         if self.best is None or candidate.rank < self.best.rank:
             self.best = candidate
 
-    def begun(self, number: int, generator: np.random.Generator) -> Begun:
+    def begun(self, number: int, generator: np.random.Generator) -> WarmStart:
         """The schedule, key frames and sketch of an attempt; the generator is that of the attempt, unused."""
         with self.account.stage("sketch"):
             return self.beginnings.begun(number, generator)
@@ -348,14 +348,14 @@ class Run:
         """A first motion was made."""
         self.account.work += sketch_work(self.agent_steps)
 
-    def again(self, number: int, motion: Array | None) -> Begun:
+    def again(self, number: int, motion: Array | None) -> WarmStart:
         """What an attempt began with, with another motion, (agents, steps + 1, dim), metres."""
         begun = self.begun(number, np.random.default_rng([self.budget.seed, number]))
         return begun if motion is None else replace(begun, motion=motion)
 
     def keep(self, number: int, search: Searching | None = None, reached: Reached | None = None) -> None:
         """Puts aside what is known by now, unless something was cut short since."""
-        if self.late or self.budget.keep is forget:
+        if self.late or self.budget.keep is discard_snapshot:
             return
         nearest = None if self.best is None else self.best.nearest
         far = None if self.furthest is None else self.furthest.rank
@@ -386,7 +386,7 @@ class Run:
 
     def in_time(self) -> bool:
         """Whether to go on: there is time, and nobody has asked to end."""
-        self.late = self.late or time.monotonic() >= self.budget.deadline or asked()
+        self.late = self.late or time.monotonic() >= self.budget.deadline or stop_requested()
         return not self.late
 
     def tell(self, stage: str, number: int, iteration: int = 0, margin: float = -np.inf) -> None:

@@ -26,9 +26,9 @@ from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
-from missionc.backends.work import driven, polish_work
+from missionc.backends.work import polish_work, run_to_end
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.signals import asked
+from missionc.base.signals import stop_requested
 from missionc.base.solved import then_polished
 from missionc.base.trace import Trace
 from missionc.ir import Mission
@@ -56,7 +56,7 @@ class Repair:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """The motion polished until it keeps the kernel, if it comes to that."""
-        return driven(self.turns(mission, kernel, options, budget), budget)
+        return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
         """The same in one turn."""
@@ -64,7 +64,7 @@ class Repair:
         account = Account()
 
         def in_time() -> bool:
-            return time.monotonic() < budget.deadline and not asked()
+            return time.monotonic() < budget.deadline and not stop_requested()
 
         with account.stage("repair"), one_thread(), enough_memory():
             found = self._repaired(mission, kernel, in_time, account)

@@ -29,10 +29,10 @@ from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.minimize_duration import duration
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
-from missionc.backends.clot.optimise.stand_still import stand_still
+from missionc.backends.clot.optimise.retiming import retime
 from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.run_account import Account
-from missionc.base.signals import asked
+from missionc.base.signals import stop_requested
 from missionc.base.solved import then_polished
 from missionc.base.trace import Array, Flags, Trace
 from missionc.geometry.dynamics import can_wait
@@ -65,7 +65,7 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
 
     def in_time() -> bool:
         budget.listen(Progress("straighten"))
-        return time.monotonic() < budget.deadline and not asked()
+        return time.monotonic() < budget.deadline and not stop_requested()
 
     with account.stage("straighten"), one_thread(), enough_memory():
         straight = straightened(mission, kernel, planned.trace, in_time)
@@ -137,7 +137,7 @@ class _Straightened:
             return motion if is_plan and self.no_worse(motion) else None
 
         control, best = self.control, self.best
-        self.control, self.best = stand_still(control, best, self.demand, self.costs(room), accept, self.go_on)
+        self.control, self.best = retime(control, best, self.demand, self.costs(room), accept, self.go_on)
 
     def consider(self, tried: Array) -> bool:
         """Takes a candidate over, without those who break something; whether all of it could be."""

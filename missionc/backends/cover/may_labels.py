@@ -76,7 +76,7 @@ class _CellView:
         needed = must_be_apart(self.mission, first, second)
         return Range(np.maximum(distance.low, needed), np.maximum(distance.high, needed))
 
-    def amiss(self, edge: FormationEdge) -> Range:
+    def formation_error(self, edge: FormationEdge) -> Range:
         between = self._between(edge.first, edge.second)
         if not isinstance(edge.target, tuple):
             return (length_range(between) - edge.target).magnitude()

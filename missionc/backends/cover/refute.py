@@ -1,7 +1,7 @@
 """Refutation on covers: proof that no motion satisfies the requirements, and lower bounds of the duration.
 
     in   Mission, Kernel
-    out  Refused with the requirements that the proof rests on, Admitted or Open
+    out  Refuted with the requirements that the proof rests on, Inconclusive or Open
 
 Coarse covers come first. On each cover, single agents are examined first, then pairs, then the team. What is
 unsatisfiable on a cover is unsatisfiable for every motion. A motion that a cover admits may still be impossible. A
@@ -184,7 +184,7 @@ SQUARED = 1 / 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Refused:
+class Refuted:
     """No motion of the agents satisfies these requirements at its steps; with none, they cannot move as they must.
 
     ``smallest``: asked the same of every proper subset of them, the cover admits it. ``question`` is what was refused.
@@ -200,7 +200,7 @@ class Refused:
 
 
 @dataclass(frozen=True, slots=True)
-class Admitted:
+class Inconclusive:
     """A cover of so many cells holds what would be a plan if cells were places: of plans that says nothing."""
 
     cells: int
@@ -217,7 +217,7 @@ class Open:
         return "motions off these roadmaps may satisfy it: no cover of the mission was decided"
 
 
-Answer: TypeAlias = Refused | Admitted | Open
+Answer: TypeAlias = Refuted | Inconclusive | Open
 
 
 def refute(mission: Mission, kernel: Kernel, budget: Budget, account: Account, solver: str = "auto") -> Answer:
@@ -254,9 +254,9 @@ def _refuted(mission: Mission, kernel: Kernel, budget: Budget, account: Account,
                 question = question if alone is None else uncapped_question
             if conflict is not None:
                 names = tuple(goal.name for goal in kernel.requirements if goal.name in conflict)
-                return Refused(names, cover.states, smallest, question)
+                return Refuted(names, cover.states, smallest, question)
             if question.admitted and (together == everybody or len(everybody) == 1):
-                answer = Admitted(cover.states)
+                answer = Inconclusive(cover.states)
     return answer
 
 

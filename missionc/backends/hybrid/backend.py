@@ -28,14 +28,14 @@ from missionc.backends.clot.backend import Run as Smooth
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
-from missionc.backends.clot.run.begin import NOISE
+from missionc.backends.clot.run.initial_guesses import NOISE
 from missionc.backends.clot.run.run_state import Reached
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.smt import backend as smt
 from missionc.backends.smt.sat.installed_solvers import solver_missing
-from missionc.backends.work import driven
+from missionc.backends.work import run_to_end
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.solved import Solved, then_polished
 from missionc.base.trace import Array, Trace
@@ -182,7 +182,7 @@ class HybridBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
         """A joint motion that satisfies every requirement."""
-        return driven(self.turns(mission, kernel, options, budget), budget)
+        return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
         """The same in turns, of whole attempts."""
@@ -255,9 +255,9 @@ class Run:
                 budget,
                 seed=seed,
                 listen=api.ignore,
-                found=api.unheard,
-                enough=api.open_ended,
-                keep=api.forget,
+                found=api.discard_plan,
+                enough=api.no_bound,
+                keep=api.discard_snapshot,
                 resume=None,
                 work=DISCRETE,
             )

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 from missionc.backends import api
 from missionc.backends.options import Options
-from missionc.backends.work import driven
+from missionc.backends.work import run_to_end
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.figures import counted
 from missionc.base.units import Seconds
@@ -64,7 +64,7 @@ class PortfolioBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Outcome:
         """The first plan that an engine finds; else what they say together."""
-        return driven(self.turns(mission, kernel, options, budget), budget)
+        return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget) -> api.Turns:
         """The same, in turns: those of the engines."""

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns, unheard
+from missionc.backends.api import Budget, Impossible, NotFound, Outcome, Planned, Progress, Reason, Turns, discard_plan
 from missionc.backends.options import ROADMAP_PRESETS, Options
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.lower_motion import all_ways
@@ -34,7 +34,7 @@ from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
 from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
 from missionc.backends.smt.roadmap.sequence import ROADMAPS, Attempt, roadmaps_to_try
-from missionc.backends.smt.roadmap_answers import NoPlan, TimeOver, TooDear, TooFewLinks, Unsettled, refusal
+from missionc.backends.smt.roadmap_answers import Inconclusive, NoPlan, TimeOver, TooFewLinks, WorkExceeded, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import certify
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
@@ -42,9 +42,9 @@ from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.smt.shorten.improve import improve
 from missionc.backends.smt.subset_questions import SubsetQuestions, infeasible_alone
 from missionc.backends.smt.undecided import FEW, nearest, under_way
-from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, driven
+from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, run_to_end
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.signals import asked, hold
+from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.solved import Solved
 from missionc.base.trace import Flags, Trace
 from missionc.ir import Mission, Objective
@@ -84,7 +84,7 @@ class SmtBackend:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """A joint motion on roadmaps that satisfies every requirement."""
-        return driven(self.turns(mission, kernel, options, budget), budget)
+        return run_to_end(self.turns(mission, kernel, options, budget), budget)
 
     def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
         """The same in turns: a roadmap, with as many clauses and conflicts as there is work for."""
@@ -161,13 +161,13 @@ class Run(PacedRun):
             if isinstance(result, Planned):
                 report = replace(result.report, roadmaps=graphs_of(self.mission, roadmaps))
                 return self.soonest(replace(result, report=report), attempts)
-            if not isinstance(result, NoPlan | Unsettled):
+            if not isinstance(result, NoPlan | Inconclusive):
                 return result
-            why = result.why if isinstance(result, Unsettled) else ""
+            why = result.why if isinstance(result, Inconclusive) else ""
             if isinstance(result, NoPlan):
                 self.conflicting.update(result.conflict)
                 self.roadmaps.insert(len(self.roadmaps) if attempt.sampled else 0, roadmaps)
-            if not attempt.sampled or isinstance(result, Unsettled):
+            if not attempt.sampled or isinstance(result, Inconclusive):
                 continue  # samples have more, and are what the answer speaks of
             refused = result
             self.refused.append(attempt.nodes)
@@ -189,14 +189,14 @@ class Run(PacedRun):
         left, tried = max(SOONER, self.account.work), 1
         for attempt in others:
             lasts = planned.trace.lasts
-            if left <= 0 or self.budget.enough(lasts) >= lasts or is_over(self.budget.deadline) or asked():
+            if left <= 0 or self.budget.enough(lasts) >= lasts or is_over(self.budget.deadline) or stop_requested():
                 break
-            hold()
+            defer_stop()
             self.budget.found(planned)
             self.budget.listen(Progress("improve", tried, f"{lasts} steps; are fewer enough on another roadmap?"))
-            budget = replace(self.budget, work=left, found=unheard)
+            budget = replace(self.budget, work=left, found=discard_plan)
             run = Run(self.mission, self.given, replace(self.options, brief=True), budget)
-            other = driven(run.turns((attempt,)), budget)
+            other = run_to_end(run.turns((attempt,)), budget)
             left -= other.report.work
             tried += 1
             self.account.spend(other.report)
@@ -226,7 +226,7 @@ class Run(PacedRun):
             )
             return questions.smallest(conflict, refused)
 
-    def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
+    def on_roadmaps(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Inconclusive]:
         self.account.sizes["states"] = sum(len(roadmap.position) for roadmap in roadmaps)
         alone = self.refused_alone(roadmaps, solvers)
         if alone is not None:
@@ -234,10 +234,10 @@ class Run(PacedRun):
         try:
             few = yield from self.prioritized(roadmaps, solvers)
             return few if few is not None else (yield from self.with_all_links(roadmaps, solvers))
-        except TooDear:
-            return Unsettled()
+        except WorkExceeded:
+            return Inconclusive()
         except Unexpressible as error:
-            return Unsettled(f"the solver cannot be asked for {error}")
+            return Inconclusive(f"the solver cannot be asked for {error}")
 
     def refused_alone(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> NoPlan | None:
         """A refusal of one requirement for what single agents can do, where no clauses are asked for."""
@@ -250,7 +250,9 @@ class Run(PacedRun):
         self.record(None, 0, solvers)
         return NoPlan((next((name for name in names if name in self.conflicting), names[0]),), Clauses(1), ())
 
-    def with_all_links(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Outcome | NoPlan | Unsettled]:
+    def with_all_links(
+        self, roadmaps: tuple[Roadmap, ...], solvers: Solvers
+    ) -> Pausing[Outcome | NoPlan | Inconclusive]:
         """A plan from one problem with all agents, first with short routes, then with as many links as there may be."""
         ways = all_ways(roadmaps, {})
         refused = (yield from self.without_metres(roadmaps, ways, solvers)) if self.measured else None
@@ -334,7 +336,7 @@ class Run(PacedRun):
 
     def with_everyone(
         self, roadmaps: tuple[Roadmap, ...], ways: tuple[Flags, ...], most_links: int, solvers: Solvers
-    ) -> Pausing[Outcome | NoPlan | Unsettled | TooFewLinks]:
+    ) -> Pausing[Outcome | NoPlan | Inconclusive | TooFewLinks]:
         """A plan from one problem with all agents.
 
         Args:
@@ -360,14 +362,14 @@ class Run(PacedRun):
         while isinstance(result, Stopped) and result.paused:
             if self.account.work >= self.most:
                 self.record(problem, search.rounds, solvers)
-                return Unsettled()
+                return Inconclusive()
             yield from self.pause()
             solvers.relieve()
             result = search.find(required, self.effort(search))
         if isinstance(result, JointMotion):
             account.solved = (Solved(solvers.answered, self.mission.names),)
             if kernel.preferences or self.mission.objective is not Objective.NONE:
-                hold()
+                defer_stop()
                 self.budget.found(
                     Planned(lift(result.states, problem.motion.own_roadmaps, self.mission), account.report())
                 )
@@ -386,7 +388,9 @@ class Run(PacedRun):
             case Unsatisfiable():
                 pairs = zip(kernel.requirements, required, strict=True)
                 conflict = tuple(goal.name for goal, literal in pairs if literal in core)
-                return Unsettled() if self.measured.intersection(conflict) else NoPlan(conflict, search.clauses, core)
+                return (
+                    Inconclusive() if self.measured.intersection(conflict) else NoPlan(conflict, search.clauses, core)
+                )
             case Stopped(reason, detail):
                 return self.not_found(reason, detail)
 

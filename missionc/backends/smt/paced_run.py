@@ -15,7 +15,7 @@ from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.dimacs import dimacs, smt2
 from missionc.backends.smt.refine.lazy_constraints import Effort, LazyConstraints
 from missionc.backends.smt.refine.problem import Problem, Setting
-from missionc.backends.smt.roadmap_answers import TimeOver, TooDear
+from missionc.backends.smt.roadmap_answers import TimeOver, WorkExceeded
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.backends.work import CLAUSE
@@ -72,7 +72,7 @@ class PacedRun:
 
         Raises:
             TooLarge: the clauses would pass their limit, whatever the work.
-            TooDear: they take more work than this roadmap may.
+            WorkExceeded: they take more work than this roadmap may.
         """
         most, needed = self.budget.limits.clauses, 0.0
         while True:
@@ -86,7 +86,7 @@ class PacedRun:
                 self.account.work += CLAUSE * error.made
                 needed = price * min(most, max(error.clauses, 2 * afforded))
                 if self.account.work + needed > self.most:
-                    raise TooDear from error
+                    raise WorkExceeded from error
 
     def effort(self, search: LazyConstraints) -> Effort | None:
         """What a question may take in this turn, of the portfolio or of the solver; None for as much as it needs."""

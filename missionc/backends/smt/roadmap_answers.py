@@ -19,7 +19,7 @@ class NoPlan:
     """The literals of the requirements in conflict."""
 
 
-class TooDear(Exception):
+class WorkExceeded(Exception):
     """What comes next takes more work than the roadmap at hand may."""
 
 
@@ -33,7 +33,7 @@ class TooFewLinks:
 
 
 @dataclass(frozen=True, slots=True)
-class Unsettled:
+class Inconclusive:
     """Neither a plan nor a refusal, in the work that these roadmaps may take, or for what no solver can be asked."""
 
     why: str = ""

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from missionc.backends.api import Budget, open_ended, unheard
+from missionc.backends.api import Budget, discard_plan, no_bound
 from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.lower_motion import Ways, all_ways
@@ -95,7 +95,7 @@ class SubsetQuestions:
 
     def __post_init__(self) -> None:
         self.mission = replace(self.mission, objective=Objective.NONE)
-        self.budget = replace(self.budget, found=unheard, enough=open_ended)  # a plan of less is none of the mission
+        self.budget = replace(self.budget, found=discard_plan, enough=no_bound)  # a plan of less is none of the mission
         self.most = self.account.work + max(LEAST, AGAIN * self.account.work)
         self.longest = sum(self.account.seconds.values()) / max(1, len(self.roadmaps))
 

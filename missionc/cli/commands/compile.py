@@ -9,7 +9,7 @@ import click
 
 from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import TRANSPORT_PRESETS, Options
-from missionc.base.throughout import Throughout
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.units import Seconds
 from missionc.cli import options, stage_names
 from missionc.cli.compile_request import CompileRequest, run_request
@@ -171,7 +171,9 @@ def command(
         raise click.UsageError(
             "`--continuous` asks for more than the steps, and `--at-steps` for no more; leave one of them out"
         )
-    throughout = Throughout.REQUIRED if continuous else Throughout.AT_STEPS if at_steps else Throughout.WANTED
+    throughout = (
+        ContinuousTime.REQUIRED if continuous else ContinuousTime.AT_STEPS if at_steps else ContinuousTime.WANTED
+    )
     if alternatives > 1 and chosen.stretch != 1:
         raise click.UsageError("`--alternatives` plans at the mission's own pace; leave `--stretch` out")
     if watch and (form != "text" or emitted or resume):

@@ -14,8 +14,8 @@ import click
 
 from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import Options
-from missionc.base.signals import let_go
-from missionc.base.throughout import Throughout
+from missionc.base.continuous_time import ContinuousTime
+from missionc.base.signals import release_stop
 from missionc.base.units import Seconds
 from missionc.cli import cluster_options, options, sweep_summary
 from missionc.cli.commands.compile import PLANNING
@@ -129,7 +129,9 @@ def command(
     from missionc.tools.sweep.run_grid import Grid, read_varied
     from missionc.tools.sweep.run_request import Flights, Settings
 
-    throughout = Throughout.REQUIRED if continuous else Throughout.AT_STEPS if at_steps else Throughout.WANTED
+    throughout = (
+        ContinuousTime.REQUIRED if continuous else ContinuousTime.AT_STEPS if at_steps else ContinuousTime.WANTED
+    )
     values = read_varied(varied, [name for name, _ in overrides])
     if isinstance(values, list):
         say(values, [], form, {})
@@ -161,7 +163,7 @@ def command(
         result = carry_out_sweep(told.listening(request))
     lines = [] if quiet else sweep_summary.swept_lines(result, target)
     say(result.findings, lines, form, sweep_summary.swept_document(result, target))
-    let_go()
+    release_stop()
     return Status.DONE if result.sound else Status.MISSION_ERRORS
 
 

@@ -19,7 +19,7 @@ from missionc.backends.api import Budget, CutShort, NotFound, Planned, Reason
 from missionc.backends.load import load_engines
 from missionc.backends.options import Options
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.signals import asked
+from missionc.base.signals import stop_requested
 from missionc.compiler.alternatives.restriction import Restriction, restrictions
 from missionc.compiler.alternatives.search_alternatives import amount, objective_value, plan_restricted, quality
 from missionc.compiler.front_end import Checked, Stopwatch
@@ -107,7 +107,7 @@ def compare_options(
     wait_for(Restriction(), planned, compared[0][1])
     tries = 0
     while waiting and tries < MOST and left > 0:
-        late = late or asked() or time.monotonic() >= budget.deadline
+        late = late or stop_requested() or time.monotonic() >= budget.deadline
         if late:
             break
         _, _, restriction = heapq.heappop(waiting)
@@ -152,6 +152,10 @@ def _best(mission: Mission, kernel: Kernel, compared: list[tuple[Planned, Signat
         work=sum(each.report.work for each, _ in compared),
         tried=first.report.tried,
         engine=first.report.engine,
-        cut_short=CutShort.TIME if late and not asked() else CutShort.SIGNAL if late else best.report.cut_short,
+        cut_short=CutShort.TIME
+        if late and not stop_requested()
+        else CutShort.SIGNAL
+        if late
+        else best.report.cut_short,
     )
     return replace(best, report=report) if len(compared) > 1 or late else best

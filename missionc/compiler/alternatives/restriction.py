@@ -22,7 +22,7 @@ import shapely
 from missionc.base.trace import Array
 from missionc.geometry.winding import StandingPart, least_room, outline
 from missionc.ir import Exactly, Mission, Obstacle, Polygon, Prism, Shape, Still
-from missionc.ir.kernel.choices import Asked, branches, without, witnesses
+from missionc.ir.kernel.choices import ChoicePoint, branches, without, witnesses
 from missionc.ir.kernel.nodes import All, At, Goal, Kernel, Node, Until
 from missionc.ir.kernel.normal_form import negated
 from missionc.verification.monitoring.signature import Event, Signature
@@ -56,7 +56,7 @@ class Restriction:
         barred: corners of what nobody may pass.
     """
 
-    removed: dict[Asked, frozenset[int]] = field(default_factory=dict)
+    removed: dict[ChoicePoint, frozenset[int]] = field(default_factory=dict)
     first: tuple[tuple[Event, Event], ...] = ()
     barred: tuple[Bar, ...] = ()
 

@@ -22,14 +22,14 @@ from functools import partial
 from itertools import count
 from typing import TypeAlias
 
-from missionc.backends.api import Backend, Budget, Outcome, Planned, forget, unheard
+from missionc.backends.api import Backend, Budget, Outcome, Planned, discard_plan, discard_snapshot
 from missionc.backends.load import load_engines
 from missionc.backends.options import Options
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.deadline import last_call
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.figures import counted
-from missionc.base.signals import asked
-from missionc.base.throughout import Throughout
+from missionc.base.signals import stop_requested
 from missionc.base.trace import Trace
 from missionc.compiler.alternatives.restriction import Restriction, restrictions
 from missionc.compiler.certify_plan import Certified, certify_plan
@@ -97,7 +97,7 @@ def plan_restricted(
         work: units of it that the backend may spend.
         moment: when it is interrupted, on the clock of ``time.monotonic``.
     """
-    short = replace(budget, work=work, keep=forget, resume=None, found=unheard)
+    short = replace(budget, work=work, keep=discard_snapshot, resume=None, found=discard_plan)
     narrower = restriction.applied(mission, kernel)
     return within(moment, partial(plan_with_margin, backend, *narrower, options, short))
 
@@ -171,7 +171,7 @@ def search_alternatives(
     budget: Budget,
     watch: Stopwatch,
     exports: tuple[str, ...],
-    throughout: Throughout,
+    throughout: ContinuousTime,
 ) -> Found:
     """As many plans as are wanted, the first among them unless better ones were found, or as many as were found.
 
@@ -187,7 +187,7 @@ def search_alternatives(
     until = budget.deadline - min(kept_back, (budget.deadline - time.monotonic()) / 2)
     tries, late = 0, False
     while not isinstance(backend, Diagnostic) and not _enough(len(search.candidates), wanted, tries):
-        late = asked() or time.monotonic() >= until
+        late = stop_requested() or time.monotonic() >= until
         attempt = None if late else search.next_attempt()
         if attempt is None:
             break
@@ -235,13 +235,13 @@ def _certified(
     budget: Budget,
     watch: Stopwatch,
     exports: tuple[str, ...],
-    throughout: Throughout,
+    throughout: ContinuousTime,
 ) -> Verified | None:
     of_its_own = replace(budget, seed=candidate.seed)
     home = certify_plan(checked, candidate.planned, options, of_its_own, watch, exports)
     if not isinstance(home, Certified) or not isinstance(home.outcome, Verified):
         return None
-    refused = throughout is Throughout.REQUIRED and home.outcome.certificate.at_steps_alone
+    refused = throughout is ContinuousTime.REQUIRED and home.outcome.certificate.at_steps_alone
     return None if refused else home.outcome
 
 
@@ -253,7 +253,7 @@ def _note(found: int, wanted: int, tries: int, late: bool) -> str:
 
 
 def with_alternatives(
-    first: Compiled, wanted: int, options: Options, budget: Budget, exports: tuple[str, ...], throughout: Throughout
+    first: Compiled, wanted: int, options: Options, budget: Budget, exports: tuple[str, ...], throughout: ContinuousTime
 ) -> Compiled:
     """The same compilation with as many plans as are wanted, or as were found; the best one is its outcome.
 

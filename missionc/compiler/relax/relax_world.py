@@ -17,7 +17,7 @@ from missionc.base.units import Metric
 from missionc.compiler.front_end import Checked
 from missionc.compiler.relax.conflict_targets import ConflictTargets, Way
 from missionc.compiler.relax.edits import ROUND, Edit, Spot, declared, is_in_main_file, spot
-from missionc.compiler.relax.knobs import Knob, less, more, notch, whole
+from missionc.compiler.relax.relaxation_parameters import RelaxationParameter, less, more, notch, whole
 from missionc.frontend.checks.check_horizons import steps_ahead
 from missionc.frontend.resolve.resolve_quantities import excerpt, shown
 from missionc.frontend.syntax import ast
@@ -27,14 +27,14 @@ from missionc.ir.language.walk_formulas import bottom_up, formulas, goals, opera
 from missionc.ir.language.weighed_routes import longest
 
 
-def without(checked: Checked, mission: Mission, conflict: tuple[str, ...]) -> list[Knob]:
+def without(checked: Checked, mission: Mission, conflict: tuple[str, ...]) -> list[RelaxationParameter]:
     """Each of the requirements in conflict left out; a family once, whichever of its members are in conflict."""
     spans = {goal.name: replace(goal.span, turns=()) for goal in mission.requirements}
     one_of_each = {spans.get(name, name): name for name in reversed(conflict)}
     return [knob for name in reversed(one_of_each.values()) for knob in without_all(checked, mission, (name,))]
 
 
-def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> list[Knob]:
+def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> list[RelaxationParameter]:
     """All of these requirements left out together; with a member of a family, the whole family."""
     goals = [goal for goal in mission.requirements if goal.name in names]
     if not goals or not all(is_in_main_file(checked, goal.span) for goal in goals):
@@ -42,14 +42,14 @@ def without_all(checked: Checked, mission: Mission, names: tuple[str, ...]) -> l
     spans = dict.fromkeys(replace(goal.span, turns=()) for goal in goals)
     says = " and ".join(dict.fromkeys(_left_out(goal) for goal in goals))
     edit = Edit(f"without {says}", tuple(Fix(span, "") for span in spans))
-    return [Knob(lambda notches: edit, size=math.inf)]
+    return [RelaxationParameter(lambda notches: edit, size=math.inf)]
 
 
 def _left_out(goal: ir.Requirement) -> str:
     return f"all of `{goal.name.partition('[')[0]}`" if goal.span.turns else f"`{goal.name}`"
 
 
-def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:
+def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[RelaxationParameter]:
     """The upper bounds of routes: more hops or metres where a route is to be there, fewer where none is."""
     written = {node.span: node.bounds for node in nodes(checked.program) if isinstance(node, ast.Apply)}
     meant = {each.span: each.bounds for each in formulas(mission) if isinstance(each, ir.Apply)}
@@ -72,7 +72,7 @@ def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
     return knobs
 
 
-def counts(checked: Checked, targets: ConflictTargets) -> list[Knob]:
+def counts(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
     """How many agents, in ``count[…] f >= 2`` and ``at least 2 drone: f``."""
     knobs = []
     for node in _in_order(checked):
@@ -91,7 +91,7 @@ def counts(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     return knobs
 
 
-def headings(checked: Checked, targets: ConflictTargets) -> list[Knob]:
+def headings(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
     """The angle to either side within which a heading is to be."""
     knobs = []
     for node in sorted(
@@ -114,7 +114,7 @@ def _in_order(checked: Checked) -> list[ast.Apply | ast.Quantified | ast.Compare
     )
 
 
-def comparisons(checked: Checked, targets: ConflictTargets) -> list[Knob]:
+def comparisons(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
     """The number that a comparison has on one of its sides."""
     knobs = []
     for node in (each for each in _in_order(checked) if isinstance(each, ast.Compare)):
@@ -133,7 +133,7 @@ LONGER = 4
 """A horizon grows to so many times itself at most."""
 
 
-def horizon(checked: Checked, mission: Mission) -> list[Knob]:
+def horizon(checked: Checked, mission: Mission) -> list[RelaxationParameter]:
     """The horizon, longer by whole steps; every window that ends with the mission follows, however it is written."""
     horizon_spot = _horizon(checked)
     if horizon_spot is None:
@@ -147,7 +147,7 @@ def horizon(checked: Checked, mission: Mission) -> list[Knob]:
         says = f"{whole.says}, with the windows that end with it" if fixes else whole.says
         return Edit(says, (*whole.fixes, *fixes), whole.overrides)
 
-    return [Knob(edit, 1 / mission.steps, mission.steps, (LONGER - 1) * mission.steps)]
+    return [RelaxationParameter(edit, 1 / mission.steps, mission.steps, (LONGER - 1) * mission.steps)]
 
 
 def _ends(checked: Checked, mission: Mission) -> list[Spot]:
@@ -167,7 +167,7 @@ def _meant(mission: Mission) -> dict[Span, Apply]:
     return {each.span: each for each in formulas(mission) if isinstance(each, Apply)}
 
 
-def windows(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:
+def windows(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[RelaxationParameter]:
     """The last steps of windows: later where something is to happen, sooner where something is to last.
 
     Of what is to recur, the period: longer.
@@ -185,7 +185,9 @@ def windows(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
     return [knob for knob in knobs if knob is not None]
 
 
-def _window(checked: Checked, mission: Mission, window: ast.Window, formula: Apply, way: Way) -> Knob | None:
+def _window(
+    checked: Checked, mission: Mission, window: ast.Window, formula: Apply, way: Way
+) -> RelaxationParameter | None:
     bounds, lasting = formula.bounds, _horizon(checked)
     if not isinstance(bounds, Window) or bounds.high is None or window.high is None:
         return None
@@ -208,7 +210,7 @@ def _window(checked: Checked, mission: Mission, window: ast.Window, formula: App
         return moved + _lasting(lasting, mission, ahead + notches) if lasting is not None else None
 
     most = (LONGER - 1) * mission.steps if way is Way.MORE else high - low
-    return Knob(edit, 1 / max(1, high), min(most, max(1, high)), most) if most else None
+    return RelaxationParameter(edit, 1 / max(1, high), min(most, max(1, high)), most) if most else None
 
 
 def _periods(checked: Checked) -> dict[Span, ast.Quantity]:
@@ -225,7 +227,7 @@ def _periods(checked: Checked) -> dict[Span, ast.Quantity]:
     return found
 
 
-def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: Apply) -> Knob | None:
+def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: Apply) -> RelaxationParameter | None:
     """The period, longer by whole steps as long as the mission lasts long enough."""
     place = spot(checked, length)
     assert isinstance(formula.bounds, Period)
@@ -235,7 +237,9 @@ def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: A
     if place is None or most < 1:
         return None
     name = f"in `{asking[0].name}`, the period"
-    return Knob(lambda notches: _at_spot(place, mission, steps + notches, name), 1 / steps, min(most, steps), most)
+    return RelaxationParameter(
+        lambda notches: _at_spot(place, mission, steps + notches, name), 1 / steps, min(most, steps), most
+    )
 
 
 def _ahead(mission: Mission, asking: list[Requirement | Preference]) -> int:
@@ -266,7 +270,7 @@ FINER = 1.7
 """So many times the nodes of the finest roadmap that was refused."""
 
 
-def graphs(checked: Checked, targets: ConflictTargets) -> list[Knob]:
+def graphs(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
     """The radius of a graph, wider where links are asked for."""
     knobs = []
     for graph in declared(checked, ast.Graph):
@@ -286,7 +290,7 @@ def graphs(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     return knobs
 
 
-def formations(checked: Checked, targets: ConflictTargets) -> list[Knob]:
+def formations(checked: Checked, targets: ConflictTargets) -> list[RelaxationParameter]:
     """The tolerance of a formation."""
     knobs = []
     for formation in declared(checked, ast.Formation):
@@ -297,7 +301,7 @@ def formations(checked: Checked, targets: ConflictTargets) -> list[Knob]:
     return knobs
 
 
-def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[Knob]:
+def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> list[RelaxationParameter]:
     """A region that is to be reached or kept, larger to all sides: a box within the world, a disc or a ball."""
     meant = {region.name: region.shape for region in mission.regions}
     knobs = []
@@ -316,7 +320,7 @@ def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
     return knobs
 
 
-def _wider_box(name: str, box: ast.Box, shape: ir.Box, mission: Mission) -> Knob:
+def _wider_box(name: str, box: ast.Box, shape: ir.Box, mission: Mission) -> RelaxationParameter:
     """Two coordinates where the box has so many as written, also where a height is given apart."""
     side = min(high - low for low, high in zip(shape.low, shape.high, strict=True))
     by, axes = notch(side), range(len(box.low.coordinates))
@@ -329,14 +333,14 @@ def _wider_box(name: str, box: ast.Box, shape: ir.Box, mission: Mission) -> Knob
         return Edit(f"`{name}` larger by {shown(round(notches * by, ROUND))} m to each side", fixes)
 
     most = math.floor(2 * side / by)
-    return Knob(edit, by / side, max(1, most // 2), most)
+    return RelaxationParameter(edit, by / side, max(1, most // 2), most)
 
 
 def _point(values: list[float]) -> str:
     return f"({', '.join(shown(round(value, ROUND)) for value in values)})"
 
 
-def margins(checked: Checked) -> list[Knob]:
+def margins(checked: Checked) -> list[RelaxationParameter]:
     """The room between bodies, and between bodies and obstacles: less of it."""
     knobs = []
     room: list[ast.Separation | ast.Clearance] = [*declared(checked, ast.Separation), *declared(checked, ast.Clearance)]
@@ -347,13 +351,13 @@ def margins(checked: Checked) -> list[Knob]:
     return knobs
 
 
-def teams(checked: Checked) -> list[Knob]:
+def teams(checked: Checked) -> list[RelaxationParameter]:
     """One agent more in a team, or two or three."""
     sizes = [(team.name.text, spot(checked, team.size)) for team in declared(checked, ast.Team)]
     return [whole(size, f"the size of team `{name}`", MORE_AGENTS) for name, size in sizes if size is not None]
 
 
-def roadmap(checked: Checked, nodes: int) -> list[Knob]:
+def roadmap(checked: Checked, nodes: int) -> list[RelaxationParameter]:
     """A roadmap finer than those that were refused, the finest of which had so many nodes."""
     if checked.mission is not None and checked.mission.solve.roadmap is not None:
         return []  # it is the mission's own
@@ -374,7 +378,7 @@ def roadmap(checked: Checked, nodes: int) -> list[Knob]:
         end = Span(source, len(source.text), len(source.text))
         line = "" if source.text.endswith("\n") else "\n"
         edit = Edit(says, (Fix(end, f"{line}solve with smt {{ nodes = {finer} }}\n"),))
-    return [Knob(lambda notches: edit, 0.0)] if edit is not None else []
+    return [RelaxationParameter(lambda notches: edit, 0.0)] if edit is not None else []
 
 
 def _at(checked: Checked, span: Span, text: str, says: str) -> Edit | None:

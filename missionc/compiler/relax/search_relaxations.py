@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 
 from missionc.backends import api
 from missionc.backends.options import Options
-from missionc.base.signals import asked
+from missionc.base.signals import stop_requested
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
 from missionc.compiler.ask_cover import LITTLE, CoverSide
@@ -34,8 +34,8 @@ from missionc.compiler.plan_with_margin import plan_with_margin
 from missionc.compiler.relax import relax_world
 from missionc.compiler.relax.conflict_targets import conflict_targets
 from missionc.compiler.relax.edits import Edit, changes, edited
-from missionc.compiler.relax.knobs import Knob
 from missionc.compiler.relax.nearest_miss import Advice, Remedy, near_miss
+from missionc.compiler.relax.relaxation_parameters import RelaxationParameter
 from missionc.compiler.results import Blame, Explained, Relaxation, Trial
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import All, At, Atom, Kernel, NeighbourNode, Node, Not, UntilNode, WindowNode
@@ -47,13 +47,13 @@ from missionc.verification.verify_plan import verify
 
 
 @dataclass(slots=True)
-class Trying:
+class Bracket:
     """What is known of one knob: the smallest change that does, and the largest one below it that does not.
 
     Changes of one kind are taken to do where a smaller one does; none is believed before it has been tried.
     """
 
-    knob: Knob
+    knob: RelaxationParameter
     best: int | None = None
     refused: int = 0
     tries: int = 0
@@ -189,17 +189,17 @@ class Explaining:
     spent: float = 0.0
     found: dict[int, Tried] = field(default_factory=dict)
     """The motion of each knob's smallest change that does."""
-    tried: list[Trying] = field(default_factory=list)
+    tried: list[Bracket] = field(default_factory=list)
 
     @property
     def late(self) -> bool:
-        return asked() or time.monotonic() >= self.budget.deadline
+        return stop_requested() or time.monotonic() >= self.budget.deadline
 
     @property
     def over(self) -> bool:
         return self.late or self.spent >= self.units
 
-    def step(self, trying: Trying, first: float) -> Trial | None:
+    def step(self, trying: Bracket, first: float) -> Trial | None:
         """Tries the knob's next change that is a mission at all; None where there is none."""
         while (notches := trying.next()) is not None:
             edit = trying.knob.edit(notches)
@@ -246,9 +246,9 @@ class Explaining:
             deadline=min(self.budget.deadline, now + LONGEST * part * (self.budget.deadline - self.begin)),
             work=part * self.units,
             listen=api.ignore,
-            keep=api.forget,
+            keep=api.discard_snapshot,
             resume=None,
-            enough=api.open_ended,
+            enough=api.no_bound,
         )
         came = plan_with_margin(self.backend, mission, kernel, self.options, budget)
         self.spent += max(CHECKED, came.report.work)
@@ -258,19 +258,19 @@ class Explaining:
             return Tried("planned", Remedy(variant, came.trace))
         return Tried("undecided")
 
-    def trial(self, knobs: Iterable[Knob], part: float = SHARE) -> list[Trial]:
+    def trial(self, knobs: Iterable[RelaxationParameter], part: float = SHARE) -> list[Trial]:
         """The first change of each knob, tried in that part of all the time; their others come later."""
         trials: list[Trial] = []
         for knob in knobs:
-            trying = Trying(knob)
+            trying = Bracket(knob)
             self.tried.append(trying)
             came = None if self.over else self.step(trying, part)
             trials += [came] if came is not None else []
         return trials
 
-    def refine(self, knobs: Iterable[Knob]) -> None:
+    def refine(self, knobs: Iterable[RelaxationParameter]) -> None:
         """One change of each knob after the other, until there is nothing left to try or no time."""
-        self.tried += map(Trying, knobs)
+        self.tried += map(Bracket, knobs)
         going = True
         while going:
             going = False
@@ -279,7 +279,7 @@ class Explaining:
                     return
                 going = self.step(trying, self.first) is not None or going
 
-    def proven_not(self, trying: Trying) -> str:
+    def proven_not(self, trying: Bracket) -> str:
         """The largest change of a knob that a cover is found to refuse, below one that does; empty where none is.
 
         Changes are halved as far as a few covers show.
@@ -377,7 +377,7 @@ def _violated(best: api.Attempt | None) -> tuple[str, ...]:
     return tuple(each.name for each in best.violated) if best else ()
 
 
-def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[str, ...]) -> list[Knob]:
+def _knobs(checked: Checked, mission: Mission, kernel: Kernel, conflict: tuple[str, ...]) -> list[RelaxationParameter]:
     """Every number that the requirements in conflict touch, and what every plan has to keep."""
     asks = conflict_targets(goal.formula for goal in kernel.requirements if goal.name in conflict)
     return [

@@ -19,7 +19,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.frontend.checks.check_goals import WIDEN, Journey, begins, figures
 from missionc.frontend.checks.free_space import FreeSpace
-from missionc.frontend.checks.least_ways import reach
+from missionc.frontend.checks.path_bounds import reach
 from missionc.geometry.configuration_space import Area, common
 from missionc.ir import Agent, Formation, Mission, Predicate
 from missionc.ir.kernel.nodes import Node, UntilNode

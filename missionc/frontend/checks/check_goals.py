@@ -16,9 +16,9 @@ from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.frontend.checks.free_space import FreeSpace
-from missionc.frontend.checks.least_ways import ROUNDING, reach
 from missionc.frontend.checks.literals import Literal, Unbounded
 from missionc.frontend.checks.necessary_conditions import Fact, NecessaryConditions
+from missionc.frontend.checks.path_bounds import ROUNDING, reach
 from missionc.frontend.syntax.tokens import MOST_FINDINGS
 from missionc.geometry.configuration_space import MANY, SURE, Area, disjoint, empty
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region

@@ -169,7 +169,7 @@ def _asks_nothing(
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class RequiredFact:
     """A fact, the requirement that rests on it, and where it lets an agent be."""
 
     requirement: k.Goal
@@ -181,7 +181,7 @@ def contradictions(
     mission: ir.Mission, places: Places, necessary: necessary_conditions.NecessaryConditions, requirements: list[k.Goal]
 ) -> Iterator[Diagnostic]:
     """One finding for each requirement, or pair of them, that no plan can satisfy."""
-    facts: list[Asked] = []
+    facts: list[RequiredFact] = []
     instants: dict[necessary_conditions.Instant, k.Goal] = {}
     for requirement in requirements:
         gathered = necessary.of_requirement(requirement.formula)
@@ -204,13 +204,13 @@ def contradictions(
                 yield finding
 
 
-def _asked(requirement: k.Goal, gathered: necessary_conditions.Necessary, places: Places) -> Iterator[Asked]:
-    return (Asked(requirement, fact, places.rule(fact.literal)) for fact in gathered.facts)
+def _asked(requirement: k.Goal, gathered: necessary_conditions.Necessary, places: Places) -> Iterator[RequiredFact]:
+    return (RequiredFact(requirement, fact, places.rule(fact.literal)) for fact in gathered.facts)
 
 
-def _clashes(facts: list[Asked]) -> Iterator[tuple[Asked, Asked, tuple[int, int]]]:
+def _clashes(facts: list[RequiredFact]) -> Iterator[tuple[RequiredFact, RequiredFact, tuple[int, int]]]:
     """Pairs of facts that no plan can have both, in the order of the text; of many, a predicate with its negation."""
-    before: dict[Literal, list[Asked]] = {}
+    before: dict[Literal, list[RequiredFact]] = {}
     for number, entry in enumerate(facts):
         others = facts[:number] if number < MOST_RULES else before.get(entry.fact.literal.opposite, [])[:MOST_RULES]
         for other in others:
@@ -249,7 +249,7 @@ def _impossible_instants(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class There:
+class BoundaryPositions:
     """Agents and their places at one end of the mission; the other fields have rows of the first.
 
     Args:
@@ -267,15 +267,15 @@ class Ends:
     """Where agents start and finish, looked up once for all facts about the same ones."""
 
     mission: ir.Mission
-    known: dict[tuple[tuple[int, ...], int], There] = field(default_factory=dict)
+    known: dict[tuple[tuple[int, ...], int], BoundaryPositions] = field(default_factory=dict)
 
-    def there(self, agents: tuple[int, ...], step: int) -> There:
+    def there(self, agents: tuple[int, ...], step: int) -> BoundaryPositions:
         """The places of these agents at the first step, or those that have one at the last."""
         if (agents, step) not in self.known:
             self.known[agents, step] = self._there(agents, step)
         return self.known[agents, step]
 
-    def _there(self, agents: tuple[int, ...], step: int) -> There:
+    def _there(self, agents: tuple[int, ...], step: int) -> BoundaryPositions:
         named = [self.mission.agents[index] for index in agents]
         ends = [(agent, agent.start if step == 0 else agent.finish) for agent in named]
         placed = [(agent, place) for agent, place in ends if place is not None]
@@ -286,16 +286,16 @@ class Ends:
                 exact.append(row)
             else:
                 regions.setdefault(place.region, []).append(row)
-        return There(placed, exact, points, regions)
+        return BoundaryPositions(placed, exact, points, regions)
 
 
-def _against_places(ends: Ends, places: Places, entry: Asked) -> Iterator[Diagnostic]:
+def _against_places(ends: Ends, places: Places, entry: RequiredFact) -> Iterator[Diagnostic]:
     """The start, or the finish, that makes a fact of that step impossible."""
     fact, mission = entry.fact, ends.mission
     if not fact.who.agents:
         return
     for step, verb in ((0, "start"), (mission.steps, "finish")):
-        if necessary_conditions.same_step(fact.when, necessary_conditions.When(step, step, 0)) is None:
+        if necessary_conditions.same_step(fact.when, necessary_conditions.StepWindow(step, step, 0)) is None:
             continue
         stuck = _impossible_at(places, fact.literal, ends.there(fact.who.agents, step))
         if len(fact.who.agents) - len(stuck) < fact.who.number:
@@ -303,7 +303,7 @@ def _against_places(ends: Ends, places: Places, entry: Asked) -> Iterator[Diagno
             return
 
 
-def _impossible_at(places: Places, literal: Literal, there: There) -> list[tuple[ir.Agent, ir.Place]]:
+def _impossible_at(places: Places, literal: Literal, there: BoundaryPositions) -> list[tuple[ir.Agent, ir.Place]]:
     """The agents whose places surely break the literal."""
     rows = [there.exact[point] for point in _impossible_points(places, literal, there.points)]
     for region, within in there.regions.items():
@@ -328,7 +328,7 @@ def _impossible_points(places: Places, literal: Literal, points: list[ir.Vector]
 # ------------------------------------------------------------------ messages
 
 
-def _clash(mission: ir.Mission, one: Asked, other: Asked, steps: tuple[int, int]) -> Diagnostic:
+def _clash(mission: ir.Mission, one: RequiredFact, other: RequiredFact, steps: tuple[int, int]) -> Diagnostic:
     names = (one.requirement.name, other.requirement.name)
     if one.requirement is other.requirement:
         message = f"requirement `{names[0]}` contradicts itself"
@@ -344,7 +344,7 @@ def _clash(mission: ir.Mission, one: Asked, other: Asked, steps: tuple[int, int]
     )
 
 
-def _clash_at_once(one: Asked, other: Asked) -> Diagnostic:
+def _clash_at_once(one: RequiredFact, other: RequiredFact) -> Diagnostic:
     return Diagnostic(
         CONTRADICTION,
         f"requirement `{one.requirement.name}` can never hold",
@@ -367,7 +367,7 @@ def _meeting(mission: ir.Mission, low: int, high: int) -> str:
 
 
 def _against(
-    mission: ir.Mission, entry: Asked, stuck: list[tuple[ir.Agent, ir.Place]], verb: str, step: int
+    mission: ir.Mission, entry: RequiredFact, stuck: list[tuple[ir.Agent, ir.Place]], verb: str, step: int
 ) -> Diagnostic:
     (agent, place), verbs = stuck[0], "starts" if verb == "start" else "finishes"
     names = [f"`{agent.name}`" for agent, _ in stuck[1:]]

@@ -16,7 +16,7 @@ from missionc.base.diagnostics.code import AGENTS_OVERLAP, IN_OBSTACLE, NO_ROOM,
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
-from missionc.frontend.checks.free_space import FreeSpace, Lies
+from missionc.frontend.checks.free_space import Containment, FreeSpace
 from missionc.geometry.configuration_space import common, empty
 from missionc.geometry.surely_clear import all_apart, near_to
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Obstacle, Place, Region, Still
@@ -114,7 +114,7 @@ def _without_room(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Dia
             by_region.setdefault(place.region, []).append((agent, place))
     findings = []
     for region, there in by_region.items():
-        if ground.lies(region.shape) is not Lies.OPEN:
+        if ground.lies(region.shape) is not Containment.OPEN:
             continue
         findings.extend(
             _no_room_for_one(ground, stage, region, there) or _no_room_for_all(ground, stage, region, there)

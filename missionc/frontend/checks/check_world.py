@@ -33,7 +33,7 @@ from missionc.frontend.checks.check_pads import check_pads
 from missionc.frontend.checks.check_resources import check_resources
 from missionc.frontend.checks.check_starts import check_starts
 from missionc.frontend.checks.check_vehicles import check_flown_speeds, check_tracking, check_vehicles
-from missionc.frontend.checks.free_space import FreeSpace, Lies
+from missionc.frontend.checks.free_space import Containment, FreeSpace
 from missionc.geometry.bounding_box import between, gap
 from missionc.geometry.configuration_space import disjoint
 from missionc.ir import (
@@ -447,11 +447,11 @@ def _check_regions(mission: Mission, ground: FreeSpace, entered: set[str]) -> li
     findings = []
     for region in mission.regions:
         match ground.lies(region.shape):
-            case Lies.NOWHERE:
+            case Containment.NOWHERE:
                 findings.append(_nothing_left(region))
-            case Lies.ELSEWHERE if region.name in entered:
+            case Containment.ELSEWHERE if region.name in entered:
                 findings.append(_elsewhere(mission, region))
-            case Lies.COVERED if region.name in entered:
+            case Containment.COVERED if region.name in entered:
                 findings.append(_swallowed(region, _around(mission, ground, region)))
             case _:
                 pass

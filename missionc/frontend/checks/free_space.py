@@ -7,8 +7,8 @@ from dataclasses import field
 from enum import Enum
 
 from missionc.base.late_dataclass import dataclass
-from missionc.frontend.checks.least_ways import LeastWays
 from missionc.frontend.checks.literals import Places
+from missionc.frontend.checks.path_bounds import LeastWays
 from missionc.geometry.configuration_space import Area, Atlas, common, covers, disjoint, empty, without
 from missionc.geometry.displacement import displaced, moved
 from missionc.ir import Agent, Mission, Obstacle, Shape, Still
@@ -20,7 +20,7 @@ SLACK = 1e-6
 """Metres by which obstacles are taken smaller, so that a place that just touches one still counts as free."""
 
 
-class Lies(Enum):
+class Containment(Enum):
     """Where a shape is that nobody can be in; or that somebody may be."""
 
     NOWHERE = "it is empty"
@@ -41,7 +41,7 @@ class FreeSpace:
     """The same, and a hair's breadth around them, which no agent's centre can be in either."""
     ways: LeastWays
     known_free: dict[tuple[float, float | None], Area] = field(default_factory=dict)
-    known_lies: dict[Shape, Lies] = field(default_factory=dict)
+    known_lies: dict[Shape, Containment] = field(default_factory=dict)
     known_places: dict[tuple[float, float], Places] = field(default_factory=dict)
 
     @staticmethod
@@ -63,19 +63,19 @@ class FreeSpace:
         body = self.atlas.inner(obstacle.shape)
         return covers(self.atlas.grown(body, _hair(self.mission), outer=False), area)
 
-    def lies(self, shape: Shape) -> Lies:
+    def lies(self, shape: Shape) -> Containment:
         """Whether anybody's centre may be in a shape that stays."""
         if shape not in self.known_lies:
             self.known_lies[shape] = self._lies(shape)
         return self.known_lies[shape]
 
-    def _lies(self, shape: Shape) -> Lies:
+    def _lies(self, shape: Shape) -> Containment:
         area = self.atlas.outer(shape)
         if empty(area):
-            return Lies.NOWHERE
+            return Containment.NOWHERE
         if disjoint(area, self.atlas.whole()):
-            return Lies.ELSEWHERE
-        return Lies.COVERED if covers(self.filled, area) else Lies.OPEN
+            return Containment.ELSEWHERE
+        return Containment.COVERED if covers(self.filled, area) else Containment.OPEN
 
     def places(self, agents: Sequence[Agent]) -> Places:
         """Where literals let the centre of any of these agents be."""

@@ -13,7 +13,7 @@ from dataclasses import field
 from typing import assert_never
 
 from missionc.base.late_dataclass import dataclass
-from missionc.frontend.checks.free_space import FreeSpace, Lies
+from missionc.frontend.checks.free_space import Containment, FreeSpace
 from missionc.frontend.checks.literals import MOST_RULES, Literal, comparison, nowhere
 from missionc.frontend.checks.value_ranges import of_comparison
 from missionc.ir import Agent, Compare, Formula, Graph, Holds, Predicate
@@ -29,7 +29,7 @@ MOST_MEMBERS = 64
 
 
 @dataclass(frozen=True, slots=True)
-class Sure:
+class MustTruth:
     """The agents of whom a formula is surely true, and surely false; ``number`` says which formulas are the same."""
 
     number: int
@@ -37,8 +37,8 @@ class Sure:
     false: int
 
     @property
-    def opposite(self) -> Sure:
-        return Sure(-self.number, self.false, self.true)
+    def opposite(self) -> MustTruth:
+        return MustTruth(-self.number, self.false, self.true)
 
 
 @dataclass(slots=True, eq=False)
@@ -50,12 +50,12 @@ class MustAnalysis:
     everyone: int
     kinds: tuple[tuple[Agent, int], ...]
     """One agent of each kind (those alike in all but name), and the bits of all of that kind."""
-    sure: dict[k.Node, Sure] = field(default_factory=dict)
+    sure: dict[k.Node, MustTruth] = field(default_factory=dict)
     numbers: dict[Hashable, int] = field(default_factory=dict)
     members: dict[int, frozenset[int]] = field(default_factory=dict)
     predicates: dict[Predicate, tuple[int, int]] = field(default_factory=dict)
 
-    def of(self, formula: Formula) -> Sure:
+    def of(self, formula: Formula) -> MustTruth:
         """What is sure of a formula as meant."""
         return self.sure[self.kernel.meanings[formula]]
 
@@ -75,18 +75,18 @@ def must_analysis(kernel: k.Kernel, ground: FreeSpace) -> MustAnalysis:
     return known
 
 
-def _connected(known: MustAnalysis) -> dict[k.Node, Sure]:
+def _connected(known: MustAnalysis) -> dict[k.Node, MustTruth]:
     """Connected graphs: nothing is sure but that they are not torn. One over too few agents is said of the graph."""
-    found: dict[k.Node, Sure] = {}
+    found: dict[k.Node, MustTruth] = {}
     for formula, node in known.kernel.meanings.items():
         if isinstance(formula, Holds) and formula.predicate.graph:
-            found[node] = Sure(_number(known, formula.predicate), 0, 0)
+            found[node] = MustTruth(_number(known, formula.predicate), 0, 0)
             if node in known.kernel.opposites:
                 found[known.kernel.opposites[node]] = found[node].opposite
     return found
 
 
-def _of_node(known: MustAnalysis, node: k.Node, below: list[Sure]) -> Sure:
+def _of_node(known: MustAnalysis, node: k.Node, below: list[MustTruth]) -> MustTruth:
     match node:
         case k.Atom(predicate):
             return _made(known, _number_of_predicate(known, predicate), *_of_predicate(known, predicate))
@@ -94,7 +94,7 @@ def _of_node(known: MustAnalysis, node: k.Node, below: list[Sure]) -> Sure:
             bits = bits_of(tuple(sorted(agents)))
             return _made(known, _number(known, ("is", agents)), bits, known.everyone & ~bits)
         case k.PathLength(graph, agent, shortest, longest):
-            return Sure(_number(known, ("length", graph, agent, shortest, longest)), 0, 0)
+            return MustTruth(_number(known, ("length", graph, agent, shortest, longest)), 0, 0)
         case k.Not():
             return below[0].opposite
         case k.AtLeast(count):
@@ -117,22 +117,22 @@ def _of_node(known: MustAnalysis, node: k.Node, below: list[Sure]) -> Sure:
             assert_never(node)
 
 
-def _of_pair(itself: bool, below: list[Sure], sure: Callable[[list[Sure]], Sure]) -> Sure:
+def _of_pair(itself: bool, below: list[MustTruth], sure: Callable[[list[MustTruth]], MustTruth]) -> MustTruth:
     """What is sure of a node whose pair has one that ``sure`` knows: not ``itself``, then its dual."""
     return sure(below) if itself else sure(_opposites(below)).opposite
 
 
-def _opposites(parts: Iterable[Sure]) -> list[Sure]:
+def _opposites(parts: Iterable[MustTruth]) -> list[MustTruth]:
     return [part.opposite for part in parts]
 
 
-def _made(known: MustAnalysis, number: int, true: int, false: int) -> Sure:
+def _made(known: MustAnalysis, number: int, true: int, false: int) -> MustTruth:
     """With the number of what is simply true or false, where it is so of everyone."""
     if number == TRUE or true == known.everyone:
-        return Sure(TRUE, known.everyone, 0)
+        return MustTruth(TRUE, known.everyone, 0)
     if number == FALSE or false == known.everyone:
-        return Sure(FALSE, 0, known.everyone)
-    return Sure(number, true, false)
+        return MustTruth(FALSE, 0, known.everyone)
+    return MustTruth(number, true, false)
 
 
 def _number(known: MustAnalysis, key: Hashable) -> int:
@@ -142,7 +142,7 @@ def _number(known: MustAnalysis, key: Hashable) -> int:
 # ----------------------------------------------------- Boolean and temporal nodes
 
 
-def _conjunction(known: MustAnalysis, parts: list[Sure]) -> Sure:
+def _conjunction(known: MustAnalysis, parts: list[MustTruth]) -> MustTruth:
     """Flat, without what is simply true, false where it holds a part and its negation."""
     true, false = known.everyone, 0
     numbers: set[int] = set()
@@ -168,7 +168,7 @@ def _denied(known: MustAnalysis, number: int, numbers: set[int]) -> bool:
     return -number in numbers or (number < 0 and known.members.get(-number, frozenset((0,))) <= numbers)
 
 
-def _enough(known: MustAnalysis, count: int, parts: list[Sure]) -> Sure:
+def _enough(known: MustAnalysis, count: int, parts: list[MustTruth]) -> MustTruth:
     """So many of the parts, of those that are about everyone alike; the fewer are counted by their negations."""
     if 2 * count <= len(parts):
         return _enough(known, len(parts) - count + 1, _opposites(parts)).opposite
@@ -180,13 +180,13 @@ def _enough(known: MustAnalysis, count: int, parts: list[Sure]) -> Sure:
     )
 
 
-def _at(known: MustAnalysis, agent: int, body: Sure) -> Sure:
+def _at(known: MustAnalysis, agent: int, body: MustTruth) -> MustTruth:
     number = _number(known, ("at", agent, abs(body.number)))
     there = known.everyone if body.true >> agent & 1 else 0, known.everyone if body.false >> agent & 1 else 0
     return _made(known, number if body.number > 0 else -number, *there)
 
 
-def _always(known: MustAnalysis, body: Sure, low: int, high: int | None) -> Sure:
+def _always(known: MustAnalysis, body: MustTruth, low: int, high: int | None) -> MustTruth:
     if low == high == 0:
         return body
     number = _number(known, ("always", body.number, low, high))
@@ -195,7 +195,7 @@ def _always(known: MustAnalysis, body: Sure, low: int, high: int | None) -> Sure
     return _made(known, number, body.true, body.false)
 
 
-def _until(known: MustAnalysis, parts: list[Sure], low: int, high: int | None) -> Sure:
+def _until(known: MustAnalysis, parts: list[MustTruth], low: int, high: int | None) -> MustTruth:
     hold, end = parts
     number = _number(known, ("until", hold.number, end.number, low, high))
     if low < 0:
@@ -208,12 +208,12 @@ def _until(known: MustAnalysis, parts: list[Sure], low: int, high: int | None) -
 # ------------------------------------------------------------------ spatial nodes
 
 
-def _neighbour(known: MustAnalysis, body: Sure, graph: Graph) -> Sure:
+def _neighbour(known: MustAnalysis, body: MustTruth, graph: Graph) -> MustTruth:
     number = _number(known, ("neighbour", graph, body.number))
     return _made(known, number, 0, _not_on_from(known, body, graph))
 
 
-def _route(known: MustAnalysis, parts: list[Sure], graph: Graph, low: float, high: float) -> Sure:
+def _route(known: MustAnalysis, parts: list[MustTruth], graph: Graph, low: float, high: float) -> MustTruth:
     """A route: where no links are long enough, the agent is its own end; otherwise it goes on to a linked one."""
     through, end = parts
     number = _number(known, ("route", graph, through.number, end.number, low, high))
@@ -223,7 +223,7 @@ def _route(known: MustAnalysis, parts: list[Sure], graph: Graph, low: float, hig
     return _made(known, number, end.true, end.false & stuck)
 
 
-def _not_on_from(known: MustAnalysis, end: Sure, graph: Graph) -> int:
+def _not_on_from(known: MustAnalysis, end: MustTruth, graph: Graph) -> int:
     """The agents that have no way to another one which the formula may be true of."""
     linked = bits_of(graph.agents)
     return known.everyone if linked & ~end.false == 0 else known.everyone & ~linked
@@ -249,7 +249,7 @@ def _of_predicate(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
 def _bits(known: MustAnalysis, predicate: Predicate) -> tuple[int, int]:
     if predicate.graph or predicate.formation:
         return 0, 0
-    if predicate.region and known.ground.lies(predicate.region.shape) is not Lies.OPEN:
+    if predicate.region and known.ground.lies(predicate.region.shape) is not Containment.OPEN:
         return 0, 0  # said of the region itself
     true = false = 0
     for agent, bits in known.kinds:

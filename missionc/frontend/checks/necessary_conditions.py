@@ -27,7 +27,7 @@ MOST_VISITS = 20_000
 
 
 @dataclass(frozen=True, slots=True)
-class Those:
+class AtLeastAgents:
     """At least ``number`` of the agents, who are ``bits`` too; ``words`` says so."""
 
     number: int
@@ -36,13 +36,13 @@ class Those:
     agents: tuple[int, ...] = field(default=(), compare=False)
 
 
-THE_TEAM = Those(0, 0, "the team")
-ITSELF = Those(1, 0, "the agent")
+THE_TEAM = AtLeastAgents(0, 0, "the team")
+ITSELF = AtLeastAgents(1, 0, "the agent")
 """The one agent, whichever it is, that a formula is asked of."""
 
 
 @dataclass(frozen=True, slots=True)
-class When:
+class StepWindow:
     """For every ``s`` from 0 to ``repeats``, at some step from ``low + s`` to ``high + s``.
 
     So ``low == high`` says "at every step from low to low + repeats", and no
@@ -53,31 +53,31 @@ class When:
     high: int
     repeats: int
 
-    def throughout(self, low: int, high: int | None, last: int | None) -> Iterator[When]:
+    def throughout(self, low: int, high: int | None, last: int | None) -> Iterator[StepWindow]:
         """When something holds that holds at all of the steps from ``low`` to ``high`` ahead of each of these."""
         if high is None:
             high = low if last is None else max(last - self.high - self.repeats, low)
-        yield When(self.low + low, self.high + low, self.repeats + high - low)
+        yield StepWindow(self.low + low, self.high + low, self.repeats + high - low)
         if self.low < self.high and self.high - self.low <= high - low:
-            yield When(self.high + low, self.high + low, self.repeats + self.low + high - self.high - low)
+            yield StepWindow(self.high + low, self.high + low, self.repeats + self.low + high - self.high - low)
 
-    def sometime(self, low: int, high: int | None, last: int | None) -> When:
+    def sometime(self, low: int, high: int | None, last: int | None) -> StepWindow:
         """When something holds that holds at some step from ``low`` to ``high`` ahead of one of these."""
         if high is not None:
-            return When(self.low + low, self.high + high, self.repeats)
-        return When(self.low + self.repeats + low, EVER if last is None else last, 0)
+            return StepWindow(self.low + low, self.high + high, self.repeats)
+        return StepWindow(self.low + self.repeats + low, EVER if last is None else last, 0)
 
-    def in_the_past(self, low: int, high: int, every: bool) -> Iterator[When]:
+    def in_the_past(self, low: int, high: int, every: bool) -> Iterator[StepWindow]:
         """The same of a window that looks back and holds no step before 0; nothing where that is not one of these."""
         if every and self.low == self.high:
             first, last = max(self.low + low, 0), self.low + self.repeats + high
             if first <= last:
-                yield When(first, first, last - first)
+                yield StepWindow(first, first, last - first)
         elif not every and (self.low + low >= 0 or self.repeats == 0) and self.high + high >= 0:
-            yield When(max(self.low + low, 0), self.high + high, self.repeats)
+            yield StepWindow(max(self.low + low, 0), self.high + high, self.repeats)
 
 
-AT_ONCE = When(0, 0, 0)
+AT_ONCE = StepWindow(0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +96,8 @@ class Fact:
     """The literal holds of those agents then; ``span`` is its words."""
 
     literal: Literal
-    who: Those
-    when: When
+    who: AtLeastAgents
+    when: StepWindow
     span: Span
     order: Order = Order()
 
@@ -107,7 +107,7 @@ class Instant:
     """A formula that holds somewhere at some step, of an agent or of the team, though it is not known when or whose."""
 
     formula: k.Node
-    who: Those
+    who: AtLeastAgents
 
 
 @dataclass(slots=True)
@@ -119,8 +119,8 @@ class Necessary:
 @dataclass(frozen=True, slots=True)
 class Visit:
     formula: k.Node
-    who: Those
-    when: When
+    who: AtLeastAgents
+    when: StepWindow
     order: Order = Order()
 
 
@@ -181,7 +181,7 @@ class NecessaryConditions:
             yield from self._of_agents(node, self.quantified[node], when, gathered)
         elif isinstance(node, k.At):
             name = self.mission.agents[node.agent].name
-            yield Visit(node.body, Those(1, 1 << node.agent, f"`{name}`", (node.agent,)), when)
+            yield Visit(node.body, AtLeastAgents(1, 1 << node.agent, f"`{name}`", (node.agent,)), when)
         else:
             for body, then in _needs(node, when, last):
                 if then.low < then.high and when.low == when.high:
@@ -189,7 +189,7 @@ class NecessaryConditions:
                 own = order.each or then.high - then.low > when.high - when.low
                 yield Visit(body, who, then, Order(order.anew, own))
 
-    def _of_agents(self, node: k.Node, formula: AtLeastOf, when: When, gathered: Necessary) -> Iterator[Visit]:
+    def _of_agents(self, node: k.Node, formula: AtLeastOf, when: StepWindow, gathered: Necessary) -> Iterator[Visit]:
         assert isinstance(node, k.All | k.Any | k.AtLeast)
         agents, size = formula.agents.agents, len(node.parts)
         enough = size if isinstance(node, k.All) else 1 if isinstance(node, k.Any) else node.count
@@ -199,11 +199,11 @@ class NecessaryConditions:
         assert isinstance(part, k.At)
         if enough < size:
             gathered.instants[Instant(part.body, ITSELF)] = None
-        those = Those(enough, bits_of(agents), _words(enough, size, formula.agents.name), agents)
+        those = AtLeastAgents(enough, bits_of(agents), _words(enough, size, formula.agents.name), agents)
         yield Visit(part.body, those, when, Order(anew=enough < size and when.repeats > 0))
 
 
-def _needs(node: k.Node, when: When, last: int | None) -> Iterator[tuple[k.Node, When]]:
+def _needs(node: k.Node, when: StepWindow, last: int | None) -> Iterator[tuple[k.Node, StepWindow]]:
     """What has to hold of the same agent for the node to hold then, and when."""
     match node:
         case k.All(parts):
@@ -289,7 +289,7 @@ def meeting(one: Fact, other: Fact) -> tuple[int, int] | None:
     return same_step(one.when, other.when)
 
 
-def _same_agent(one: Those, other: Those) -> bool:
+def _same_agent(one: AtLeastAgents, other: AtLeastAgents) -> bool:
     """Whether some agent is certainly among both, where these are chosen once or for the same step."""
     if THE_TEAM in (one, other) or ITSELF in (one, other):
         return one == other
@@ -301,7 +301,7 @@ def _may_miss(one: Fact, other: Fact) -> bool:
     return one.order.anew and other.order.each and other.when.low < other.when.high
 
 
-def same_step(one: When, other: When) -> tuple[int, int] | None:
+def same_step(one: StepWindow, other: StepWindow) -> tuple[int, int] | None:
     """The steps among which there is certainly one at which both hold."""
     for steady, any_of in ((one, other), (other, one)):
         if steady.low == steady.high:

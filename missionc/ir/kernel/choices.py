@@ -17,7 +17,7 @@ from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Node, Window
 from missionc.ir.kernel.walk import awaited, children, rebuilt
 
 
-class Asked(NamedTuple):
+class ChoicePoint(NamedTuple):
     """A node, and the agent that it is asked of.
 
     Args:
@@ -37,9 +37,9 @@ class Asked(NamedTuple):
         return self.low == self.high
 
 
-def made_once(formula: Node) -> Iterator[Asked]:
+def made_once(formula: Node) -> Iterator[ChoicePoint]:
     """What is asked once where a formula about the team is asked, each node before those below it."""
-    stack, seen = [Asked(formula, 0)], set[Asked]()
+    stack, seen = [ChoicePoint(formula, 0)], set[ChoicePoint]()
     while stack:
         asked = stack.pop()
         if asked in seen:
@@ -49,7 +49,7 @@ def made_once(formula: Node) -> Iterator[Asked]:
         stack.extend(reversed(_below(asked)))
 
 
-def branches(asked: Asked) -> tuple[Asked, ...]:
+def branches(asked: ChoicePoint) -> tuple[ChoicePoint, ...]:
     """The branches among which a plan chooses; none where there is nothing to choose."""
     match asked.node:
         case Any(parts) | AtLeast(_, parts) if len(parts) > _needed(asked.node):
@@ -58,20 +58,20 @@ def branches(asked: Asked) -> tuple[Asked, ...]:
             return ()
 
 
-def witnesses(asked: Asked) -> int:
+def witnesses(asked: ChoicePoint) -> int:
     """How many of its branches have to hold."""
     return _needed(asked.node)
 
 
-def kept(asked: Asked) -> Node:
+def kept(asked: ChoicePoint) -> Node:
     """What holds at the step of the event where the node holds over all of its window: a new node, but for one step."""
     return asked.node if asked.low == asked.high == 0 else Always(asked.node, asked.low, asked.high)
 
 
-def without(formula: Node, removed: Mapping[Asked, frozenset[int]]) -> Node:
+def without(formula: Node, removed: Mapping[ChoicePoint, frozenset[int]]) -> Node:
     """The formula without some branches, by their numbers, of its choices; the same node where it has none of them."""
-    made: dict[Asked, Node] = {}
-    stack = [Asked(formula, 0)]
+    made: dict[ChoicePoint, Node] = {}
+    stack = [ChoicePoint(formula, 0)]
     while stack:
         asked = stack[-1]
         below = _below(asked)
@@ -81,10 +81,10 @@ def without(formula: Node, removed: Mapping[Asked, frozenset[int]]) -> Node:
             continue
         stack.pop()
         made[asked] = _rewritten(asked, [made[each] for each in below], removed.get(asked, frozenset()))
-    return made[Asked(formula, 0)]
+    return made[ChoicePoint(formula, 0)]
 
 
-def _below(asked: Asked) -> list[Asked]:
+def _below(asked: ChoicePoint) -> list[ChoicePoint]:
     node = asked.node
     match node:
         case All(parts) | Any(parts) | AtLeast(_, parts):
@@ -96,14 +96,14 @@ def _below(asked: Asked) -> list[Asked]:
             return [asked._replace(node=body, low=asked.low + low, high=last)]
         case _:
             ask = awaited(node) if asked.once else None
-            return [] if ask is None else [Asked(ask.node, asked.agent, event=True)]
+            return [] if ask is None else [ChoicePoint(ask.node, asked.agent, event=True)]
 
 
 def _needed(node: Node) -> int:
     return node.count if isinstance(node, AtLeast) else 1
 
 
-def _rewritten(asked: Asked, below: list[Node], removed: frozenset[int]) -> Node:
+def _rewritten(asked: ChoicePoint, below: list[Node], removed: frozenset[int]) -> Node:
     node = asked.node
     match node:
         case Any() | AtLeast() if removed:

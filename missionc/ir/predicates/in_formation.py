@@ -49,7 +49,7 @@ class InFormation(PredicateFacts):
 
     def margin(self, view: Measures) -> Array:
         """Source: [clot] III-C, F_form, with absolute errors."""
-        errors = [view.amiss(edge) for edge in self.formation.edges] or [view.nothing(of_team=True)]
+        errors = [view.formation_error(edge) for edge in self.formation.edges] or [view.nothing(of_team=True)]
         return self.formation.tolerance - reduce(operator.add if self.formation.total else view.larger, errors)
 
     def rate(self, view: Changes) -> Array:

@@ -42,7 +42,7 @@ class Measures(Protocol):
     def apart(self, first: int | None, second: int) -> Array:
         """The distance of two agents' centres; None is oneself."""
 
-    def amiss(self, edge: FormationEdge) -> Array:
+    def formation_error(self, edge: FormationEdge) -> Array:
         """How far the ends of an edge are from the distance or offset they keep, at least 0."""
 
     def weakest_link(self, graph: Graph) -> Array:

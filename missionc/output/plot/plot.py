@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from missionc.backends.api import Attempt, Fault
+from missionc.backends.api import Attempt, Violation
 from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
@@ -277,7 +277,7 @@ def _draw(
     _legend(top, mission, roadmaps)
 
 
-def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, wrong: Judgement | Fault) -> None:
+def _ring(axes: Axes, mission: Mission, trace: Trace, view: View, wrong: Judgement | Violation) -> None:
     """A ring where something first fails: around each agent that it fails because of."""
     for agent in mission.agents:
         if agent.name in wrong.agents and wrong.step is not None:

@@ -44,7 +44,7 @@ from missionc.ir.kernel.normal_form import NO, YES, constant
 from missionc.ir.kernel.walk import children, looks_back, postorder, rebuilt, same_objects
 from missionc.ir.language.margins.links import all_links
 from missionc.planning.progression.lattice import Lattice
-from missionc.planning.progression.names_since import NamesSince
+from missionc.planning.progression.symbol_map import SymbolMap
 from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import TRUTH
 
@@ -58,7 +58,7 @@ ASKED = Is(frozenset())
 """Stands for any open formula while it is only collected what has to be known."""
 
 
-class TooEntangledError(Exception):
+class NotProgressableError(Exception):
     """What is left of a goal is about routes at steps that are over, along agents of whom something is asked still.
 
     Args:
@@ -70,7 +70,7 @@ class TooEntangledError(Exception):
         self.node = node
 
 
-def progressed(mission: Mission, kernel: Kernel, trace: Trace, since: NamesSince) -> list[Node | None]:
+def progressed(mission: Mission, kernel: Kernel, trace: Trace, since: SymbolMap) -> list[Node | None]:
     """What is left of each goal, requirements first; None where it would be up to those alone who are lost.
 
     Args:
@@ -78,7 +78,7 @@ def progressed(mission: Mission, kernel: Kernel, trace: Trace, since: NamesSince
         since: whom and what the rest of the mission speaks of.
 
     Raises:
-        TooEntangledError: no formula says what is left of a goal.
+        NotProgressableError: no formula says what is left of a goal.
     """
     roots = kernel.formulas
     return _Progression(mission, trace, since, postorder(roots)).of(roots)
@@ -91,7 +91,7 @@ class _Progression:
         order: every formula, after those below it.
     """
 
-    def __init__(self, mission: Mission, trace: Trace, since: NamesSince, order: list[Node]) -> None:
+    def __init__(self, mission: Mission, trace: Trace, since: SymbolMap, order: list[Node]) -> None:
         self.mission, self.since, self.order = mission, since, order
         self.elapsed, self.last = trace.position.shape[1] - 1, int(mission.steps)
         self.position = trace.position
@@ -266,7 +266,7 @@ class _Progression:
             case ReachNode() if step < self.elapsed:
                 return self._reach(node, agent, step, cell)
             case NeighbourNode() | ReachNode() | RouteNode():
-                raise TooEntangledError(node)
+                raise NotProgressableError(node)
             case LeafNode() | Not():
                 raise AssertionError("leaves are decided at steps that are over")
             case _:

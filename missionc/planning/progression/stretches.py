@@ -18,8 +18,8 @@ from missionc.ir.kernel.nodes import Goal, Kernel, Node
 from missionc.ir.kernel.normal_form import NO, constant
 from missionc.ir.language.margins.resources import flag_truths, levels, within
 from missionc.planning.progression.formula_progression import progressed
-from missionc.planning.progression.names_since import NamesSince
 from missionc.planning.progression.rest_of_mission import rest_of, slowed
+from missionc.planning.progression.symbol_map import SymbolMap
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +81,7 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
         now: the mission as it is written now, whole: all its agents and steps.
 
     Raises:
-        TooEntangledError: no formula says what is left of a goal.
+        NotProgressableError: no formula says what is left of a goal.
         ValueError: the stretch is no motion of these agents, or lasts until the end.
     """
     mission, trace = before.mission, stretch.trace
@@ -95,7 +95,7 @@ def after(before: Remaining, stretch: Stretch, now: Mission) -> Remaining:
     begun = rest_of(now, elapsed, ends, left, _levels(mission, trace), stretch.moving, pads)
     rest = slowed(begun, slow)
     flags = _flags(before, trace)
-    since = NamesSince(mission, rest, {name: _indices(mission, names) for name, names in flags})
+    since = SymbolMap(mission, rest, {name: _indices(mission, names) for name, names in flags})
     formulas = progressed(mission, before.kernel, trace, since)
     goals = before.kernel.goals
     asked = [

@@ -36,7 +36,7 @@ from missionc.geometry.curves.piecewise_polynomials import polynomials
 from missionc.ir import Mission
 from missionc.planning.progression.rest_of_mission import team_at
 from missionc.planning.progression.stretches import Remaining, Stretch, after
-from missionc.tools.closed_loop.ground import Ground, Happened, Told
+from missionc.tools.closed_loop.ground import GroundEvent, GroundStation, UploadedTrajectories
 from missionc.tools.closed_loop.reports import PERIOD, Reports
 from missionc.tools.closed_loop.scenario import Event, Scenario
 from missionc.verification.certificate import Check
@@ -155,11 +155,11 @@ def _rooms(epoch: Epoch, names: list[str], times: Array, position: Array, end: f
 TICKS = round(PERIOD * SETPOINTS_PER_SECOND)
 """Setpoints between two reports."""
 
-Listen = Callable[[float, Array, Ground, list[str]], None]
+Listen = Callable[[float, Array, GroundStation, list[str]], None]
 """Is told of the time, of everybody's position, (3, agents), of the ground, and of the lines that it heard."""
 
 
-def nobody(time: float, position: Array, ground: Ground, lines: list[str]) -> None:
+def nobody(time: float, position: Array, ground: GroundStation, lines: list[str]) -> None:
     """The listener of those who do not watch."""
 
 
@@ -175,7 +175,7 @@ class LoopFlight:
 
     times: Array
     position: Array
-    happened: tuple[Happened, ...]
+    happened: tuple[GroundEvent, ...]
     lost: tuple[str, ...]
     outcome: Outcome
 
@@ -204,10 +204,10 @@ def fly_loop(
     random = np.random.default_rng([seed, 1])
     weather = Disturbance(wind=scenario.wind, gust=scenario.gust)
     wind = drawn(weather, seed, range(1), len(names), ticks + 1).wind[0]
-    told = Told(pieces, scenario.skew * random.random(len(names)))
+    told = UploadedTrajectories(pieces, scenario.skew * random.random(len(names)))
     if replans:
         get_ready(flying)
-    ground = Ground(flying, told, names, within, limits, seed, replans, clock)
+    ground = GroundStation(flying, told, names, within, limits, seed, replans, clock)
     first = told.setpoints(np.zeros(1))
     air = Airborne(first[POSITION, 0], first[YAW, 0])
     reports, waiting = Reports(scenario, random), list(scenario.events)
@@ -241,8 +241,8 @@ def _happen(
     time: float,
     mission: Mission,
     air: Airborne,
-    ground: Ground,
-    told: Told,
+    ground: GroundStation,
+    told: UploadedTrajectories,
     lost: list[str],
     cuts: list[Cut],
 ) -> None:

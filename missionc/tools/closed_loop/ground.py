@@ -48,7 +48,7 @@ class _Agent:
     current: int = field(default=0)
 
 
-class Told:
+class UploadedTrajectories:
     """Everybody's uploads.
 
     Args:
@@ -109,7 +109,7 @@ class Told:
         return places
 
 
-def uploaded(told: Told, plan: Trace) -> Trace:
+def uploaded(told: UploadedTrajectories, plan: Trace) -> Trace:
     """Where everybody is told to be at the steps of the whole flight, by all that was uploaded so far.
 
     Args:
@@ -150,7 +150,7 @@ GIVE_UPS = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Happened:
+class GroundEvent:
     """What the ground did, and when: seconds of the flight, why, and how long planning took."""
 
     time: float
@@ -162,7 +162,7 @@ class Happened:
 
 
 @dataclass(slots=True, eq=False)
-class Ground:
+class GroundStation:
     """One mission, watched and planned anew.
 
     Args:
@@ -175,7 +175,7 @@ class Ground:
     """
 
     flying: Flying
-    told: Told
+    told: UploadedTrajectories
     names: tuple[str, ...]
     within: Seconds
     limits: Limits
@@ -190,7 +190,7 @@ class Ground:
     causes: list[str] = field(default_factory=list)
     slow: dict[str, float] = field(default_factory=dict)
     given_up: list[str] = field(default_factory=list)
-    happened: list[Happened] = field(default_factory=list)
+    happened: list[GroundEvent] = field(default_factory=list)
     session: Session | None = None
     risky: set[str] = field(default_factory=set)
     away: dict[str, Report] = field(default_factory=dict)
@@ -272,7 +272,7 @@ class Ground:
             if self.replans and sum(each.begins is not None for each in self.happened) < MOST_REPLANS:
                 self._replan(time, why)
             else:
-                self.happened.append(Happened(time, why, "seen"))
+                self.happened.append(GroundEvent(time, why, "seen"))
 
     def _follow(self, name: str, report: Report) -> None:
         """See whether an agent is where it should be."""
@@ -304,7 +304,7 @@ class Ground:
         mission = self.flying.checked.valid_mission
         so_far, findings = read_flown(Source("flown.csv", self._table()), mission, self.lost, self.limits)
         if so_far is None:
-            self.happened.append(Happened(time, why, f"not understood: {findings[0].message}"))
+            self.happened.append(GroundEvent(time, why, f"not understood: {findings[0].message}"))
             return
         seconds, given_up = 0.0, list(self.given_up)
         patience = min(self.patience, max(1.0, MOST_OF_IT * self._left(time) / self.within))
@@ -335,7 +335,7 @@ class Ground:
         if len(given_up) >= most and found.way is not Way.KEPT and (most or not found.ok):
             # No plan keeps more than the one that is flown: where that loses nothing, it still comes too near somebody.
             self.patience = 1
-            self.happened.append(Happened(time, why, FLOWN_ON, seconds))
+            self.happened.append(GroundEvent(time, why, FLOWN_ON, seconds))
             return
         self.given_up = given_up
         if found.undecided or (found.way is Way.NONE and found.must_stop):
@@ -373,7 +373,7 @@ class Ground:
         for name, text in stops.items():
             self.told.upload(self.names.index(name), polynomials(text), time)
         if not found.ok or found.compiled is None or begins is None:
-            self.happened.append(Happened(time, why, came, seconds, given_up=tuple(self.given_up)))
+            self.happened.append(GroundEvent(time, why, came, seconds, given_up=tuple(self.given_up)))
             self._fly(diverted(self.flying, stops, time - self.began))
             return
         assert isinstance(found.compiled.outcome, Verified)
@@ -383,7 +383,7 @@ class Ground:
         flights = flights_in(mission.agents, files)
         for name, text in flights.items():
             self.told.upload(self.names.index(name), polynomials(text), begins)
-        self.happened.append(Happened(time, why, came, seconds, begins, tuple(self.given_up)))
+        self.happened.append(GroundEvent(time, why, came, seconds, begins, tuple(self.given_up)))
         self._fly(Flying(found.rest, found.compiled.outcome.plan.trace, flights))
         self.began = begins
         self._watch()

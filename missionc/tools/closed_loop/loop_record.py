@@ -18,7 +18,7 @@ from missionc.flight.simulation.trials import TRACKING, Fraction, fraction, show
 from missionc.ir import Mission
 from missionc.output.report.loop_tracks import LoopFlights
 from missionc.tools.closed_loop.fly_loop import Listen, LoopFlight, nobody
-from missionc.tools.closed_loop.ground import Ground, Happened
+from missionc.tools.closed_loop.ground import GroundEvent, GroundStation
 from missionc.tools.closed_loop.scenario import Event, Scenario
 from missionc.verification.certificate import Check
 
@@ -41,7 +41,7 @@ class ToldPositions:
         self.times: list[float] = []
         self.places: list[Array] = []
 
-    def listen(self, at: float, position: Array, ground: Ground, lines: list[str]) -> None:
+    def listen(self, at: float, position: Array, ground: GroundStation, lines: list[str]) -> None:
         """The moment ``at``, in seconds of the flight."""
         self.times.append(at)
         self.places.append(np.stack([ground.told.wanted(agent, at) for agent in range(position.shape[1])]))
@@ -64,7 +64,7 @@ def fractions(flights: Sequence[LoopFlight]) -> dict[str, Fraction]:
     return {name: fraction(sum(each), len(each)) for name, each in held.items()}
 
 
-def said(each: Happened) -> str:
+def said(each: GroundEvent) -> str:
     """What the ground saw and did, as a sentence without its time."""
     took = f" in {each.seconds:.2f} s" if each.seconds else ""
     begins = f", begun at {each.begins:g} s" if each.begins is not None else ""

@@ -24,7 +24,7 @@ from missionc.base.diagnostics.model import has_errors
 from missionc.base.memory import limited
 from missionc.base.units import Seconds
 from missionc.compiler import driver
-from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Verified
 from missionc.compiler.run_limited import Ended, within
 from missionc.frontend.syntax.read_file import LINK
 from missionc.output.documents.alternatives_json import least_margin
@@ -95,7 +95,7 @@ def _of_compilation(compiled: Compiled) -> dict[str, Value]:
         "codes": " ".join(dict.fromkeys(finding.code.name for finding in says)) or None,
         "says": says[0].message[:SAID] if says else None,
     }
-    if not isinstance(outcome, Refused):
+    if not isinstance(outcome, InvalidMission):
         values["engine"] = outcome.report.engine or (compiled.checked.choice.backend if compiled.checked.choice else "")
         values["cut_short"] = outcome.report.cut_short.value if outcome.report.cut_short else None
     if isinstance(outcome, Impossible):
@@ -118,7 +118,7 @@ def _of_compilation(compiled: Compiled) -> dict[str, Value]:
 
 
 def _sizes(compiled: Compiled) -> dict[str, int]:
-    return {} if isinstance(compiled.outcome, Refused) else dict(compiled.outcome.report.sizes)
+    return {} if isinstance(compiled.outcome, InvalidMission) else dict(compiled.outcome.report.sizes)
 
 
 def _finite(value: float) -> float | None:

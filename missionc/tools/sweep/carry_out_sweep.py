@@ -23,7 +23,7 @@ from missionc.base.diagnostics.code import NOT_TO_BE_LOST
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.figures import counted
 from missionc.base.limits import Limits
-from missionc.base.signals import asked, hold
+from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.units import Seconds
 from missionc.compiler.front_end import Checked, check
 from missionc.compiler.provenance import inputs
@@ -301,7 +301,7 @@ def _at_work(
     left = [run for run in runs if run not in rows]
     before = len(rows)
     request.began(left, rows)
-    hold()
+    defer_stop()
     finding, interrupted = None, False
     write = _Outputs(request, mission.name, found, old)
     if left:
@@ -315,7 +315,9 @@ def _at_work(
             if isinstance(pool, Diagnostic):
                 return SweepResult((*found.findings, pool), mission.name, len(runs), rows)
             engines = {values: each.choice.engines if each.choice else () for values, each in found.each.items()}
-            swept = run_sweep(iter(left), request.settings, engines, rows, pool, journal, request.folder, asked, heard)
+            swept = run_sweep(
+                iter(left), request.settings, engines, rows, pool, journal, request.folder, stop_requested, heard
+            )
             finding, interrupted = swept.finding, swept.interrupted and swept.finding is None
     groups_, comparisons, findings = write.all(rows)
     return SweepResult(

@@ -11,9 +11,9 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from missionc.backends.options import DESCRIBED, Options
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.limits import Limits
 from missionc.base.strict_json import parse_record
-from missionc.base.throughout import Throughout
 from missionc.base.units import Seconds
 from missionc.tools.sweep import run_answer
 
@@ -57,7 +57,7 @@ class Settings:
     options: Options = field(default_factory=Options)
     time_limit: Seconds = TIME_LIMIT
     memory_limit: int = 8 << 30
-    throughout: Throughout = Throughout.WANTED
+    throughout: ContinuousTime = ContinuousTime.WANTED
     flights: Flights | None = None
     keep: bool = False
     versions: Mapping[str, str] = field(default_factory=dict)
@@ -125,7 +125,7 @@ def read(text: str) -> Request:
         Options(**document["options"]),
         Seconds(document["time_limit"]),
         document["memory_limit"],
-        Throughout(document["throughout"]),
+        ContinuousTime(document["throughout"]),
         _flights(document["flights"]),
         document["keep"],
         document["versions"],

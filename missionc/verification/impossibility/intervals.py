@@ -212,7 +212,7 @@ class IntervalView:
         distance = length(between(self.place(first), self.place(second)))
         return distance if first == second else greater(distance, must_be_apart(self.mission, first, second))
 
-    def amiss(self, edge: ir.FormationEdge) -> Interval:
+    def formation_error(self, edge: ir.FormationEdge) -> Interval:
         way = between(self.place(edge.first), self.place(edge.second))
         if isinstance(edge.target, tuple):
             return length(each - offset for each, offset in zip(way, edge.target, strict=True))

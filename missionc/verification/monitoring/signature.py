@@ -23,7 +23,7 @@ from missionc.base.trace import Array, Flags, Trace
 from missionc.geometry.winding import TURN, StandingPart, standing_parts, swept_angles
 from missionc.ir import Mission
 from missionc.ir.kernel.analysis import about_whom, relevance
-from missionc.ir.kernel.choices import Asked, branches, kept, made_once, witnesses
+from missionc.ir.kernel.choices import ChoicePoint, branches, kept, made_once, witnesses
 from missionc.ir.kernel.nodes import At, Kernel, Node
 from missionc.ir.kernel.walk import awaited, children
 from missionc.verification.monitoring.monitor import truths
@@ -40,7 +40,7 @@ class Options:
     """A choice: of which requirement, and the numbers of the branches that hold."""
 
     requirement: str
-    asked: Asked
+    asked: ChoicePoint
     true: frozenset[int]
 
 
@@ -53,7 +53,7 @@ class Event:
     """
 
     requirement: str
-    asked: Asked
+    asked: ChoicePoint
     body: Node
     steps: Flags
     last: int
@@ -77,8 +77,8 @@ class Signature:
     """
 
     mission: Mission
-    options: Mapping[Asked, Options]
-    events: Mapping[Asked, Event]
+    options: Mapping[ChoicePoint, Options]
+    events: Mapping[ChoicePoint, Event]
     parts: tuple[StandingPart, ...]
     swept: Array
 
@@ -102,9 +102,9 @@ class Signatures:
         formulas = [goal.formula for goal in kernel.requirements]
         self.about = about_whom(formulas, len(mission.agents))
         self.relevant = dict(relevance(formulas, len(mission.agents), mission.steps))
-        self.choices: dict[Asked, str] = {}
-        self.kept: dict[Asked, Node] = {}
-        self.awaited: dict[Asked, str] = {}
+        self.choices: dict[ChoicePoint, str] = {}
+        self.kept: dict[ChoicePoint, Node] = {}
+        self.awaited: dict[ChoicePoint, str] = {}
         for goal in kernel.requirements:
             for asked in made_once(goal.formula):
                 if parts := branches(asked):
@@ -117,7 +117,7 @@ class Signatures:
         """The signature of a plan."""
         nodes = {*self.kept.values(), *map(_body, self.awaited)}
         true = truths(nodes, self.mission, trace)
-        options: dict[Asked, Options] = {}
+        options: dict[ChoicePoint, Options] = {}
         for asked, name in self.choices.items():
             here = true[self.kept[asked]][asked.agent] & self._begun(asked)
             numbers = frozenset(
@@ -127,7 +127,7 @@ class Signatures:
             )
             if len(numbers) >= witnesses(asked):
                 options[asked] = Options(name, asked, numbers)
-        events: dict[Asked, Event] = {}
+        events: dict[ChoicePoint, Event] = {}
         for asked, name in self.awaited.items():
             body = _body(asked)
             relevant = self.relevant[body][asked.agent]
@@ -139,7 +139,7 @@ class Signatures:
                 )
         return Signature(self.mission, options, events, self.parts, swept_angles(self.parts, trace.position))
 
-    def _begun(self, asked: Asked) -> Flags:
+    def _begun(self, asked: ChoicePoint) -> Flags:
         """The steps of an event from which all of a choice's window matters, (steps + 1,)."""
         matters, last = self.relevant[asked.node][asked.agent], self.mission.steps
         first = np.arange(last + 1) + asked.low
@@ -186,7 +186,7 @@ def _sides(one: Signature, other: Signature) -> list[str]:
     return said
 
 
-def _body(asked: Asked) -> Node:
+def _body(asked: ChoicePoint) -> Node:
     ask = awaited(asked.node)
     assert ask is not None
     return ask.node
@@ -197,7 +197,7 @@ def _event(event: Event) -> str:
     return f"`{_words(event.body) or event.requirement}`"
 
 
-def _branches(mission: Mission, asked: Asked, numbers: frozenset[int]) -> str:
+def _branches(mission: Mission, asked: ChoicePoint, numbers: frozenset[int]) -> str:
     """Branches of a choice: the agents, where they are agents; else the author's words."""
     parts = [branches(asked)[number].node for number in sorted(numbers)]
     if all(isinstance(part, At) for part in parts):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from missionc.backends.api import open_ended
+from missionc.backends.api import no_bound
 from missionc.backends.clot.cost_weights import AIMS, TIDY
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
@@ -17,7 +17,7 @@ from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.minimize_duration import shorten
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
-from missionc.backends.clot.optimise.stand_still import stand_still
+from missionc.backends.clot.optimise.retiming import retime
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
@@ -52,7 +52,7 @@ def improve(
     costs: Costs,
     accept: Callable[[Array], Trace | None],
     go_on: Callable[[], bool],
-    enough: Callable[[float], float] = open_ended,
+    enough: Callable[[float], float] = no_bound,
 ) -> Improved:
     """The same plan, or one that keeps more preferences or has less of the objective.
 
@@ -115,7 +115,7 @@ def improve(
         better = motion is not None and (measure is None or measure(motion) <= measure(best))
         return motion if better and motion is not None and as_many(mission, kernel, best, motion) else None
 
-    control, made = stand_still(control, made, full_demand, costs, as_calm, go_on)
+    control, made = retime(control, made, full_demand, costs, as_calm, go_on)
     if measure is not None and made is not before:
         unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
         notes.append(f"{measure(made):.6g} {unit} in all, {measure(before):.6g} {unit} before it was made less")

@@ -20,7 +20,7 @@ from missionc.backends.clot.paper.tree_search import TreeSearch
 from missionc.backends.clot.run.presets import Preset, SequenceChoice
 from missionc.backends.clot.run.run_state import UNUSABLE, Searching
 from missionc.backends.clot.run.search_results import Searched
-from missionc.backends.clot.schedule.draft import Begun
+from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.base.trace import Array
 from missionc.ir import Mission
@@ -35,7 +35,7 @@ def run_algorithm_2(
     kernel: Kernel,
     graph: Kernel,
     preset: Preset,
-    begun: Begun,
+    begun: WarmStart,
     geodesics: Geodesics,
     generator: np.random.Generator,
     budget: Budget,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.backends.api import Attempt, Fault
+from missionc.backends.api import Attempt, Violation
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.run.search_results import Searched
 from missionc.ir import Mission
@@ -34,13 +34,16 @@ def failure_statement(best: Attempt | None, furthest: Searched | None, mission: 
     if best is None:
         return "no candidate was finished"
     wrong = [
-        *(Fault(f"`{each.name}`", each.agents, each.step or 0, each.robustness, each.unit) for each in best.violated),
+        *(
+            Violation(f"`{each.name}`", each.agents, each.step or 0, each.robustness, each.unit)
+            for each in best.violated
+        ),
         *best.worst_faults(),
     ]
     return f"the best candidate fails {'; '.join(_text(fault, mission) for fault in wrong)}"
 
 
-def _text(fault: Fault, mission: Mission) -> str:
+def _text(fault: Violation, mission: Mission) -> str:
     who = " and ".join(fault.agents[:2])
     by = f" by {fault.short}" if fault.short else ""
     return f"{fault.what}{f' of {who}' if who else ''} at {fault.step * mission.step:g} s{by}"

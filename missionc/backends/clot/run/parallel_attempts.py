@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol, TypeAlias
 
-from missionc.backends.api import Attempt, Budget, Snapshot, forget, ignore
+from missionc.backends.api import Attempt, Budget, Snapshot, discard_snapshot, ignore
 from missionc.backends.clot.run.child_processes import Say, children
 from missionc.backends.clot.run.run_state import Candidate, Nearest, Reached, State, from_snapshot, to_snapshot
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
-from missionc.base.signals import asked, hold
+from missionc.base.signals import defer_stop, stop_requested
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
@@ -83,11 +83,11 @@ def run_parallel_attempts(
             yield each
 
     with children(min(run.options.processes, len(numbers)), partial(_make, run, attempt), run.budget.listen) as workers:
-        for place, answer in workers.answers(drawn(), asked):
+        for place, answer in workers.answers(drawn(), stop_requested):
             state = from_snapshot(answer.state, run.mission, run.graph)
             made[numbers[place]] = answer, state
             if state.reached is not None and numbers[place] <= last:
-                hold()
+                defer_stop()
                 last = numbers[place]
                 run.spare = last, state.reached
             while number in made:
@@ -106,7 +106,7 @@ def run_parallel_attempts(
 def _make(run: Run, attempt: MakeAttempt, number: int, say: Say) -> AttemptResult:
     """In the child."""
     run.best, run.late, run.account = None, False, Account()
-    run.budget = replace(run.budget, listen=ignore if run.budget.listen is ignore else say, keep=forget)
+    run.budget = replace(run.budget, listen=ignore if run.budget.listen is ignore else say, keep=discard_snapshot)
     run.account.sizes["attempts"] = number + 1
     reached = attempt(number)
     best = run.best

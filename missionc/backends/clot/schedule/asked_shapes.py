@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from missionc.backends.clot.schedule.attendance import Attendance
 from missionc.backends.clot.schedule.gather_team import can_be_gathered
+from missionc.backends.clot.schedule.presence import PresenceConstraints
 from missionc.backends.clot.schedule.tasks import Hold, Outline
 from missionc.ir import Predicate
 from missionc.ir.kernel.nodes import Atom, Node
 from missionc.ir.kernel.walk import graph_of, postorder
 
 
-def tied_agents(outline: Outline, company: Attendance, *, links: bool = True) -> frozenset[int]:
+def tied_agents(outline: Outline, company: PresenceConstraints, *, links: bool = True) -> frozenset[int]:
     """The agents of whom a formation or links are asked for, at any time, and who always has to be near one of them.
 
     Args:

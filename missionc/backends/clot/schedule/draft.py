@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.joint_waypoints import joint_waypoints
 from missionc.backends.clot.schedule.key_frame import KeyFrame
-from missionc.backends.clot.schedule.key_frames import key_frames
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tours import tours
@@ -22,7 +22,7 @@ ASIDE = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Begun:
+class WarmStart:
     """Where planning begins: a schedule, its key frames, and a joint motion, (agents, steps + 1, dim), metres.
 
     ``number`` is of the attempt that made the schedule.
@@ -42,7 +42,7 @@ def draft(
     generator: np.random.Generator,
     noise: float,
     go_on: Callable[[], bool],
-) -> Begun:
+) -> WarmStart:
     """What follows from a scheduler.
 
     Args:
@@ -56,8 +56,8 @@ def draft(
     if loose:
         frames, motion = tours(mission, schedule, scheduler.goals, geodesics, generator)
         if not scheduler.tied:
-            return Begun(number, schedule, frames, motion)
+            return WarmStart(number, schedule, frames, motion)
         toured = {agent: motion[agent] for agent in sorted(loose)}
-    key = key_frames(mission, schedule, scheduler, geodesics, generator, go_on, toured)
+    key = joint_waypoints(mission, schedule, scheduler, geodesics, generator, go_on, toured)
     first = sketch(mission, schedule, key, geodesics, generator, ASIDE if noise else 0.0, toured)
-    return Begun(number, schedule, key, first)
+    return WarmStart(number, schedule, key, first)

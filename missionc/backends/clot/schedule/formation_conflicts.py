@@ -12,13 +12,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from missionc.backends.clot.schedule.attendance import Attendance
 from missionc.backends.clot.schedule.goal_sets import GoalSets
+from missionc.backends.clot.schedule.presence import PresenceConstraints
 from missionc.base.trace import Array
 from missionc.ir import FormationEdge, Predicate
 
 
-def is_denied(shape: Predicate, come: Attendance, shapes: Iterable[Predicate], goals: GoalSets) -> bool:
+def is_denied(shape: Predicate, come: PresenceConstraints, shapes: Iterable[Predicate], goals: GoalSets) -> bool:
     """Whether agents cannot be in a formation while they are where they come to, and in these other formations."""
     formation = shape.formation
     assert formation is not None

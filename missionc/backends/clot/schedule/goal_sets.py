@@ -65,7 +65,7 @@ class GoalSet:
 
 
 @dataclass(slots=True)
-class Roaming:
+class FreeCells:
     """Where agents of one size may be: ``cells``, (grid,), the ways between them, and the nearest of them, (grid,).
 
     ``slowness``: how many times as long as at top speed a metre takes there, (grid,); None for 1 everywhere.
@@ -90,7 +90,7 @@ class GoalSets:
         self.kept = [tuple(each) for each in kept]
         self._low: list[float] = geodesics.low.tolist()
         self.places = geodesics.points.reshape(-1, mission.dimension)
-        self._roaming: dict[object, Roaming] = {}
+        self._roaming: dict[object, FreeCells] = {}
         self._sets: dict[object, GoalSet | None] = {}
         self._apart: dict[object, float] = {}
         self._met: dict[object, tuple[Array, Array]] = {}
@@ -243,7 +243,7 @@ class GoalSets:
                 parted[number] = middle + aside / max(length, 1e-9) * min(max(needed, within / 2), max(length, needed))
         return parted
 
-    def roaming(self, agent: int) -> Roaming:
+    def roaming(self, agent: int) -> FreeCells:
         """Where an agent may be, by its size and by what it has to keep to."""
         key = self._kind(agent)
         if key not in self._roaming:
@@ -264,7 +264,7 @@ class GoalSets:
             outside = ~cells.reshape(self.grid.shape)
             nearest = ndimage.distance_transform_edt(outside, return_distances=False, return_indices=True)
             flat = np.ravel_multi_index(tuple(nearest), self.grid.shape).ravel()
-            self._roaming[key] = Roaming(cells, moves, flat, slower)
+            self._roaming[key] = FreeCells(cells, moves, flat, slower)
         return self._roaming[key]
 
     def margin(self, agent: int, nodes: Sequence[Node], points: Array) -> Array | None:

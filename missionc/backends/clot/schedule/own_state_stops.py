@@ -25,8 +25,8 @@ import numpy as np
 from missionc.backends.clot.cost_graph.cost_graph import signed_predicate
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
-from missionc.backends.clot.schedule.attendance import reads_past
-from missionc.backends.clot.schedule.draft import Begun
+from missionc.backends.clot.schedule.draft import WarmStart
+from missionc.backends.clot.schedule.presence import reads_past
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option
 from missionc.backends.clot.schedule.visits import Appointment, Key
@@ -54,7 +54,7 @@ SHARES = 1.0, 0.5, 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lack:
+class UnmetResource:
     """The first thing asked of an agent's own state that fails: what is asked, and at which step."""
 
     leaf: Node
@@ -67,8 +67,8 @@ class _Draft:
     """A first motion, the scheduler that it came of, and what it lacks, by agent."""
 
     scheduler: Scheduler
-    begun: Begun
-    lacks: dict[int, Lack]
+    begun: WarmStart
+    lacks: dict[int, UnmetResource]
 
     def visits(self, agent: int) -> list[Appointment]:
         """The visits about an agent in the order of time."""
@@ -100,10 +100,10 @@ def with_stops(
     mission: Mission,
     graph: Kernel,
     scheduler: Scheduler,
-    begin: Callable[[Scheduler], Begun],
+    begin: Callable[[Scheduler], WarmStart],
     number: int,
     go_on: Callable[[], bool],
-) -> Begun:
+) -> WarmStart:
     """What an attempt begins with, with stops for as long as these get somebody further.
 
     Args:
@@ -119,7 +119,7 @@ def with_stops(
 
     tasks, tries = len(scheduler.outline.tasks), iter(range(TRIES))
 
-    def made(scheduler: Scheduler, begun: Begun) -> _Draft:
+    def made(scheduler: Scheduler, begun: WarmStart) -> _Draft:
         stops = tuple(
             At(hold.agent, Always(hold.node, each.step, min(each.step + hold.high, mission.steps)))
             for each in begun.schedule.appointments
@@ -156,24 +156,26 @@ def _most(mission: Mission, leaf: Node) -> float:
     return max(abs(weight) * resource.capacity for weight, resource in levels) / predicate.scale(mission.dimension)
 
 
-def _lacks(mission: Mission, roots: tuple[Node, ...], allowed: Mapping[Node, float], begun: Begun) -> dict[int, Lack]:
+def _lacks(
+    mission: Mission, roots: tuple[Node, ...], allowed: Mapping[Node, float], begun: WarmStart
+) -> dict[int, UnmetResource]:
     """The first thing that fails of what is asked of each agent's own state; of agents of whom nothing does, none."""
     made = splines(mission)
     states = made.states(made.through(begun.motion))
     demand = Demand.of(mission, roots, begun.schedule.choices, mission.steps)
-    found: dict[int, Lack] = {}
+    found: dict[int, UnmetResource] = {}
     for leaf, mask in demand.failing(allowed, *states).items():
         for agent in np.flatnonzero(mask.any(axis=1)).tolist():
             step = int(mask[agent].argmax())
             if agent not in found or step < found[agent].step:
-                found[agent] = Lack(leaf, agent, step)
+                found[agent] = UnmetResource(leaf, agent, step)
     return found
 
 
 def _mended(
     mission: Mission,
     draft: _Draft,
-    lack: Lack,
+    lack: UnmetResource,
     tasks: int,
     made: Callable[[Scheduler], _Draft],
     go_on: Callable[[], bool],
@@ -213,7 +215,7 @@ def _gaps(visits: list[Appointment], step: int) -> Iterator[tuple[Key | None, Ke
         yield keys[number], keys[number + 1]
 
 
-def _stops(mission: Mission, lack: Lack, motion: Array) -> Iterator[tuple[Option, ...]]:
+def _stops(mission: Mission, lack: UnmetResource, motion: Array) -> Iterator[tuple[Option, ...]]:
     """Stays that may mend it, the longest first; of those as long, one for each region.
 
     Args:
@@ -233,7 +235,7 @@ def _stops(mission: Mission, lack: Lack, motion: Array) -> Iterator[tuple[Option
 
 
 def _fills(
-    mission: Mission, predicate: Predicate, holds: bool, lack: Lack, motion: Array
+    mission: Mission, predicate: Predicate, holds: bool, lack: UnmetResource, motion: Array
 ) -> Iterator[tuple[Region, int]]:
     """Regions that fill what a comparison needs more of, and the steps in which they fill all of it."""
     for weight, feature in predicate.terms if isinstance(predicate, Compare) else ():

@@ -22,7 +22,6 @@ from itertools import combinations
 import numpy as np
 
 from missionc.backends.clot.schedule.asked_shapes import formations, shapes, tied_agents
-from missionc.backends.clot.schedule.attendance import NOBODY, Attendance, attendance, implied
 from missionc.backends.clot.schedule.formation_conflicts import is_denied
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.goal_sets import GoalSets
@@ -37,6 +36,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
 from missionc.backends.clot.schedule.pauses import pause
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.places import Places
+from missionc.backends.clot.schedule.presence import NOBODY, PresenceConstraints, attendance, implied
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option, Outline, Task
 from missionc.backends.clot.schedule.timetable import (
     LATE,
@@ -325,7 +325,7 @@ class Scheduler(Timetable):
         made = schedule_of(self.outline, appointments, options, run.late, self.mission.steps)
         return replace(made, company=self.company, escorts=tuple(self._escorts(options)))
 
-    def _accompanied(self, come: Attendance) -> Attendance:
+    def _accompanied(self, come: PresenceConstraints) -> PresenceConstraints:
         """With those who stay near one who comes all the time, each of them near one other."""
         whose = {agent for agent, _ in come.goals}
         pairs = [pair for pair in self.company.meetings if len(pair.agents) == 2 and not whose.isdisjoint(pair.agents)]

@@ -11,10 +11,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
+from missionc.backends.clot.schedule.avoid_moving_obstacles import avoid_moving_obstacles
+from missionc.backends.clot.schedule.deconflict_space_time import deconflict_space_time
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
-from missionc.backends.clot.schedule.give_way import give_way
 from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame
-from missionc.backends.clot.schedule.pass_movers import pass_movers
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Box, Mission
@@ -62,7 +62,7 @@ def sketch(
         if detour:
             alone = [team[0] for team in teams if len(team) == 1 and team[0] not in later.routes]
             both = slice(earlier.step, later.step + 1)
-            position[:, both] = give_way(mission, position[:, both], earlier.step, alone, geodesics)
+            position[:, both] = deconflict_space_time(mission, position[:, both], earlier.step, alone, geodesics)
     return position
 
 
@@ -124,7 +124,7 @@ class _Teams:
         # What moves or grows has no way round that a map of standing obstacles could show.
         time = _times(mission, earlier, later)
         if self.movers and not other_way:
-            past = pass_movers(mission, team, around, time, middle, goal, geodesics)
+            past = avoid_moving_obstacles(mission, team, around, time, middle, goal, geodesics)
             if past is not None:
                 by: Array = past + around
                 return by

@@ -9,7 +9,6 @@ from math import ceil
 
 import numpy as np
 
-from missionc.backends.clot.schedule.attendance import Attendance
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
 from missionc.backends.clot.schedule.mutex_literals import (
@@ -20,6 +19,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
     mutex_seconds,
 )
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
+from missionc.backends.clot.schedule.presence import PresenceConstraints
 from missionc.backends.clot.schedule.tasks import Option
 from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Run, Visit
 from missionc.base.trace import Array
@@ -227,7 +227,7 @@ class Timetable:
         return Leg(since[agent], stays + seconds, stays + soonest, stays + latest)
 
     def _ways(
-        self, come: Attendance, where: Array, free: Array, begin: float, later: Sequence[Visit]
+        self, come: PresenceConstraints, where: Array, free: Array, begin: float, later: Sequence[Visit]
     ) -> Iterator[tuple[Place, float]]:
         """Who goes where for it, and how far that is: metres.
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from missionc.backends.clot.optimise.active_set import Choices
-from missionc.backends.clot.schedule.attendance import NOBODY, Attendance, Meeting
 from missionc.backends.clot.schedule.goal_sets import GoalSet
 from missionc.backends.clot.schedule.mutex_literals import (
     TimedLiterals,
 )
+from missionc.backends.clot.schedule.presence import NOBODY, Meeting, PresenceConstraints
 from missionc.backends.clot.schedule.tasks import Decision, Event, Hold, Option, Outline
 from missionc.base.trace import Array
 from missionc.ir import Predicate, Region
@@ -31,7 +31,7 @@ class Visit:
 
     key: Key
     event: Event
-    come: Attendance
+    come: PresenceConstraints
     regions: tuple[tuple[int, Region], ...]
     shapes: tuple[Predicate, ...]
     lasts: int
@@ -93,7 +93,7 @@ class Schedule:
     decisions: tuple[Decision, ...]
     choices: Choices
     late: float
-    company: Attendance = NOBODY
+    company: PresenceConstraints = NOBODY
     escorts: tuple[Escort, ...] = ()
 
 

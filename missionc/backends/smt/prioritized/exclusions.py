@@ -16,8 +16,8 @@ from functools import reduce
 import numpy as np
 
 from missionc.backends.smt.prioritized.reservations import Reservations
+from missionc.backends.smt.roadmap.agent_local import own_states, states_of
 from missionc.backends.smt.roadmap.labels import Labels
-from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
 from missionc.ir.kernel.conjuncts import Conjunct
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Node

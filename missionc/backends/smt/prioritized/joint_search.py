@@ -23,10 +23,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from missionc.backends.smt.prioritized.label_setting import FAR, Mover
 from missionc.backends.smt.prioritized.progression import Residual, TooComplex
 from missionc.backends.smt.prioritized.reservations import ReservationTable, within
 from missionc.backends.smt.prioritized.single_agent_search import HASTE
-from missionc.backends.smt.prioritized.single_agent_sweep import FAR, Mover
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Flags
 from missionc.geometry.relative_motion import closest_approach
@@ -48,7 +48,7 @@ NO_WAY = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Untimed:
+class ProductGraph:
     """What one agent may do at some time or other. A *spot* is a relaxed residual and a state.
 
     Args:
@@ -65,7 +65,7 @@ class Untimed:
     ends: Flags
 
     @classmethod
-    def of(cls, mover: Mover) -> Untimed:
+    def of(cls, mover: Mover) -> ProductGraph:
         task, states = mover.task, len(mover.task.finish)
         begin = task.relaxation.of(task.begin)
         phases: dict[Residual, int] = {begin: 0}
@@ -118,7 +118,7 @@ class JointSearch:
             )
             for one, other in self._pairs
         }
-        self._untimed = [Untimed.of(mover) for mover in movers]
+        self._untimed = [ProductGraph.of(mover) for mover in movers]
         self._spots = [len(each.ends) for each in self._untimed]
         self._to_go = self._distances()
         """Metres that all have to go at least, by their spots, (joint spots,); infinite where there is no way."""

@@ -36,28 +36,28 @@ class Open:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class NextResidual:
     """A formula that is asked at the next step."""
 
     node: Node
 
 
 @dataclass(frozen=True, slots=True)
-class Some:
+class EventuallyResidual:
     """A formula at some step from the next on."""
 
     node: Node
 
 
 @dataclass(frozen=True, slots=True)
-class Each:
+class AlwaysResidual:
     """A formula at each step from the next on."""
 
     node: Node
 
 
 @dataclass(frozen=True, slots=True)
-class Ever:
+class UntilResidual:
     """An ``until`` whose end may be at any step from the next on."""
 
     node: UntilNode
@@ -71,7 +71,7 @@ class Joined:
     parts: frozenset[Residual]
 
 
-Residual: TypeAlias = "bool | Open | Joined | Asked | Some | Each | Ever"
+Residual: TypeAlias = "bool | Open | Joined | NextResidual | EventuallyResidual | AlwaysResidual | UntilResidual"
 """``Open`` is of a progression, ``Some``, ``Each`` and ``Ever`` are of a relaxation."""
 
 Letter: TypeAlias = "tuple[bool, ...]"
@@ -162,7 +162,7 @@ class Progression:
 
     def begin(self, formulas: Sequence[Node]) -> Residual:
         """What is to be kept before the first step."""
-        return meet(map(Asked, formulas))
+        return meet(map(NextResidual, formulas))
 
     def after(self, residual: Residual, step: int, letter: Letter) -> Residual:
         """What is left of it after a step. After the last it is True or False."""
@@ -177,7 +177,7 @@ class Progression:
                 return residual
             case Joined(count, parts):
                 return _combined(count, [self.after(part, step, letter) for part in parts])
-            case Asked(node):
+            case NextResidual(node):
                 return self._asked(node, step, letter)
             case Open(node, first, last):
                 return self._open(node, first, last, step, letter)
@@ -256,10 +256,10 @@ class Relaxation:
                 return _combined(count, [self.of(part) for part in parts])
             case Open(WindowNode(body) as node, first, last):
                 if not node.every or first:
-                    return Some(body)
-                return Each(body) if last == self.last else Asked(body)
+                    return EventuallyResidual(body)
+                return AlwaysResidual(body) if last == self.last else NextResidual(body)
             case Open(UntilNode() as node):
-                return True if node.every else Ever(node)
+                return True if node.every else UntilResidual(node)
             case _:
                 return residual
 
@@ -278,13 +278,13 @@ class Relaxation:
         match residual:
             case Joined(count, parts):
                 return _combined(count, [self._after(part, letter, last=last) for part in parts])
-            case Asked(node):
+            case NextResidual(node):
                 return self._asked(node, letter, last=last)
-            case Some(node):
+            case EventuallyResidual(node):
                 return join((self._asked(node, letter, last=last), not last and residual))
-            case Each(node):
+            case AlwaysResidual(node):
                 return meet((self._asked(node, letter, last=last), last or residual))
-            case Ever(node):
+            case UntilResidual(node):
                 return self._until(node, letter, last=last)
             case _:
                 return residual
@@ -302,10 +302,10 @@ class Relaxation:
             case WindowNode(body, low, high) if low == 0 or last:
                 now = self._asked(body, letter, last=last)
                 if node.every:
-                    return meet((now, Each(body))) if high is None and not last else now
-                return join((now, not last and Some(body)))
+                    return meet((now, AlwaysResidual(body))) if high is None and not last else now
+                return join((now, not last and EventuallyResidual(body)))
             case WindowNode(body):
-                return Some(body)
+                return EventuallyResidual(body)
             case UntilNode() if not node.every:
                 return self._until(node, letter, last=last)
             case _:
@@ -313,4 +313,4 @@ class Relaxation:
 
     def _until(self, node: UntilNode, letter: Letter, *, last: bool) -> Residual:
         now = self._asked(node.end, letter, last=last)
-        return now if last else join((now, meet((self._asked(node.hold, letter, last=last), Ever(node)))))
+        return now if last else join((now, meet((self._asked(node.hold, letter, last=last), UntilResidual(node)))))

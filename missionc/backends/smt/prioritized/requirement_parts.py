@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.backends.smt.prioritized.exclusions import Exclusion
+from missionc.backends.smt.roadmap.agent_local import own_states, states_of
 from missionc.backends.smt.roadmap.labels import Labels
-from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
 from missionc.ir.kernel.analysis import helped_by_more
 from missionc.ir.kernel.conjuncts import conjuncts

@@ -27,8 +27,8 @@ from missionc.backends.smt.encode.lower_motion import lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.prioritized.distance_to_go import DistanceToGo
 from missionc.backends.smt.prioritized.exclusions import Exclusion, may_be
+from missionc.backends.smt.prioritized.label_setting import PUSH, WORK, Mover, Sweep, Task, _letters, _Signature
 from missionc.backends.smt.prioritized.metric_routes_beside import holds_beside, is_measured
-from missionc.backends.smt.prioritized.own_memory import OwnMemory
 from missionc.backends.smt.prioritized.progression import (
     Progression,
     Relaxation,
@@ -36,10 +36,10 @@ from missionc.backends.smt.prioritized.progression import (
     TooComplex,
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
-from missionc.backends.smt.prioritized.single_agent_sweep import PUSH, WORK, Mover, Sweep, Task, _letters, _Signature
+from missionc.backends.smt.prioritized.resource_labels import OwnMemory
 from missionc.backends.smt.refine.problem import LINKS
+from missionc.backends.smt.roadmap.agent_local import own_states, states_of
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
-from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Flags
 from missionc.ir.kernel.analysis import helped_by_more

@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from typing import Protocol, TypeVar
 
-from missionc.base.signals import asked
+from missionc.base.signals import stop_requested
 
 PATIENCE = 0.1
 """Seconds between two looks at whether someone has asked to end."""
@@ -36,4 +36,4 @@ def wait(streams: Sequence[Stream], deadline: float) -> list[Stream]:
 
 def is_over(deadline: float) -> bool:
     """Whether time is up, or someone has asked to end."""
-    return asked() or time.monotonic() >= deadline
+    return stop_requested() or time.monotonic() >= deadline

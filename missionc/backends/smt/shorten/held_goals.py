@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from missionc.backends.smt.encode.lower_motion import Motion
+from missionc.backends.smt.roadmap.agent_local import own_states, states_of
 from missionc.backends.smt.roadmap.labels import Labels
-from missionc.backends.smt.roadmap.own_state import own_states, states_of
 from missionc.base.trace import Flags
 from missionc.ir import Graph, Mission, Predicate
 from missionc.ir.kernel.analysis import about_whom, linked_by, reads_lengths, steps_ahead

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from missionc.backends.api import Progress, open_ended
+from missionc.backends.api import Progress, no_bound
 from missionc.backends.smt.encode.lower import deep
 from missionc.backends.smt.refine.conflict_limit import effort
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
@@ -23,7 +23,7 @@ def improve(
     kernel: Kernel,
     literals: tuple[int, ...],
     search: LazyConstraints,
-    enough: Callable[[float], float] = open_ended,
+    enough: Callable[[float], float] = no_bound,
 ) -> JointMotion:
     """The same plan or one that is better; what was and was not reached is noted.
 

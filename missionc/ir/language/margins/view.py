@@ -61,7 +61,7 @@ class View:
     def apart(self, first: int | None, second: int) -> Array:
         return distance_between(self.xp, self.own() if first is None else self.place(first), self.place(second))
 
-    def amiss(self, edge: FormationEdge) -> Array:
+    def formation_error(self, edge: FormationEdge) -> Array:
         return edge_error(self.xp, edge, self.place(edge.first), self.place(edge.second))
 
     def level(self, resource: Resource) -> Array:

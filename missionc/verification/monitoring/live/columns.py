@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.base.trace import Array
-from missionc.verification.monitoring.live.asked_steps import Asked
 from missionc.verification.monitoring.live.atom_bounds import Cells, Indices
+from missionc.verification.monitoring.live.needed_steps import StepRange
 
 
 class Columns:
@@ -15,7 +15,7 @@ class Columns:
     Amortised, a step costs as much as the columns that are written in it, however long the mission.
     """
 
-    def __init__(self, asked: Asked, rows: int) -> None:
+    def __init__(self, asked: StepRange, rows: int) -> None:
         self.asked, self.rows = asked, rows
         self.origin, self.now = asked.first, -1
         self.values = np.empty((4, rows, 0))

@@ -37,10 +37,10 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
 from missionc.ir.kernel import nodes as k
 from missionc.ir.kernel.walk import bottom_up, children, graph_of, looks_back, rebuilt, same_objects, window_of
-from missionc.verification.monitoring.live.asked_steps import asked_steps, reaches_start
 from missionc.verification.monitoring.live.atom_bounds import AtomBounds, Cells, Indices, cells_after
 from missionc.verification.monitoring.live.bounds import LEAST, LEASTS, MOST, MOSTS, denied, of_measure
 from missionc.verification.monitoring.live.columns import Columns
+from missionc.verification.monitoring.live.needed_steps import needed_steps, reaches_start
 from missionc.verification.monitoring.live.spatial import GraphHistory, Where, lengths_in_metres, neighbour, reach
 from missionc.verification.monitoring.live.team_state import TeamState
 from missionc.verification.monitoring.live.verdicts import Standing, Verdict
@@ -289,7 +289,7 @@ class LiveJudge:
         self.mission, self.last, self.agents = mission, int(mission.steps), len(mission.agents)
         self.goals = tuple(replace(goal, formula=looking_back(goal.formula, self.last)) for goal in kernel.goals)
         self.now = -1
-        self.asked = asked_steps((goal.formula for goal in self.goals), self.last)
+        self.asked = needed_steps((goal.formula for goal in self.goals), self.last)
         self.columns: dict[k.Node, Columns] = {}
         self.operators: dict[k.Node, Window | UntilWindow | PastWindow | Parts] = {}
         self.histories: dict[object, GraphHistory] = {}

@@ -10,15 +10,15 @@ import time
 from dataclasses import replace
 from typing import Protocol
 
-from missionc.backends.api import Budget, forget
+from missionc.backends.api import Budget, discard_snapshot
 from missionc.backends.options import Options
 from missionc.base.diagnostics.code import NEEDS_MORE_TIME, NOT_FLYABLE
-from missionc.base.signals import asked
+from missionc.base.signals import stop_requested
 from missionc.base.units import Seconds
 from missionc.compiler.front_end import Checked
 from missionc.compiler.incumbent import noted
 from missionc.compiler.plan_with_margin import FASTER
-from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Verified
 from missionc.ir.lower.tighten import with_flyable_speeds
 
 LEAST_TIME, TIMES = Seconds(10.0), 3.0
@@ -37,7 +37,7 @@ class PlanAgain(Protocol):
     def __call__(self, checked: Checked, options: Options, budget: Budget, *, calm: float) -> Compiled: ...
 
 
-def plan_calmly(
+def plan_with_time_scaling(
     first: Compiled, checked: Checked, plan_again: PlanAgain, options: Options, budget: Budget, began: float
 ) -> tuple[Compiled, float]:
     """The first plan, or a slower one where that cannot be flown and this one can; and at which share of the speeds.
@@ -54,13 +54,13 @@ def plan_calmly(
     until = min(budget.deadline, now + max(LEAST_TIME, TIMES * (now - began)))
     for calm in CALM:
         now = time.monotonic()
-        if asked() or now >= until:
+        if stop_requested() or now >= until:
             break
-        more = replace(budget, deadline=now + (until - now) / 2, keep=forget, resume=None)
+        more = replace(budget, deadline=now + (until - now) / 2, keep=discard_snapshot, resume=None)
         retry = plan_again(checked, options, more, calm=calm)
         if isinstance(retry.outcome, Verified):
             return noted(retry, f"the first plan cannot be flown; this one can, at {calm:g} of the top speeds"), calm
-        if not isinstance(retry.outcome, Refused):
+        if not isinstance(retry.outcome, InvalidMission):
             break  # who is slower still is nowhere in time either
     return first, 1.0
 
@@ -68,7 +68,7 @@ def plan_calmly(
 def _hurried(compiled: Compiled) -> bool:
     """Whether a plan has somebody faster than vehicles fly plans at most."""
     mission, outcome = compiled.checked.mission, compiled.outcome
-    if mission is None or not isinstance(outcome, Refused) or outcome.plan is None:
+    if mission is None or not isinstance(outcome, InvalidMission) or outcome.plan is None:
         return False
     position, step = outcome.plan.position, float(mission.step)
     fastest = (((position[:, 1:] - position[:, :-1]) ** 2).sum(axis=-1) ** 0.5).max(axis=1) / step
@@ -83,4 +83,4 @@ def _hurried(compiled: Compiled) -> bool:
 def _unflyable(compiled: Compiled) -> bool:
     """Whether there is a plan, and no flight of it."""
     codes = {finding.code for finding in compiled.findings}
-    return isinstance(compiled.outcome, Refused) and bool(codes & {NEEDS_MORE_TIME, NOT_FLYABLE})
+    return isinstance(compiled.outcome, InvalidMission) and bool(codes & {NEEDS_MORE_TIME, NOT_FLYABLE})

@@ -12,8 +12,8 @@ pytest.importorskip("torch")
 
 from missionc.backends.api import Budget, Planned
 from missionc.backends.clot.backend import BACKEND
+from missionc.backends.clot.schedule.avoid_moving_obstacles import avoid_moving_obstacles
 from missionc.backends.clot.schedule.geodesics import Geodesics
-from missionc.backends.clot.schedule.pass_movers import pass_movers
 from missionc.backends.options import Options
 from missionc.base.trace import Array
 from missionc.geometry.displacement import displaced
@@ -39,7 +39,7 @@ def past(text: str) -> tuple[Mission, Array | None]:
     mission, _ = checked(text)
     times: Array = np.arange(1, mission.steps + 1) * float(mission.step)
     around = np.repeat(np.array([[[0.0, -0.3]], [[0.0, 0.3]]]), len(times), axis=1)
-    middle = pass_movers(mission, [0, 1], around, times, START, END, Geodesics(mission))
+    middle = avoid_moving_obstacles(mission, [0, 1], around, times, START, END, Geodesics(mission))
     return mission, None if middle is None else middle + around
 
 

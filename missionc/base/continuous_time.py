@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 
-class Throughout(Enum):
+class ContinuousTime(Enum):
     """What is asked of requirements between the steps, beside what they mean, which the steps say."""
 
     AT_STEPS = "at-steps"

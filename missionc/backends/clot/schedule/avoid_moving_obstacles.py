@@ -39,7 +39,7 @@ ROOM = 0.05
 """Metres of room beyond what bodies need."""
 
 
-def pass_movers(
+def avoid_moving_obstacles(
     mission: Mission, team: list[int], around: Array, times: Array, start: Array, end: Array, geodesics: Geodesics
 ) -> Array | None:
     """Where a team's middle is at each step, (steps, dim), metres.

@@ -24,12 +24,12 @@ from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.schedule.attendance import agents_of
-from missionc.backends.clot.schedule.first_guesses import ROOM, FirstGuesses, Guess
 from missionc.backends.clot.schedule.follow_leader import length, parted
 from missionc.backends.clot.schedule.gather_team import tree_of
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
+from missionc.backends.clot.schedule.initial_configurations import ROOM, FirstGuesses, Guess
 from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame, Routes
+from missionc.backends.clot.schedule.presence import agents_of
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Hold
 from missionc.backends.clot.schedule.visits import Appointment, Schedule, Visit
@@ -49,7 +49,7 @@ PITCHES = 0.95, 0.75
 """How far apart relays are put, of what their graph bridges."""
 
 
-def key_frames(
+def joint_waypoints(
     mission: Mission,
     schedule: Schedule,
     scheduler: Scheduler,

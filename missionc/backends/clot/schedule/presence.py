@@ -46,7 +46,7 @@ class Meeting:
 
 
 @dataclass(frozen=True, slots=True)
-class Some:
+class CardinalityGoal:
     """So many of these goals are to be reached, each an agent's."""
 
     count: int
@@ -54,13 +54,13 @@ class Some:
 
 
 @dataclass(frozen=True, slots=True)
-class Attendance:
+class PresenceConstraints:
     """``goals``: what each agent's own place has to make true. ``apart``: pairs and the least distance between them,
     metres."""
 
     goals: tuple[tuple[int, tuple[Node, ...]], ...] = ()
     meetings: tuple[Meeting, ...] = ()
-    some: tuple[Some, ...] = ()
+    some: tuple[CardinalityGoal, ...] = ()
     apart: tuple[tuple[int, int, float], ...] = ()
 
     @property
@@ -78,14 +78,14 @@ class Attendance:
         return bool(self.goals or self.meetings or self.some)
 
 
-NOBODY = Attendance()
+NOBODY = PresenceConstraints()
 
 
-def attendance(mission: Mission, holds: Iterable[Hold]) -> Attendance:
+def attendance(mission: Mission, holds: Iterable[Hold]) -> PresenceConstraints:
     """Who has to be where for these to hold, as far as places decide that."""
     goals: dict[int, list[Node]] = {}
     pairs: dict[tuple[int, int], float] = {}
-    some: list[Some] = []
+    some: list[CardinalityGoal] = []
     apart: list[tuple[int, int, float]] = []
     for hold in holds:
         for agent, node in conjuncts(hold.agent, hold.node) if hold.timeless else ():
@@ -102,7 +102,7 @@ def attendance(mission: Mission, holds: Iterable[Hold]) -> Attendance:
             elif isinstance(node, AtLeast | Any):
                 some.extend(_some(mission, agent, node))
     fixed = tuple((agent, tuple(nodes)) for agent, nodes in goals.items())
-    return Attendance(fixed, tuple(_meetings(pairs)), tuple(some), tuple(apart))
+    return PresenceConstraints(fixed, tuple(_meetings(pairs)), tuple(some), tuple(apart))
 
 
 def implied(holds: Iterable[Hold], always: Iterable[Hold]) -> Iterator[Hold]:
@@ -155,7 +155,7 @@ def _bare(node: Node) -> Node:
     return node
 
 
-def _some(mission: Mission, agent: int, node: AtLeast | Any) -> Iterator[Some]:
+def _some(mission: Mission, agent: int, node: AtLeast | Any) -> Iterator[CardinalityGoal]:
     goals: list[tuple[int, tuple[Node, ...]]] = []
     for part in node.parts:
         come = attendance(mission, (Hold(agent, part, 0, 0, True),))
@@ -164,7 +164,7 @@ def _some(mission: Mission, agent: int, node: AtLeast | Any) -> Iterator[Some]:
         goals.extend(come.goals)
     count = node.count if isinstance(node, AtLeast) else 1
     if len({whose for whose, _ in goals}) == len(goals):
-        yield Some(count, tuple(goals))
+        yield CardinalityGoal(count, tuple(goals))
 
 
 def _pair(mission: Mission, agent: int, node: Node) -> tuple[int, int, float, float] | None:

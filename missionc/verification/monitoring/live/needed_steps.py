@@ -15,7 +15,7 @@ from missionc.ir.kernel.walk import asked_between, asks, looks_back, postorder
 
 
 @dataclass(slots=True)
-class Asked:
+class StepRange:
     """
     Args:
         first, last: the steps between which the formula is asked.
@@ -34,7 +34,7 @@ class Asked:
         return self.first == self.last
 
 
-def asked_steps(roots: Iterable[Node], last: int) -> dict[Node, Asked]:
+def needed_steps(roots: Iterable[Node], last: int) -> dict[Node, StepRange]:
     """When every formula below the roots is asked, which are asked at step 0 themselves; operands first.
 
     Args:
@@ -44,10 +44,10 @@ def asked_steps(roots: Iterable[Node], last: int) -> dict[Node, Asked]:
     order = postorder(roots)
     ahead = steps_ahead(roots, to_end=last)
     between = asked_between(roots, last)
-    found: dict[Node, Asked] = {}
+    found: dict[Node, StepRange] = {}
     for node in order:
         first, final = between.get(node, (0, 0))
-        found[node] = Asked(min(first, last), min(final, last), min(ahead[node], last))
+        found[node] = StepRange(min(first, last), min(final, last), min(ahead[node], last))
     for node in order:
         furthest = max((found[ask.node].ahead for ask in asks(node)), default=0)
         for ask in asks(node):
@@ -56,12 +56,12 @@ def asked_steps(roots: Iterable[Node], last: int) -> dict[Node, Asked]:
     return found
 
 
-def reaches_start(node: WindowNode | UntilNode, asked: Asked) -> bool:
+def reaches_start(node: WindowNode | UntilNode, asked: StepRange) -> bool:
     """Whether a window that looks back begins at step 0 wherever it is asked, and goes on from step to step."""
     return -node.low >= asked.last and (isinstance(node, WindowNode) or node.high == 0)
 
 
-def _read_back(node: Node, asked: Asked, below: int) -> int:
+def _read_back(node: Node, asked: StepRange, below: int) -> int:
     """How many steps before the present one a formula reads of operands that look up to ``below`` steps ahead."""
     if isinstance(node, WindowNode | UntilNode):
         if not looks_back(node):

@@ -1,7 +1,7 @@
 """Initial guesses of the trajectory optimiser: the schedule and first motion that each of its attempts begins with.
 
     in   Outline, the number of an attempt
-    out  Begun
+    out  WarmStart
 
 Who is tied to others, by a formation or by links, is put into key frames with them; everybody else makes a tour.
 Links may also be kept by those who go each on a tour of their own. The first attempt begins with tours where these
@@ -18,7 +18,7 @@ import numpy as np
 
 from missionc.backends.clot.optimise.control_points import control_after, splines, trace
 from missionc.backends.clot.schedule.asked_shapes import reads_links, tied_agents
-from missionc.backends.clot.schedule.draft import Begun, draft
+from missionc.backends.clot.schedule.draft import WarmStart, draft
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.own_state_stops import with_stops
 from missionc.backends.clot.schedule.schedule import Scheduler
@@ -37,7 +37,7 @@ APART_EVERY = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Beginnings:
+class InitialGuesses:
     """What attempts at a mission begin with.
 
     Args:
@@ -55,7 +55,7 @@ class Beginnings:
     in_time: Callable[[], bool]
     made: Callable[[], None]
 
-    def begun(self, number: int, drawn: np.random.Generator) -> Begun:
+    def begun(self, number: int, drawn: np.random.Generator) -> WarmStart:
         """The beginning of the attempt of a number; the generator is that of the attempt, unused."""
         scheduler = Scheduler(self.mission, self.asked, self.geodesics, drawn)
         left_out = len(scheduler.numbers) < len(self.asked.tasks)
@@ -68,12 +68,12 @@ class Beginnings:
                 return begun
         return self.with_stops(number, scheduler)
 
-    def with_stops(self, number: int, scheduler: Scheduler) -> Begun:
+    def with_stops(self, number: int, scheduler: Scheduler) -> WarmStart:
         """What follows from a scheduler, with stops for what agents are to have left and to have done."""
         generator = scheduler.generator
         drawn = generator.bit_generator.state
 
-        def begin(scheduler: Scheduler) -> Begun:
+        def begin(scheduler: Scheduler) -> WarmStart:
             generator.bit_generator.state = drawn
             self.made()
             noise = NOISE if number else 0.0

@@ -16,7 +16,7 @@ from missionc.ir.kernel.nodes import All, Always, Any, Atom, Eventually, Is, Nod
 from missionc.ir.kernel.normal_form import truth
 
 
-class NamesSince:
+class SymbolMap:
     """The second mission's names for what the first one speaks of; regions and beacons go by their names.
 
     Args:

@@ -13,20 +13,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.backends.smt.prioritized.own_memory import Carried, OwnMemory
 from missionc.backends.smt.prioritized.progression import (
-    Asked,
-    Each,
-    Ever,
+    AlwaysResidual,
+    EventuallyResidual,
     Joined,
     Letter,
+    NextResidual,
     Progression,
     Relaxation,
     Residual,
-    Some,
     TooComplex,
+    UntilResidual,
 )
 from missionc.backends.smt.prioritized.reservations import ReservationTable
+from missionc.backends.smt.prioritized.resource_labels import Carried, OwnMemory
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.trace import Array, Flags
@@ -322,7 +322,7 @@ class _Signature:
         match residual:
             case Joined(count, parts):
                 return count, frozenset(map(self.of, parts))
-            case Asked(node) | Some(node) | Each(node) | Ever(node):
+            case NextResidual(node) | EventuallyResidual(node) | AlwaysResidual(node) | UntilResidual(node):
                 return type(residual), self._of(node)
             case _:
                 return residual

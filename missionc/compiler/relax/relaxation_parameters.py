@@ -13,7 +13,7 @@ DOUBLINGS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Knob:
+class RelaxationParameter:
     """Edits of one kind, the larger the later.
 
     Args:
@@ -34,7 +34,7 @@ def notch(value: float) -> float:
     return float(10 ** (math.floor(math.log10(abs(value))) - 1)) if value else 0.1
 
 
-def more(spot: Spot, name: str, most: float = math.inf) -> Knob:
+def more(spot: Spot, name: str, most: float = math.inf) -> RelaxationParameter:
     """The number grows, to four times its size or up to ``most``, in its own unit.
 
     Args:
@@ -45,20 +45,20 @@ def more(spot: Spot, name: str, most: float = math.inf) -> Knob:
     return _moved(spot, name, by, max(0, math.floor(room / by + 1e-9)))
 
 
-def less(spot: Spot, name: str, least: float = 0.0) -> Knob:
+def less(spot: Spot, name: str, least: float = 0.0) -> RelaxationParameter:
     """The number shrinks, down to ``least``, in its own unit."""
     by = notch(spot.value)
     return _moved(spot, name, -by, max(0, math.floor((spot.value - least) / by + 1e-9)))
 
 
-def whole(spot: Spot, name: str, most: int, by: int = 1) -> Knob:
+def whole(spot: Spot, name: str, most: int, by: int = 1) -> RelaxationParameter:
     """A whole number that grows, or shrinks where ``by`` is -1, one by one and ``most`` times."""
-    return Knob(_put(spot, name, by), 1 / max(1.0, abs(spot.value)), 1, most)
+    return RelaxationParameter(_put(spot, name, by), 1 / max(1.0, abs(spot.value)), 1, most)
 
 
-def _moved(spot: Spot, name: str, by: float, most: int) -> Knob:
+def _moved(spot: Spot, name: str, by: float, most: int) -> RelaxationParameter:
     size = abs(by) / (abs(spot.value) or 1.0)
-    return Knob(_put(spot, name, by), size, min(most, max(1, round(1 / size))), most)
+    return RelaxationParameter(_put(spot, name, by), size, min(most, max(1, round(1 / size))), most)
 
 
 def _put(spot: Spot, name: str, by: float) -> Callable[[int], Edit]:

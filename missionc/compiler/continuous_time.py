@@ -13,18 +13,18 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Protocol
 
-from missionc.backends.api import Backend, Budget, forget
+from missionc.backends.api import Backend, Budget, discard_snapshot
 from missionc.backends.load import load_repair, plans_on_roadmaps
 from missionc.backends.offers import is_published
 from missionc.backends.options import Options
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.code import NOT_TOLERATED
-from missionc.base.signals import asked
-from missionc.base.throughout import Throughout
+from missionc.base.signals import stop_requested
 from missionc.base.units import Metres, Seconds
 from missionc.compiler import no_plan
 from missionc.compiler.front_end import Checked
 from missionc.compiler.incumbent import noted
-from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Verified
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.lower.tighten import tightened_alone
@@ -44,7 +44,7 @@ class PlanAgain(Protocol):
     ) -> Compiled: ...
 
 
-class Whom(Enum):
+class StrengthenedSet(Enum):
     """Which requirements are strengthened."""
 
     NONE = "none"
@@ -62,7 +62,7 @@ class Attempt:
     plan.
     """
 
-    lasting: Whom
+    lasting: StrengthenedSet
     share: float
     seed: int
     others: bool = False
@@ -70,38 +70,38 @@ class Attempt:
 
 
 REPAIRS = (
-    Attempt(Whom.NONE, 1 / 64, 0, repaired=True),
-    Attempt(Whom.FAILING, 0.0, 0, repaired=True),
-    Attempt(Whom.FAILING, 1 / 64, 0, repaired=True),
-    Attempt(Whom.NONE, 1 / 16, 0, repaired=True),
+    Attempt(StrengthenedSet.NONE, 1 / 64, 0, repaired=True),
+    Attempt(StrengthenedSet.FAILING, 0.0, 0, repaired=True),
+    Attempt(StrengthenedSet.FAILING, 1 / 64, 0, repaired=True),
+    Attempt(StrengthenedSet.NONE, 1 / 16, 0, repaired=True),
 )
 """In turn, before anything is planned anew: each is a polish of the first plan."""
 
 ON_ROADMAPS = (
-    Attempt(Whom.FAILING, 0.0, 0),
-    Attempt(Whom.FAILING, 0.0, 1),
-    Attempt(Whom.ALL, 0.0, 0),
-    Attempt(Whom.NONE, 1 / 32, 0),
-    Attempt(Whom.FAILING, 1 / 64, 1),
-    Attempt(Whom.FAILING, 0.0, 2, others=True),
-    Attempt(Whom.NONE, 1 / 16, 1),
-    Attempt(Whom.FAILING, 1 / 16, 3),
-    Attempt(Whom.NONE, 1 / 4, 3),
+    Attempt(StrengthenedSet.FAILING, 0.0, 0),
+    Attempt(StrengthenedSet.FAILING, 0.0, 1),
+    Attempt(StrengthenedSet.ALL, 0.0, 0),
+    Attempt(StrengthenedSet.NONE, 1 / 32, 0),
+    Attempt(StrengthenedSet.FAILING, 1 / 64, 1),
+    Attempt(StrengthenedSet.FAILING, 0.0, 2, others=True),
+    Attempt(StrengthenedSet.NONE, 1 / 16, 1),
+    Attempt(StrengthenedSet.FAILING, 1 / 16, 3),
+    Attempt(StrengthenedSet.NONE, 1 / 4, 3),
 )
 """In turn, after a plan from a roadmap, whose places are few: who leaves one as another comes."""
 
 IN_SPACE = (
-    Attempt(Whom.NONE, 1 / 16, 0),
-    Attempt(Whom.ALL, 0.0, 0),
-    Attempt(Whom.FAILING, 1 / 16, 1),
-    Attempt(Whom.NONE, 1 / 8, 1, others=True),
-    Attempt(Whom.ALL, 1 / 16, 2),
-    Attempt(Whom.FAILING, 0.0, 2, others=True),
-    Attempt(Whom.NONE, 1 / 4, 3),
+    Attempt(StrengthenedSet.NONE, 1 / 16, 0),
+    Attempt(StrengthenedSet.ALL, 0.0, 0),
+    Attempt(StrengthenedSet.FAILING, 1 / 16, 1),
+    Attempt(StrengthenedSet.NONE, 1 / 8, 1, others=True),
+    Attempt(StrengthenedSet.ALL, 1 / 16, 2),
+    Attempt(StrengthenedSet.FAILING, 0.0, 2, others=True),
+    Attempt(StrengthenedSet.NONE, 1 / 4, 3),
 )
 """Likewise, after one that moves in continuous space, and fails by a little."""
 
-SEEDS = tuple(Attempt(Whom.NONE, 0.0, seed, others=seed % 2 == 0) for seed in range(1, 8))
+SEEDS = tuple(Attempt(StrengthenedSet.NONE, 0.0, seed, others=seed % 2 == 0) for seed in range(1, 8))
 """Where it is delays that a plan does not tolerate."""
 
 
@@ -117,26 +117,26 @@ BETWEEN = Short("hold between its steps", "holds throughout")
 DELAYS = Short("tolerate the delays", "tolerates the delays, which says nothing about whether there is one")
 
 
-def falls_short(compiled: Compiled, throughout: Throughout) -> Short | None:
+def falls_short(compiled: Compiled, throughout: ContinuousTime) -> Short | None:
     """What a plan is short of that keeps everything at the steps, with everybody on time."""
     if isinstance(compiled.outcome, Verified):
-        wanted = throughout is not Throughout.AT_STEPS
+        wanted = throughout is not ContinuousTime.AT_STEPS
         return BETWEEN if wanted and compiled.outcome.certificate.at_steps_alone else None
     return DELAYS if any(each.code is NOT_TOLERATED for each in compiled.findings) else None
 
 
-def acceptable(verified: Verified, throughout: Throughout) -> bool:
+def acceptable(verified: Verified, throughout: ContinuousTime) -> bool:
     """Whether a verified plan may be given out as it is, should no better one be found."""
-    return throughout is not Throughout.REQUIRED or not verified.certificate.at_steps_alone
+    return throughout is not ContinuousTime.REQUIRED or not verified.certificate.at_steps_alone
 
 
-def plan_throughout(
+def plan_in_continuous_time(
     first: Compiled,
     checked: Checked,
     plan_again: PlanAgain,
     options: Options,
     budget: Budget,
-    throughout: Throughout,
+    throughout: ContinuousTime,
     began: float,
 ) -> Compiled:
     """The first plan of a checked mission, or a further one where it falls short and that one does not.
@@ -148,7 +148,7 @@ def plan_throughout(
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     if short is None or mission is None or kernel is None or choice is None:
         return first
-    engine = "" if isinstance(first.outcome, Refused) else first.outcome.report.engine or choice.backend
+    engine = "" if isinstance(first.outcome, InvalidMission) else first.outcome.report.engine or choice.backend
     others = replace(choice, engines=tuple(name for name in choice.engines if name != engine) or choice.engines)
     same = replace(choice, engines=(engine,))
     found = first.outcome if isinstance(first.outcome, Verified) else None
@@ -157,7 +157,7 @@ def plan_throughout(
     failing, tried = _failing(first), 1
     published = is_published(choice.engines, options)
     for attempt in () if published else _attempts(short, engine, repair):
-        if asked() or time.monotonic() >= limited.deadline:
+        if stop_requested() or time.monotonic() >= limited.deadline:
             break
         asked_for = _strengthened(mission, kernel, failing, attempt) if short is BETWEEN else None
         by = replace(checked, choice=same if attempt.repaired else others if attempt.others else choice)
@@ -183,10 +183,10 @@ def _failing(compiled: Compiled) -> frozenset[str]:
     return frozenset(each.requirement for each in compiled.outcome.certificate.at_steps_alone)
 
 
-def _limited(first: Compiled, budget: Budget, throughout: Throughout, began: float) -> Budget:
+def _limited(first: Compiled, budget: Budget, throughout: ContinuousTime, began: float) -> Budget:
     """What further plans may take: all that is left where one is required, little where it is wanted."""
-    quiet = replace(budget, keep=forget, resume=None)
-    if not isinstance(first.outcome, Verified) or throughout is not Throughout.WANTED:
+    quiet = replace(budget, keep=discard_snapshot, resume=None)
+    if not isinstance(first.outcome, Verified) or throughout is not ContinuousTime.WANTED:
         return quiet
     now = time.monotonic()
     until = min(budget.deadline, now + max(LEAST_TIME, TIMES * (now - began)))
@@ -213,11 +213,13 @@ def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: 
     furthest = mission.step * max(agent.dynamics.top_speed for agent in mission.agents)
     tighter = tightened_alone(kernel, failing, Metres(attempt.share * furthest))
     every = frozenset(goal.name for goal in kernel.requirements)
-    names = {Whom.NONE: frozenset[str](), Whom.FAILING: failing, Whom.ALL: every}[attempt.lasting]
+    names = {StrengthenedSet.NONE: frozenset[str](), StrengthenedSet.FAILING: failing, StrengthenedSet.ALL: every}[
+        attempt.lasting
+    ]
     return hold_throughout(mission, tighter, names)
 
 
-def _fallen_short(first: Compiled, short: Short, throughout: Throughout, note: str) -> Compiled:
+def _fallen_short(first: Compiled, short: Short, throughout: ContinuousTime, note: str) -> Compiled:
     """The first plan as it is given out, where no further one did better."""
     outcome, mission = first.outcome, first.checked.mission
     if not isinstance(outcome, Verified) or mission is None:
@@ -225,8 +227,8 @@ def _fallen_short(first: Compiled, short: Short, throughout: Throughout, note: s
             replace(each, notes=(*each.notes, note)) if each.code is NOT_TOLERATED else each for each in first.findings
         )
         return replace(first, findings=tuple(late))
-    if throughout is Throughout.REQUIRED:
+    if throughout is ContinuousTime.REQUIRED:
         refused = no_plan.not_between(mission, outcome.certificate)
         with_note = (replace(each, notes=(*each.notes, note)) for each in refused)
-        return replace(first, outcome=Refused(), findings=(*first.checked.findings, *with_note))
+        return replace(first, outcome=InvalidMission(), findings=(*first.checked.findings, *with_note))
     return noted(first, note)

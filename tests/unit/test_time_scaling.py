@@ -18,8 +18,8 @@ from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds
 from missionc.compiler import driver, plan_with_margin
 from missionc.compiler.front_end import Checked
-from missionc.compiler.plan_calmly import CALM, plan_calmly
-from missionc.compiler.results import Compiled, Refused, Verified
+from missionc.compiler.results import Compiled, InvalidMission, Verified
+from missionc.compiler.time_scaling import CALM, plan_with_time_scaling
 from missionc.ir import Mission
 from missionc.ir.lower.flyable_steps import CRUISE
 from missionc.ir.lower.tighten import with_flyable_speeds
@@ -44,16 +44,18 @@ def planned() -> Compiled:
 
 def refused(finding: code.Code) -> Compiled:
     checked = driver.check(Source("small.mission", SMALL))
-    return Compiled(checked, Refused(), (Diagnostic(finding, "too much", None),), ())
+    return Compiled(checked, InvalidMission(), (Diagnostic(finding, "too much", None),), ())
 
 
-NONE = Refused()
+NONE = InvalidMission()
 
 
 class Again:
     """Plans at some shares of the speeds, and takes notes of what it is asked for."""
 
-    def __init__(self, planned: Compiled, can: Callable[[float], bool], else_: Refused | NotFound = NONE) -> None:
+    def __init__(
+        self, planned: Compiled, can: Callable[[float], bool], else_: InvalidMission | NotFound = NONE
+    ) -> None:
         self.planned, self.can, self.else_ = planned, can, else_
         self.asked: list[float] = []
 
@@ -68,7 +70,7 @@ def calmly(
     first: Compiled, again: Again, options: Options | None = None, left: float = 600.0
 ) -> tuple[Compiled, float]:
     now = time.monotonic()
-    return plan_calmly(first, first.checked, again, options or Options(), Budget(now + left, seed=7), now)
+    return plan_with_time_scaling(first, first.checked, again, options or Options(), Budget(now + left, seed=7), now)
 
 
 @pytest.mark.parametrize("finding", [code.NEEDS_MORE_TIME, code.NOT_FLYABLE])
@@ -99,7 +101,7 @@ def test_a_plan_faster_than_vehicles_fly_is_not_looked_for_slower_since_that_has
         place = np.minimum(np.arange(31.0) * speed, 12.0)
         position = np.array([[2.0, 3.0], [2.0, 7.0]])[:, None] + place[:, None] * np.array([1.0, 0.0])
         plan = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros(position.shape[:2]))
-        first = Compiled(checked, Refused(plan), (Diagnostic(code.NEEDS_MORE_TIME, "too much", None),), ())
+        first = Compiled(checked, InvalidMission(plan), (Diagnostic(code.NEEDS_MORE_TIME, "too much", None),), ())
         again = Again(planned, lambda calm: False)
         assert calmly(first, again) == (first, 1.0)
         assert again.asked == asked

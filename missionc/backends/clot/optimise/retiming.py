@@ -58,7 +58,7 @@ ROUNDING = 1e-9
 """Metres."""
 
 
-def stand_still(
+def retime(
     control: Array,
     made: Trace,
     demand: Demand,

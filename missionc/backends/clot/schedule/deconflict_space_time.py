@@ -43,7 +43,9 @@ ROOM = 0.05
 Indices = NDArray[np.int64]
 
 
-def give_way(mission: Mission, position: Array, begin: int, alone: Sequence[int], geodesics: Geodesics) -> Array:
+def deconflict_space_time(
+    mission: Mission, position: Array, begin: int, alone: Sequence[int], geodesics: Geodesics
+) -> Array:
     """The motion with those who go alone out of each other's way: (agents, steps + 1, dim), metres.
 
     Args:

@@ -16,7 +16,7 @@ from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.path_nodes import Nodes, path_nodes
 from missionc.backends.clot.optimise.path_velocity import SPEEDS, Bounds, path_velocity
 from missionc.backends.clot.optimise.pursuit import pursued
-from missionc.backends.clot.optimise.stand_still import stand_still
+from missionc.backends.clot.optimise.retiming import retime
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
@@ -57,7 +57,7 @@ def calmed(text: str, ways: list[Array]) -> tuple[Mission, Kernel, Trace, Trace]
         return motion if attempt(mission, kernel, motion).is_plan else None
 
     costs = Costs(mission, made, Weights(), spare(mission))
-    return mission, kernel, plan, stand_still(control, plan, demand, costs, accept)[1]
+    return mission, kernel, plan, retime(control, plan, demand, costs, accept)[1]
 
 
 def speeds(motion: Trace, agent: int) -> Array:

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.run.begin import Beginnings
+from missionc.backends.clot.run.initial_guesses import InitialGuesses
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.tasks import Event, outline
 from missionc.base.source import Source
@@ -38,13 +38,13 @@ ROW = "formation row = line of ranger spacing 3 m tolerance 1 m\nrequire row: ev
 WIDE, NARROW = (HUTS.replace("RANGE", each) for each in ("75 m", "20 m"))
 
 
-def beginnings(text: str) -> Beginnings:
+def beginnings(text: str) -> InitialGuesses:
     checked = check(Source("a.mission", text), backend="clot")
     assert checked.mission is not None
     assert isinstance(checked.kernel, Kernel)
     mission, graph = checked.mission, build(checked.kernel)
     asked = outline(graph, mission.steps)
-    return Beginnings(mission, checked.kernel, graph, asked, Geodesics(mission), lambda: True, lambda: None)
+    return InitialGuesses(mission, checked.kernel, graph, asked, Geodesics(mission), lambda: True, lambda: None)
 
 
 def motion(text: str, number: int) -> np.ndarray:
