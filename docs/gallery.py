@@ -17,9 +17,9 @@ from pathlib import Path
 
 from missionc import ir
 from missionc.backends.api import Budget
-from missionc.backends.options import Options
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.compiler import driver
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Verified
 from missionc.ir.language.walk_formulas import bottom_up, goals
 from missionc.output.plot.plot import plot
@@ -158,7 +158,7 @@ def shows(mission: ir.Mission) -> Iterator[str]:
 def picture(path: Path, seed: int = 0) -> bytes | str:
     """The plan of a mission as a small PNG; or why there is none."""
     checked = driver.check(path)
-    compiled = driver.plan(checked, Options(), Budget(time.monotonic() + SECONDS, seed=seed))
+    compiled = driver.plan(checked, PlanRequest(Budget(time.monotonic() + SECONDS, seed=seed)))
     if checked.mission is None or not isinstance(compiled.outcome, Verified):
         return "; ".join(finding.message for finding in compiled.findings)
     plan = compiled.outcome.plan

@@ -28,6 +28,7 @@ from missionc.cli.progress import shown
 from missionc.compiler import driver
 from missionc.compiler.checkpoints import KeptRun
 from missionc.compiler.front_end import Checked
+from missionc.compiler.plan_request import NO_EXPLANATION, PlanRequest
 from missionc.compiler.results import Compiled, InvalidMission, Unverified, Verified
 from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 
@@ -53,7 +54,7 @@ class CompileRequest:
     seed: int = 0
     time_limit: Seconds = driver.DEFAULT_TIME_LIMIT
     memory_limit: int = driver.DEFAULT_MEMORY_LIMIT
-    explain_limit: Seconds = driver.NO_EXPLANATION
+    explain_limit: Seconds = NO_EXPLANATION
     throughout: ContinuousTime = ContinuousTime.WANTED
     alternatives: int = 1
     """How many plans are wanted that differ."""
@@ -86,6 +87,17 @@ class CompileRequest:
         """When time is up, on the clock of ``time.monotonic``: counted from now where nothing began before."""
         return (time.monotonic() if self.began is None else self.began) + self.time_limit
 
+    def plan_request(self, budget: Budget) -> PlanRequest:
+        """The request for a plan, without checkpoints and output folder."""
+        return PlanRequest(
+            budget,
+            self.options,
+            exports=self.exports,
+            continuous_time=self.throughout,
+            explain_limit=self.explain_limit,
+            alternatives=self.alternatives,
+        )
+
     @property
     def writes(self) -> bool:
         """Whether a folder is to be written: stages that are printed take its place, unless both are asked for."""
@@ -112,7 +124,8 @@ def run_request(request: CompileRequest) -> CompileResult:
     silent = request.quiet or bool(request.wanted)
     lines = [] if silent else summary.compiled_lines(compiled, answer.output, seconds, request.verbose)
     lines += summary.timing_lines(compiled.seconds) if request.timings else []
-    texts = emit_stages.of_compiled(compiled, request.wanted, request.seed)
+    asked = request.plan_request(Budget(deadline, seed=request.seed))
+    texts = emit_stages.of_compiled(compiled, request.wanted, asked)
     document = summary.compiled_document(compiled, answer.output, texts)
     say(compiled.findings, [*_stage_lines(texts), *lines], request.form, document)
     return answer
@@ -179,17 +192,8 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
     if isinstance(checkpoints, Diagnostic):
         return _refused(Compiled(checked, InvalidMission(), checked.findings, checked.seconds), checkpoints)
     output = PlanFolder(folder, request.force)
-    compiled = driver.plan(
-        checked,
-        request.options,
-        budget,
-        checkpoints,
-        request.exports,
-        request.throughout,
-        request.explain_limit,
-        request.alternatives,
-        output.write,
-    )
+    asked = replace(request.plan_request(budget), checkpoints=checkpoints, secure=output.write)
+    compiled = driver.plan(checked, asked)
     answer = _answer(request, compiled, output)
     if kept_run.wrong:
         findings = (*answer.compiled.findings, kept_run.wrong)

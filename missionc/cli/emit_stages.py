@@ -8,6 +8,7 @@ from missionc.base.limits import Limits
 from missionc.cli.summary import tried_lines
 from missionc.compiler.front_end import Checked
 from missionc.compiler.graphs import first_roadmaps, planned_on
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Compiled, InvalidMission, Verified
 from missionc.frontend.checks.check_horizons import show_horizons
 from missionc.frontend.resolve.show_ir import show_ir
@@ -17,8 +18,8 @@ from missionc.ir.language.operator import TooLarge
 from missionc.ir.lower.unroll_past import looking_ahead
 
 
-def of_checked(checked: Checked, stages: tuple[str, ...], seed: int = 0) -> list[tuple[str, str]]:
-    """The stages before planning, as far as the mission came: name and text; ``seed`` is that of the roadmap."""
+def of_checked(checked: Checked, stages: tuple[str, ...], request: PlanRequest) -> list[tuple[str, str]]:
+    """The stages before planning, as far as the mission came: name and text."""
     texts: dict[str, str] = {}
     if checked.program:
         texts["ast"] = show_program(checked.program)
@@ -36,17 +37,23 @@ def of_checked(checked: Checked, stages: tuple[str, ...], seed: int = 0) -> list
             if not isinstance(ahead, TooLarge):
                 texts["cost-graph"] = show_cost_graph(build(ahead), checked.mission)
         if "roadmap" in stages:
-            built = first_roadmaps(checked, seed)
+            built = first_roadmaps(checked, request.budget.seed)
             texts["roadmap"] = f"{built.message}\n" if isinstance(built, Diagnostic) else show_roadmaps(built)
     if checked.choice:
         texts["backend"] = checked.choice.explanation + "\n"
+    if checked.choice and checked.ok and "strategy" in stages:
+        from missionc.compiler.strategy import show_strategy
+
+        texts["strategy"] = show_strategy(checked, request)
     return [(stage, texts[stage]) for stage in stages if stage in texts]
 
 
-def of_compiled(compiled: Compiled, stages: tuple[str, ...], seed: int = 0) -> list[tuple[str, str]]:
+def of_compiled(compiled: Compiled, stages: tuple[str, ...], request: PlanRequest) -> list[tuple[str, str]]:
     """All stages that came to be: name and text; the roadmap is that which the plan was found on, if it was on one."""
     outcome, planned = compiled.outcome, planned_on(compiled)
-    texts = dict(of_checked(compiled.checked, tuple(each for each in stages if each != "roadmap" or not planned), seed))
+    texts = dict(
+        of_checked(compiled.checked, tuple(each for each in stages if each != "roadmap" or not planned), request)
+    )
     if planned:
         texts["roadmap"] = show_roadmaps(planned)
     if isinstance(outcome, Verified):

@@ -15,13 +15,11 @@ from missionc.backends.run_account import Account
 from missionc.base.proven import COVER, TOURS, Proven
 from missionc.base.signals import stop_requested
 from missionc.base.trace import Trace
+from missionc.compiler.strategy import BOUND
 from missionc.frontend.checks.lower_bounds import UNITS, beside, least_by_tours
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.lower.unroll_past import looking_ahead
-
-WORK, SHARE = 3.0, 0.25
-"""Units of ``work`` that covers may take for a bound, and the share of the time left."""
 
 
 @dataclass(slots=True, eq=False)
@@ -66,8 +64,8 @@ class BoundSide:
         now = time.monotonic()
         if not isinstance(ahead, Kernel) or now >= self.budget.deadline or stop_requested():
             return least
-        until = now + SHARE * (self.budget.deadline - now)
-        short = replace(self.budget, deadline=until, work=WORK, keep=discard_snapshot, resume=None)
+        until = now + BOUND.time * (self.budget.deadline - now)
+        short = replace(self.budget, deadline=until, work=BOUND.work, keep=discard_snapshot, resume=None)
         try:
             return least_duration(self.mission, ahead, least, lasts, short, Account(), self.options.solver)
         except MemoryError:

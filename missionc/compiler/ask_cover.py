@@ -15,17 +15,12 @@ from missionc.backends import api
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import run_to_end
+from missionc.compiler.strategy import COVERS
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
 if TYPE_CHECKING:
     from missionc.backends.cover.refute import Answer
-
-LITTLE, WORK, SHARE = 1.1, 6.0, 0.5
-"""Units of ``work`` that covers may take at first, and once a search has failed; and the share of the time left."""
-
-SEARCHED = (2.0, LITTLE), (20.0, WORK)
-"""Units of work after which covers are asked about a search that goes on, and how many they may take then."""
 
 
 @dataclass(slots=True, eq=False)
@@ -56,7 +51,7 @@ class CoverSide:
 
         if self.asked < work:
             now = time.monotonic()
-            until = now + SHARE * max(0.0, self.budget.deadline - now)
+            until = now + COVERS.time * max(0.0, self.budget.deadline - now)
             budget = replace(
                 self.budget, deadline=until, work=self.account.work + work, keep=api.discard_snapshot, resume=None
             )
@@ -81,14 +76,14 @@ class CoverSide:
             return budget.found(plan)
 
         meanwhile = (
-            () if self.options.captures else [(units, partial(self._meanwhile, work)) for units, work in SEARCHED]
+            () if self.options.captures else [(units, partial(self._meanwhile, work)) for units, work in COVERS.during]
         )
         turns = backend.turns(mission, kernel, self.options, replace(budget, found=found))
         outcome = run_to_end(turns, budget, meanwhile)
         no_room = isinstance(outcome, api.NotFound) and outcome.reason is api.Reason.MEMORY
         if isinstance(outcome, api.Planned) or self.planned or no_room:
             return outcome
-        refused = self.refusal(WORK, outcome.report)
+        refused = self.refusal(COVERS.failed, outcome.report)
         if refused is not None:
             return refused
         notes = (str(self.answer),) if isinstance(outcome, api.Impossible) else ()

@@ -1,6 +1,6 @@
 """Planning of requirements that hold between the steps too: what fails there is asked for anew, with what was learnt.
 
-in   the first Compiled, how to plan again, Options, Budget
+in   the first Compiled, how to plan again, PlanRequest
 out  Compiled: the first plan that holds throughout; else the first of all, refused where it has to
 says MC710
 """
@@ -8,101 +8,25 @@ says MC710
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence, Set
+from collections.abc import Callable, Set
 from dataclasses import dataclass, replace
-from enum import Enum
-from typing import Protocol
 
-from missionc.backends.api import Backend, Budget, discard_snapshot
-from missionc.backends.load import load_repair, plans_on_roadmaps
+from missionc.backends.api import Budget, discard_snapshot
+from missionc.backends.load import load_repair
 from missionc.backends.offers import is_published
-from missionc.backends.options import Options
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.code import NOT_TOLERATED
 from missionc.base.signals import stop_requested
-from missionc.base.units import Metres, Seconds
+from missionc.base.units import Metres
 from missionc.compiler import no_plan
 from missionc.compiler.front_end import Checked
 from missionc.compiler.incumbent import noted
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Compiled, InvalidMission, Verified
+from missionc.compiler.strategy import CONTINUOUS_TIME, Attempt, StrengthenedSet, attempts
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.lower.tighten import tightened_alone
-
-LEAST_TIME, TIMES = Seconds(5.0), 3.0
-"""Seconds for further plans that are wanted, and need not be; or so many times what the first one took."""
-
-LEAST_WORK = 16.0
-"""Units of ``work`` for each of them, or so many ``TIMES`` what the first one took."""
-
-
-class PlanAgain(Protocol):
-    """Plans once more, for another kernel where one is given, and by the repair of a motion where there is one."""
-
-    def __call__(
-        self, checked: Checked, options: Options, budget: Budget, *, asked_for: Kernel | None, only: Backend | None
-    ) -> Compiled: ...
-
-
-class StrengthenedSet(Enum):
-    """Which requirements are strengthened."""
-
-    NONE = "none"
-    FAILING = "those that failed between the steps of a plan"
-    ALL = "all"
-
-
-@dataclass(frozen=True, slots=True)
-class Attempt:
-    """One way to ask again.
-
-    ``repaired``: whether it begins at the first plan, and not anew. ``lasting``: whose parts have to last from step to
-    step (``hold_throughout``). ``share`` of how far the fastest agent goes in a step, the margin by which those that
-    failed have to hold. ``seed`` is added to that of the run, and ``others`` asks engines that did not have the first
-    plan.
-    """
-
-    lasting: StrengthenedSet
-    share: float
-    seed: int
-    others: bool = False
-    repaired: bool = False
-
-
-REPAIRS = (
-    Attempt(StrengthenedSet.NONE, 1 / 64, 0, repaired=True),
-    Attempt(StrengthenedSet.FAILING, 0.0, 0, repaired=True),
-    Attempt(StrengthenedSet.FAILING, 1 / 64, 0, repaired=True),
-    Attempt(StrengthenedSet.NONE, 1 / 16, 0, repaired=True),
-)
-"""In turn, before anything is planned anew: each is a polish of the first plan."""
-
-ON_ROADMAPS = (
-    Attempt(StrengthenedSet.FAILING, 0.0, 0),
-    Attempt(StrengthenedSet.FAILING, 0.0, 1),
-    Attempt(StrengthenedSet.ALL, 0.0, 0),
-    Attempt(StrengthenedSet.NONE, 1 / 32, 0),
-    Attempt(StrengthenedSet.FAILING, 1 / 64, 1),
-    Attempt(StrengthenedSet.FAILING, 0.0, 2, others=True),
-    Attempt(StrengthenedSet.NONE, 1 / 16, 1),
-    Attempt(StrengthenedSet.FAILING, 1 / 16, 3),
-    Attempt(StrengthenedSet.NONE, 1 / 4, 3),
-)
-"""In turn, after a plan from a roadmap, whose places are few: who leaves one as another comes."""
-
-IN_SPACE = (
-    Attempt(StrengthenedSet.NONE, 1 / 16, 0),
-    Attempt(StrengthenedSet.ALL, 0.0, 0),
-    Attempt(StrengthenedSet.FAILING, 1 / 16, 1),
-    Attempt(StrengthenedSet.NONE, 1 / 8, 1, others=True),
-    Attempt(StrengthenedSet.ALL, 1 / 16, 2),
-    Attempt(StrengthenedSet.FAILING, 0.0, 2, others=True),
-    Attempt(StrengthenedSet.NONE, 1 / 4, 3),
-)
-"""Likewise, after one that moves in continuous space, and fails by a little."""
-
-SEEDS = tuple(Attempt(StrengthenedSet.NONE, 0.0, seed, others=seed % 2 == 0) for seed in range(1, 8))
-"""Where it is delays that a plan does not tolerate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,10 +57,8 @@ def acceptable(verified: Verified, throughout: ContinuousTime) -> bool:
 def plan_in_continuous_time(
     first: Compiled,
     checked: Checked,
-    plan_again: PlanAgain,
-    options: Options,
-    budget: Budget,
-    throughout: ContinuousTime,
+    plan: Callable[[Checked, PlanRequest], Compiled],
+    request: PlanRequest,
     began: float,
 ) -> Compiled:
     """The first plan of a checked mission, or a further one where it falls short and that one does not.
@@ -144,6 +66,7 @@ def plan_in_continuous_time(
     Args:
         began: when the first one was asked for, on the clock of ``time.monotonic``.
     """
+    options, budget, throughout = request.options, request.budget, request.continuous_time
     short = falls_short(first, throughout)
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     if short is None or mission is None or kernel is None or choice is None:
@@ -156,14 +79,14 @@ def plan_in_continuous_time(
     limited = _limited(first, budget, throughout, began)
     failing, tried = _failing(first), 1
     published = is_published(choice.engines, options)
-    for attempt in () if published else _attempts(short, engine, repair):
+    for attempt in () if published else attempts(engine, short is DELAYS, repair is not None):
         if stop_requested() or time.monotonic() >= limited.deadline:
             break
         asked_for = _strengthened(mission, kernel, failing, attempt) if short is BETWEEN else None
         by = replace(checked, choice=same if attempt.repaired else others if attempt.others else choice)
         more = replace(limited, seed=budget.seed + attempt.seed, deadline=_until(limited.deadline))
         near = repair if attempt.repaired else None
-        retry = plan_again(by, options, more, asked_for=asked_for, only=near)
+        retry = plan(by, replace(request, budget=more, kernel=asked_for, backend=near))
         tried += 1
         if isinstance(retry.outcome, Verified) and falls_short(retry, throughout) is None:
             note = f"the first plan does not {short.no}; {'repaired it' if attempt.repaired else 'this one'} does"
@@ -189,21 +112,18 @@ def _limited(first: Compiled, budget: Budget, throughout: ContinuousTime, began:
     if not isinstance(first.outcome, Verified) or throughout is not ContinuousTime.WANTED:
         return quiet
     now = time.monotonic()
-    until = min(budget.deadline, now + max(LEAST_TIME, TIMES * (now - began)))
-    return replace(quiet, deadline=until, work=min(budget.work, max(LEAST_WORK, TIMES * first.outcome.report.work)))
+    until = min(budget.deadline, now + max(CONTINUOUS_TIME.least, CONTINUOUS_TIME.times * (now - began)))
+    return replace(
+        quiet,
+        deadline=until,
+        work=min(budget.work, max(CONTINUOUS_TIME.least_work, CONTINUOUS_TIME.times * first.outcome.report.work)),
+    )
 
 
 def _until(deadline: float) -> float:
     """Half of the time that is left, or all where that is little: one attempt leaves something to the next."""
     now = time.monotonic()
-    return min(deadline, now + max(LEAST_TIME, (deadline - now) / 2))
-
-
-def _attempts(short: Short, engine: str, repair: Backend | None) -> Sequence[Attempt]:
-    if short is DELAYS:
-        return SEEDS
-    anew = ON_ROADMAPS if plans_on_roadmaps(engine) else IN_SPACE
-    return anew if repair is None else (*REPAIRS, *anew)
+    return min(deadline, now + max(CONTINUOUS_TIME.least, (deadline - now) / 2))
 
 
 def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: Attempt) -> Kernel:
@@ -211,7 +131,7 @@ def _strengthened(mission: Mission, kernel: Kernel, failing: Set[str], attempt: 
     from missionc.ir.lower.hold_throughout import hold_throughout
 
     furthest = mission.step * max(agent.dynamics.top_speed for agent in mission.agents)
-    tighter = tightened_alone(kernel, failing, Metres(attempt.share * furthest))
+    tighter = tightened_alone(kernel, failing, Metres(attempt.margin * furthest))
     every = frozenset(goal.name for goal in kernel.requirements)
     names = {StrengthenedSet.NONE: frozenset[str](), StrengthenedSet.FAILING: failing, StrengthenedSet.ALL: every}[
         attempt.lasting

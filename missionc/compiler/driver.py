@@ -41,36 +41,36 @@ from missionc.compiler.check_preset import check_preset
 from missionc.compiler.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.compiler.continuous_time import acceptable, falls_short, plan_in_continuous_time
 from missionc.compiler.front_end import ANY_BACKEND, Checked, Stopwatch, check
-from missionc.compiler.incumbent import CUT_SHORT, Incumbent, cut_short, discard, improved
+from missionc.compiler.incumbent import CUT_SHORT, Incumbent, cut_short, improved
 from missionc.compiler.judge_motion import live_session, monitor
+from missionc.compiler.plan_request import NO_EXPLANATION, PlanRequest
 from missionc.compiler.plan_with_margin import plan_with_margin
 from missionc.compiler.provenance import with_manifest
 from missionc.compiler.results import Compiled, CompileOutcome, InvalidMission, Unverified, Verified
 from missionc.compiler.run_limited import Ended, within
+from missionc.compiler.strategy import SEARCH
 from missionc.compiler.time_scaling import plan_with_time_scaling
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
-
-KEPT_BACK = 0.25
-"""The share kept back from a search that refuses nothing, and so may take all the time: for why it found no plan."""
 
 
 def ask_backend(
     backend: api.Backend,
     mission: Mission,
     kernel: Kernel,
-    options: Options,
+    request: PlanRequest,
     budget: api.Budget,
-    explain_limit: Seconds,
     moment: float,
     incumbent: Incumbent,
-    covers: bool = True,
-    calm: float = 1.0,
+    covers: bool,
 ) -> api.Outcome:
     """A backend's answer; the last plan that it had, if a limit or a defect ended the search for a better one.
 
     Args:
+        budget: what is left of that of the request.
+        moment: when the backend is interrupted, on the clock of ``time.monotonic``.
         incumbent: receives each plan that the search goes on to improve.
+        covers: whether covers are asked as well.
 
     Raises:
         UnusableSnapshot: the run to be resumed cannot be.
@@ -83,9 +83,11 @@ def ask_backend(
         budget.listen(progress)
         incumbent.look()
 
+    explain_limit = request.explain_limit
     until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
     asked_of = replace(budget, deadline=until, listen=listen, found=incumbent.found)
-    work = partial(plan_with_margin, backend, mission, kernel, options, asked_of, covers=covers, calm=calm)
+    search = partial(plan_with_margin, backend, mission, kernel, request.options, asked_of)
+    work = partial(search, covers=covers, speed_fraction=request.speed_fraction)
     try:
         answer = within(moment, work)
     except api.UnusableSnapshot:
@@ -115,11 +117,10 @@ def not_found(ended: Ended, now: api.Progress) -> api.NotFound:
 
 def _to_search(deadline: float, explain_limit: Seconds) -> float:
     """Until when a search goes on that nothing but a plan or the deadline ends: some time is left to explain it."""
-    return deadline - min(explain_limit, KEPT_BACK * max(0.0, deadline - time.monotonic()))
+    return deadline - min(explain_limit, SEARCH.explanation * max(0.0, deadline - time.monotonic()))
 
 
 DEFAULT_TIME_LIMIT = Seconds(600.0)
-NO_EXPLANATION = Seconds(0.0)
 __all__ = [
     "ANY_BACKEND",
     "DEFAULT_MEMORY_LIMIT",
@@ -170,24 +171,19 @@ def compile(
         keep: is given, as the run goes on, the bytes of a checkpoint.
         resume: those of an interrupted run of the same mission, seed and options; it ends as that would have ended.
         exports: names of ``missionc.output.export.formats.FORMATS``, to be written as well.
-        throughout: as for ``plan``.
+        throughout: whether requirements are wanted, or have, to hold between the steps too; where one does not, further
+            plans are asked for (``continuous_time``), without checkpoints.
         explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
-        alternatives: as for ``plan``.
+        alternatives: number of plans that differ from each other; there may be fewer.
     """
     budget = api.Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
     checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle, poses=poses)
     if not isinstance(checked, Checked):
         return checked
-    return plan(
-        checked,
-        options or Options(),
-        budget,
-        Checkpoints(keep, resume),
-        exports,
-        throughout,
-        explain_limit,
-        alternatives,
+    request = PlanRequest(
+        budget, options or Options(), Checkpoints(keep, resume), exports, throughout, explain_limit, alternatives
     )
+    return plan(checked, request)
 
 
 def check_within(
@@ -214,97 +210,59 @@ def check_within(
     return Compiled(unread, outcome, (no_plan.not_found(unread, outcome, None),), ())
 
 
-def plan(
-    checked: Checked,
-    options: Options,
-    budget: api.Budget,
-    checkpoints: Checkpoints | None = None,
-    exports: tuple[str, ...] = (),
-    throughout: ContinuousTime = ContinuousTime.WANTED,
-    explain_limit: Seconds = NO_EXPLANATION,
-    alternatives: int = 1,
-    secure: Callable[[Compiled], object] = discard,
-) -> Compiled:
-    """A verified plan of a checked mission, or what stands in its way.
+def plan(checked: Checked, request: PlanRequest) -> Compiled:
+    """A verified plan of a checked mission, or the reason why there is none; by the stages of ``strategy``.
 
-    A backend is never believed: what it returns is a plan only after ``verify``
-    has passed it, and ``flight`` the polynomials made of it.
-
-    Args:
-        checkpoints: of the run, and of the one that it takes up again.
-        exports: names of forms that the flight is written in as well; one that cannot hold it is among the findings.
-        throughout: whether requirements are wanted, or have, to hold between the steps too; where one does not, further
-            plans are asked for (``continuous_time``), without checkpoints.
-        explain_limit: seconds for ``Compiled.explained``; 0 leaves that out.
-        alternatives: how many plans are wanted that differ from each other; there may be fewer.
-        secure: receives each verified plan as soon as it exists, each one better than the one before. The last of them
-            is the answer, whatever becomes of the steps that follow it.
-
-    Raises:
-        ValueError: several plans are wanted, and slower ones.
+    A backend is never believed: what it returns is a plan only after ``verification`` has passed it, and ``flight`` the
+    polynomials made of it.
     """
-    if alternatives > 1 and options.stretch != 1:
-        raise ValueError("alternatives are planned at the mission's own pace, and cannot be stretched")
     began = time.monotonic()
     engines = checked.choice.engines if checked.choice else ()
-    if checked.mission and engines == ("smt",) and is_published(engines, options):
-        lacking = check_preset(checked.mission, options, alternatives) if checked.ok else []
+    if checked.mission and engines == ("smt",) and is_published(engines, request.options):
+        lacking = check_preset(checked.mission, request.options, request.alternatives) if checked.ok else []
         if lacking:
             return Compiled(checked, InvalidMission(), (*checked.findings, *lacking), checked.seconds)
-        explain_limit = NO_EXPLANATION
+        request = replace(request, explain_limit=NO_EXPLANATION)
+    wanted, secure = request.continuous_time, request.secure
 
     def keep(compiled: Compiled) -> None:
-        if isinstance(compiled.outcome, Verified) and acceptable(compiled.outcome, throughout):
+        if isinstance(compiled.outcome, Verified) and acceptable(compiled.outcome, wanted):
             secure(cut_short(compiled, api.CutShort.UNFINISHED))
 
-    with limited(budget.memory_bytes):
-        first = _plan(checked, options, budget, checkpoints or Checkpoints(), exports, explain_limit, secure=keep)
-        again = partial(_plan, checkpoints=Checkpoints(), exports=exports, explain_limit=NO_EXPLANATION)
-        first, calm = plan_with_time_scaling(first, checked, again, options, budget, began)
-        if falls_short(first, throughout):
+    with limited(request.budget.memory_bytes):
+        first = _plan(checked, replace(request, secure=keep))
+        first, again = plan_with_time_scaling(first, checked, _plan, request.further, began)
+        if falls_short(first, wanted):
             keep(first)
-        plan_again = partial(again, calm=calm)
-        further = partial(plan_in_continuous_time, first, checked, plan_again, options, budget, throughout, began)
+        further = partial(plan_in_continuous_time, first, checked, _plan, again, began)
         first = improved("planning for the time between the samples", first, further)
-        if alternatives == 1 or not isinstance(first.outcome, Verified):
+        if request.alternatives == 1 or not isinstance(first.outcome, Verified):
             return first
         keep(first)
         from missionc.compiler.alternatives.search_alternatives import with_alternatives  # for those who ask for them
 
-        more = partial(with_alternatives, first, alternatives, options, budget, exports, throughout)
+        more = partial(with_alternatives, first, request)
         return improved("planning alternatives", first, more)
 
 
-def plan_by(
-    checked: Checked, backend: api.Backend, options: Options, budget: api.Budget, exports: tuple[str, ...] = ()
-) -> Compiled:
-    """A verified plan of a checked mission by one backend, whichever the mission has chosen; or why there is none."""
-    with limited(budget.memory_bytes):
-        return _plan(checked, options, budget, Checkpoints(), exports, NO_EXPLANATION, only=backend)
+def plan_once(checked: Checked, request: PlanRequest) -> Compiled:
+    """The stages ``search`` and ``verify`` alone, by the engines of the mission or the backend of the request."""
+    with limited(request.budget.memory_bytes):
+        return _plan(checked, request)
 
 
-def _plan(
-    checked: Checked,
-    options: Options,
-    budget: api.Budget,
-    checkpoints: Checkpoints,
-    exports: tuple[str, ...],
-    explain_limit: Seconds,
-    asked_for: Kernel | None = None,
-    only: api.Backend | None = None,
-    calm: float = 1.0,
-    secure: Callable[[Compiled], object] = discard,
-) -> Compiled:
-    """``plan``, once. A plan that does not pass verification ends the engine that found it; the others go on."""
-    first = _plan_by_all(checked, options, budget, checkpoints, exports, explain_limit, asked_for, only, calm, secure)
+def _plan(checked: Checked, request: PlanRequest) -> Compiled:
+    """Search and verify. A plan that does not pass verification ends the engine that found it; the others go on."""
+    first = _plan_by_all(checked, request)
     choice, refused = checked.choice, first.outcome
     if choice is None or not isinstance(refused, Unverified):
         return first
     others = tuple(name for name in choice.engines if name != refused.report.engine)
-    if others in ((), choice.engines) or checkpoints.asked or stop_requested() or time.monotonic() >= budget.deadline:
+    late = stop_requested() or time.monotonic() >= request.budget.deadline
+    if others in ((), choice.engines) or request.checkpoints.asked or late:
         return first
     rest = replace(checked, choice=replace(choice, engines=others))
-    retry = _plan(rest, options, budget, checkpoints, exports, NO_EXPLANATION, asked_for, calm=calm, secure=secure)
+    retry = _plan(rest, replace(request.further, backend=None, secure=request.secure))
     if not isinstance(retry.outcome, Verified):
         return first
     report, planner = retry.outcome.report, retry.outcome.plan.backend
@@ -316,23 +274,12 @@ def _plan(
     return replace(retry, checked=whole, outcome=replace(retry.outcome, report=report))
 
 
-def _plan_by_all(
-    checked: Checked,
-    options: Options,
-    budget: api.Budget,
-    checkpoints: Checkpoints,
-    exports: tuple[str, ...],
-    explain_limit: Seconds,
-    asked_for: Kernel | None,
-    only: api.Backend | None,
-    calm: float,
-    secure: Callable[[Compiled], object],
-) -> Compiled:
-    """``plan``, once, by all engines that were chosen, or by another one.
+def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
+    """Search and verify once, by all engines that were chosen together.
 
-    They are asked for the other kernel, where there is one, and for a plan that is slower, where it is to be ``calm``:
-    that nothing keeps to that is of no interest.
+    For a stronger kernel or slower agents, covers are not asked: that no motion keeps to those is of no interest.
     """
+    options, budget, checkpoints = request.options, request.budget, request.checkpoints
     watch = Stopwatch(list(checked.seconds))
 
     def ended(outcome: CompileOutcome, *findings: Diagnostic, checked: Checked = checked) -> Compiled:
@@ -341,7 +288,7 @@ def _plan_by_all(
     mission, kernel, choice = checked.mission, checked.kernel, checked.choice
     if mission is None or kernel is None or choice is None or not checked.ok:
         return ended(InvalidMission())
-    backend = only or load_backend(choice.engines, options, checkpoints.asked)
+    backend = request.backend or load_backend(choice.engines, options, checkpoints.asked)
     if isinstance(backend, Diagnostic):
         return ended(InvalidMission(), backend)
     run_budget = with_checkpoints(checked, options, budget, checkpoints)
@@ -357,15 +304,14 @@ def _plan_by_all(
     whole = replace(whole, enough=bound.enough)
 
     def certified(planned: api.Planned, stages: Stopwatch, bound: BoundSide | None) -> Compiled:
-        home = certify_plan(checked, planned, options, run_budget, stages, exports, bound)
+        home = certify_plan(checked, planned, options, run_budget, stages, request.exports, bound)
         return ended(home.outcome, *home.findings, checked=home.checked)
 
-    incumbent = Incumbent(lambda planned: certified(planned, Stopwatch(), None), secure)
+    incumbent = Incumbent(lambda planned: certified(planned, Stopwatch(), None), request.secure)
     published = is_published(choice.engines, options)
     try:
-        covers = asked_for is None and calm == 1 and not published
-        asked_of = partial(ask_backend, backend, mission, asked_for or kernel, options, whole, explain_limit, moment)
-        outcome = asked_of(incumbent, covers=covers, calm=calm)
+        covers = request.kernel is None and request.speed_fraction == 1 and not published
+        outcome = ask_backend(backend, mission, request.kernel or kernel, request, whole, moment, incumbent, covers)
     except api.UnusableSnapshot as wrong:
         return ended(InvalidMission(), unusable(checkpoints.name, wrong))
     watch.seconds.extend(outcome.report.seconds)
@@ -393,14 +339,16 @@ def _plan_by_all(
             home = incumbent.keep(improved("comparing options", incumbent.best, compare), final=True)
         return replace(home, findings=(*home.findings, *incumbent.findings))
     explained = None
-    if explain_limit > 0 and (isinstance(outcome, api.Impossible) or outcome.best is not None):
+    if request.explain_limit > 0 and (isinstance(outcome, api.Impossible) or outcome.best is not None):
         defer_stop()
         from missionc.compiler.relax.search_relaxations import explain
 
         try:
             with watch.stage("explain"):
                 asked_next = _for_trials(backend, outcome, options)
-                why = within(moment, partial(explain, checked, outcome, asked_next, options, whole, explain_limit))
+                why = within(
+                    moment, partial(explain, checked, outcome, asked_next, options, whole, request.explain_limit)
+                )
             explained = None if isinstance(why, Ended) else why
         except Exception as error:
             incumbent.failed("explaining the result", error)

@@ -7,17 +7,16 @@ out  its Outcome
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
 from missionc.backends import api
-from missionc.backends.clot.offer import CLOT
 from missionc.backends.load import load_straighten
 from missionc.backends.options import Options
 from missionc.base.diagnostics.model import has_errors
 from missionc.base.units import Metres
-from missionc.compiler.ask_cover import LITTLE, CoverSide
+from missionc.compiler.ask_cover import CoverSide
+from missionc.compiler.strategy import COVERS, SEARCH, speed_limited, tries, urgent_tries
 from missionc.frontend.checks.check_world import check_world
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
@@ -28,24 +27,6 @@ from missionc.ir.lower.ahead_of_time import ahead_of_time, with_room_for_delays
 from missionc.ir.lower.tighten import tightened, tracking_margin, with_flyable_speeds, with_vehicle_room
 from missionc.ir.lower.unroll_past import looking_ahead
 
-PARTS = (1.0, 0.5, 0.0)
-"""Parts of the margin: where all of it is too much, half of it is better than none."""
-
-SHARE, WORK = 0.25, 16.0
-"""A share of the time that is left, and at most so many units of ``work``, for a plan that has a margin."""
-
-URGENT, MOST_OF_IT = 10.0, 0.75
-"""Seconds; where less are left, the share of them that such a try has: there is time for one."""
-
-AT_ONCE = 0.4
-"""The share where somebody is in flight who waits."""
-
-FASTER = (0.4, 0.55, 0.7, 0.85, 1.0)
-"""Shares of what vehicles fly under way: where nobody is in time at the speeds that can be flown from rest to rest."""
-
-ROOM = (1.0, 0.5, 0.25, 0.0)
-"""Shares of the room that the delays take at most: whoever is late seldom needs all of it."""
-
 
 def plan_with_margin(
     backend: api.Backend,
@@ -55,21 +36,21 @@ def plan_with_margin(
     budget: api.Budget,
     *,
     covers: bool = False,
-    calm: float = 1.0,
+    speed_fraction: float = 1.0,
 ) -> api.Outcome:
     """A plan of ``_plan_with_margin``; where delays are to be tolerated, one that tolerates them if any is found.
 
     Args:
         covers: whether covers are asked if any motion is a plan, where none is found at once.
-        calm: below 1, no plan is looked for that is faster than this share of what vehicles do at most.
+        speed_fraction: below 1, no plan is looked for that is faster than this share of what vehicles do at most.
     """
-    return _tolerant(backend, mission, kernel, options, budget, calm) or _plan_with_margin(
-        backend, mission, kernel, options, budget, covers=covers, calm=calm
+    return _tolerant(backend, mission, kernel, options, budget, speed_fraction) or _plan_with_margin(
+        backend, mission, kernel, options, budget, covers=covers, speed_fraction=speed_fraction
     )
 
 
 def _tolerant(
-    backend: api.Backend, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget, calm: float
+    backend: api.Backend, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget, speed_fraction: float
 ) -> api.Planned | None:
     """A plan that is ahead of time, with room for those who are late; None where none of them tolerates the delays.
 
@@ -80,14 +61,14 @@ def _tolerant(
     from missionc.verification.verify_plan import verify  # what judges plans loads scipy
 
     early = ahead_of_time(mission, kernel)
-    flown = with_flyable_speeds(mission, min(calm, FASTER[-1]))
-    paces = (flown,) if calm < 1 or flown is mission else (flown, mission)
-    for pace, share in product(paces, ROOM):
+    flown = with_flyable_speeds(mission, min(speed_fraction, SEARCH.speeds[-1]))
+    paces = (flown,) if speed_fraction < 1 or flown is mission else (flown, mission)
+    for pace, share in product(paces, SEARCH.delays):
         roomy = with_room_for_delays(pace, share)
         if share and has_errors(check_world(roomy, early)):
             continue
         outcome = _plan_with_margin(
-            backend, roomy, early, options, replace(_short(budget, WORK), found=api.discard_plan)
+            backend, roomy, early, options, replace(_short(budget, SEARCH.work), found=api.discard_plan)
         )
         if isinstance(outcome, api.Planned) and verify(mission, kernel, outcome.trace).passed:
             extra = roomy.separation - mission.separation
@@ -104,7 +85,7 @@ def _plan_with_margin(
     budget: api.Budget,
     *,
     covers: bool = False,
-    calm: float = 1.0,
+    speed_fraction: float = 1.0,
 ) -> api.Outcome:
     """A plan that its vehicles can fly and that keeps every requirement by the margin, or by a part of it; else any.
 
@@ -120,36 +101,34 @@ def _plan_with_margin(
     cover = CoverSide(mission, kernel, meant, options, budget) if covers and not budget.urgent else None
     never = next((goal.name for goal in kernel.requirements if constant(goal.formula) is False), None)
     if never is not None:
-        refused = cover.refusal(LITTLE) if cover is not None else None
+        refused = cover.refusal(COVERS.first) if cover is not None else None
         return refused or api.Impossible(
             (never,), "it is false whatever the motion", api.Report(), api.Scope.MISSION, smallest=True
         )
     wanted = room = with_vehicle_room(mission)
-    paces = _paces(wanted, kernel, calm, FASTER if options.stretch == 1 else ())
-    if calm < 1:
+    paces = speed_limited(room, kernel, speed_fraction, stretched=options.stretch != 1)
+    if speed_fraction < 1:
         if not paces:
-            return api.NotFound(api.Reason.SOLVER, "nobody would be in time who is slower", api.Report())
-        wanted = paces[0]
+            return api.NotFound(api.Reason.SOLVER, "no slower agent would be in time", api.Report())
+        wanted = paces[0][1]
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
     late = False
-    tries = _tries(paces or [wanted], margin, calm)
+    planned = tries(wanted, paces, margin, speed_fraction)
     soonest: api.Planned | None = None
     if budget.urgent:
         first = _planned(backend, wanted, kernel, options, replace(budget, found=api.discard_plan))
         if not isinstance(first, api.Planned):
             return first  # with a margin there is no plan then either
-        soonest, tries = first, _soonest(paces or [wanted], backend)
+        soonest, planned = first, urgent_tries(wanted, paces, margin, backend.name)
         budget.found(_noted(first, margin, 0.0) if margin > 0 else first)
-    for pace, part, work in tries:
-        if pace is wanted and (margin <= 0 or part == 0.0):
-            break
-        tight = tightened(pace, kernel, Metres(part * margin))
-        fastest = with_flyable_speeds(room, FASTER[-1]) if pace is not room else room
-        outcome = _planned(backend, *tight, options, _short(budget, work), under_way=fastest)
+    for each in planned:
+        tight = tightened(each.mission, kernel, Metres(each.margin * margin))
+        fastest = with_flyable_speeds(room, SEARCH.speeds[-1]) if each.mission is not room else room
+        outcome = _planned(backend, *tight, options, _short(budget, each.work), under_way=fastest)
         if isinstance(outcome, api.Planned):
-            return _after(outcome if part == 1.0 or margin <= 0 else _noted(outcome, margin, part), late)
+            return _after(outcome if each.margin == 1.0 or margin <= 0 else _noted(outcome, margin, each.margin), late)
         late = late or (isinstance(outcome, api.NotFound) and outcome.reason is api.Reason.TIME)
-        refused = cover.refusal(LITTLE, outcome.report) if cover is not None else None
+        refused = cover.refusal(COVERS.first, outcome.report) if cover is not None else None
         if refused is not None:
             return refused
     outcome = soonest or _planned(backend, wanted, kernel, options, budget, cover)
@@ -159,54 +138,12 @@ def _plan_with_margin(
 
 
 def _short(budget: api.Budget, work: float) -> api.Budget:
-    """A ``SHARE`` of the time that is left, and so many units of work at most, for a try that is not kept."""
+    """A share of the time that is left, and so many units of work at most, for a try that is not kept."""
     left = budget.deadline - time.monotonic()
-    share = AT_ONCE if budget.urgent else MOST_OF_IT if left < URGENT else SHARE
+    scarce = SEARCH.scarce_time if left < SEARCH.scarce else SEARCH.time
+    share = SEARCH.urgent_time if budget.urgent else scarce
     deadline = budget.deadline - (1 - share) * left
     return replace(budget, deadline=deadline, work=work, keep=api.discard_snapshot, resume=None)
-
-
-def _paces(mission: Mission, kernel: Kernel, calm: float, faster: Sequence[float]) -> list[Mission]:
-    """The mission at speeds at which its vehicles fly, from the slowest on at which agents can be in time; none where
-    there is nothing to slow down.
-
-    Args:
-        calm: below 1, the share of what vehicles do at most that is the only one.
-        faster: further shares, as of ``with_flyable_speeds``.
-    """
-    shares = (calm,) if calm < 1 else (None, *faster)
-    found: list[Mission] = []
-    for pace in (with_flyable_speeds(mission, share) for share in shares):
-        if pace is not mission and (not found or _top(pace) > _top(found[-1])):
-            found.append(pace)
-    return [each for each in found if not has_errors(check_world(each, kernel))]
-
-
-def _top(mission: Mission) -> float:
-    return sum(float(agent.dynamics.top_speed) for agent in mission.agents)
-
-
-def _tries(paces: Sequence[Mission], margin: Metres, calm: float) -> list[tuple[Mission, float, float]]:
-    """At which pace, with which part of the margin and how much work a plan is looked for.
-
-    The slowest comes first, then one halfway to the fastest, and the fastest. Of one pace alone, and of the fastest,
-    plans are looked for with less of the margin too.
-    """
-    slow, *faster = [paces[at] for at in sorted({0, len(paces) // 2, len(paces) - 1})]
-    if calm < 1:
-        return [(slow, 1.0, WORK)]
-    if not faster:
-        return [(slow, part, WORK) for part in PARTS]
-    return [(slow, 1.0, WORK), *((pace, 1.0, WORK / 2) for pace in faster), (faster[-1], 0.0, WORK / 2)]
-
-
-def _soonest(paces: Sequence[Mission], backend: api.Backend) -> list[tuple[Mission, float, float]]:
-    """Likewise where somebody is in flight who waits: at the slowest pace and the fastest.
-
-    On roadmaps agents are at full speed at once: slow plans are flown as they are. Transport keeps to what is flown.
-    """
-    ends = [paces[0], *paces[1:][-1:]]
-    return [(pace, 1.0, WORK) for pace in (ends[::-1] if backend.name == CLOT.name else ends)]
 
 
 def _too_large(ahead: TooLarge, room: int) -> str:

@@ -18,12 +18,12 @@ import numpy as np
 import pytest
 
 from missionc.backends.api import Budget
-from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli import emit_stages, stage_names
 from missionc.compiler import driver
 from missionc.compiler.front_end import Checked
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Verified
 from missionc.frontend.syntax.parse import parse
 from missionc.frontend.syntax.read_file import unread
@@ -105,7 +105,7 @@ def test_every_stage_of_a_mission_can_be_printed(subtests: pytest.Subtests) -> N
     for path in FILES + GALLERY:
         with subtests.test(title(path)):
             checked = checked_once(path)
-            texts = emit_stages.of_checked(checked, stage_names.BEFORE_PLANNING)
+            texts = emit_stages.of_checked(checked, stage_names.BEFORE_PLANNING, PlanRequest(Budget(0.0)))
             assert [stage for stage, text in texts if text.strip()] == list(stage_names.BEFORE_PLANNING)
 
 
@@ -193,7 +193,7 @@ def compiled_and_read_back(path: Path, overrides: dict[str, str], seed: int = 0)
     assert checked.choice is not None
     if checked.choice.backend != "smt":
         pytest.importorskip("torch")
-    compiled = driver.plan(checked, Options(), Budget(time.monotonic() + 240, seed=seed))
+    compiled = driver.plan(checked, PlanRequest(Budget(time.monotonic() + 240, seed=seed)))
     assert isinstance(compiled.outcome, Verified), [finding.message for finding in compiled.findings]
     assert compiled.outcome.certificate.passed
     files = dict(compiled.outcome.files)

@@ -11,11 +11,13 @@ import time
 
 import pytest
 
+from missionc.backends.api import Budget
 from missionc.base.diagnostics.render import render_json, render_text
 from missionc.base.source import Source
 from missionc.cli import emit_stages, stage_names
 from missionc.compiler import driver
 from missionc.compiler.front_end import Checked
+from missionc.compiler.plan_request import PlanRequest
 from tests.support.mutated_texts import mutated
 
 USUAL = 2_000
@@ -37,9 +39,8 @@ def assert_well_formed(checked: Checked) -> None:
         for label in filter(None, (finding.primary, *finding.labels)):
             assert 0 <= label.span.start <= label.span.end <= len(label.span.source.text)
     if checked.ok:
-        assert [name for name, _ in emit_stages.of_checked(checked, stage_names.BEFORE_PLANNING)] == list(
-            stage_names.BEFORE_PLANNING
-        )
+        printed = emit_stages.of_checked(checked, stage_names.BEFORE_PLANNING, PlanRequest(Budget(0.0)))
+        assert [name for name, _ in printed] == list(stage_names.BEFORE_PLANNING)
     else:
         assert findings
 

@@ -24,6 +24,7 @@ from missionc.cli.summary import compiled_document
 from missionc.compiler import driver
 from missionc.compiler.front_end import Checked
 from missionc.compiler.no_plan import impossible
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Blame, Compiled, Explained, Trial
 from tests.support.exhaustive_lanes import missions_on_lanes, satisfiable
 from tests.support.random_conflicts import can_hold, is_smallest, sound_missions
@@ -60,7 +61,7 @@ def planned(text: str, options: Options | None = None) -> Compiled:
 
 
 def planned_of(checked: Checked, options: Options) -> Compiled:
-    return driver.plan(checked, options, Budget(time.monotonic() + 120), explain_limit=0)
+    return driver.plan(checked, PlanRequest(Budget(time.monotonic() + 120), options))
 
 
 @pytest.mark.usefixtures("roadmaps_alone")

@@ -7,9 +7,9 @@ import time
 import pytest
 
 from missionc.backends.api import Budget, NotFound, Reason
-from missionc.backends.options import Options
 from missionc.base.source import Source
 from missionc.compiler import driver
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Compiled, Verified
 from missionc.ir.kernel.nodes import Always, Eventually, Node, Release, Until
 from missionc.ir.kernel.walk import postorder
@@ -85,7 +85,7 @@ def test_room_is_what_the_delay_takes_at_top_speed_between_bodies_and_beside_wha
 
 def compiled(text: str, backend: str) -> Compiled:
     checked = driver.check(Source("a.mission", text), backend=backend)
-    return driver.plan(checked, Options(), Budget(time.monotonic() + 120))
+    return driver.plan(checked, PlanRequest(Budget(time.monotonic() + 120)))
 
 
 @pytest.mark.parametrize("backend", ["smt", "clot", "hybrid"])

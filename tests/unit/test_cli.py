@@ -312,7 +312,7 @@ def test_timings_name_every_stage(folder: Path, capsys: Captured) -> None:
     assert all(stage in out for stage in ("parse", "resolve", "expand", "verify", "emit"))
 
 
-@pytest.mark.parametrize("stage", ["ast", "ir", "kernel", "cost-graph", "horizons", "backend"])
+@pytest.mark.parametrize("stage", ["ast", "ir", "kernel", "cost-graph", "horizons", "backend", "strategy"])
 def test_a_stage_before_planning_is_printed_and_nothing_written(folder: Path, capsys: Captured, stage: str) -> None:
     assert main(["compile", "small.mission", "--emit", stage]) == 0
     out, err = capsys.readouterr()

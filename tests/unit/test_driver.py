@@ -12,6 +12,7 @@ from missionc.backends.options import Options
 from missionc.base.diagnostics.code import CODES
 from missionc.base.source import Source
 from missionc.compiler import driver
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Compiled, Verified
 from tests.support.one_turn import OneTurn
 from tests.support.small_missions import LATE, SMALL
@@ -92,7 +93,7 @@ class Oracle(OneTurn):
 def answered(answer: Impossible | NotFound, monkeypatch: pytest.MonkeyPatch) -> Compiled:
     monkeypatch.setattr(driver, "load_backend", lambda *arguments: Oracle(answer))
     checked = driver.check(Source("a.mission", SMALL))
-    return driver.plan(checked, Options(), Budget(time.monotonic() + 60))
+    return driver.plan(checked, PlanRequest(Budget(time.monotonic() + 60)))
 
 
 @pytest.mark.parametrize(

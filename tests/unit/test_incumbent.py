@@ -27,6 +27,7 @@ from missionc.cli.app import main
 from missionc.compiler import driver, incumbent
 from missionc.compiler.alternatives import compare_options, search_alternatives
 from missionc.compiler.front_end import Checked, check
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Compiled, Impossible, Unverified, Verified
 from missionc.compiler.run_limited import Ended
 from missionc.ir import Mission
@@ -83,7 +84,7 @@ def planned(text: str = SMALL, **more: object) -> tuple[Compiled, list[Compiled]
     """A compilation by the ``smt`` backend or its stand-in, and the plans that were secured on the way."""
     secured: list[Compiled] = []
     budget = Budget(time.monotonic() + 60)
-    result = driver.plan(checked(text), Options(), budget, secure=secured.append, **more)  # type: ignore[arg-type]
+    result = driver.plan(checked(text), PlanRequest(budget, secure=secured.append, **more))  # type: ignore[arg-type]
     return result, secured
 
 
@@ -197,7 +198,7 @@ def test_options_are_compared_once_the_plan_is_secured_and_may_fail(monkeypatch:
     monkeypatch.setattr(compare_options, "compare_options", lambda *_: secured_by_then.append(len(secured)) or broken())
     secured: list[Compiled] = []
     budget = Budget(time.monotonic() + 60)
-    result = driver.plan(checked(SHORTEST), Options(), budget, secure=secured.append)
+    result = driver.plan(checked(SHORTEST), PlanRequest(budget, secure=secured.append))
     assert secured_by_then == [1]
     assert cut_short(secured[0]) is CutShort.UNFINISHED
     assert cut_short(result) is CutShort.DEFECT
@@ -223,7 +224,7 @@ def test_a_better_option_that_cannot_be_certified_leaves_the_plan_before(monkeyp
 @pytest.mark.parametrize(
     ("module", "name", "more", "says"),
     [
-        (driver, "continuous_time", {}, "planning for the time between the samples"),
+        (driver, "plan_in_continuous_time", {}, "planning for the time between the samples"),
         (search_alternatives, "search_alternatives", {"alternatives": 2}, "planning alternatives"),
     ],
 )

@@ -16,10 +16,12 @@ from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds
-from missionc.compiler import driver, plan_with_margin
+from missionc.compiler import driver
 from missionc.compiler.front_end import Checked
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Compiled, InvalidMission, Verified
-from missionc.compiler.time_scaling import CALM, plan_with_time_scaling
+from missionc.compiler.strategy import TIME_SCALING, speed_limited, tries
+from missionc.compiler.time_scaling import plan_with_time_scaling
 from missionc.ir import Mission
 from missionc.ir.lower.flyable_steps import CRUISE
 from missionc.ir.lower.tighten import with_flyable_speeds
@@ -59,9 +61,9 @@ class Again:
         self.planned, self.can, self.else_ = planned, can, else_
         self.asked: list[float] = []
 
-    def __call__(self, checked: Checked, options: Options, budget: Budget, *, calm: float) -> Compiled:
-        self.asked.append(calm)
-        if self.can(calm):
+    def __call__(self, checked: Checked, request: PlanRequest) -> Compiled:
+        self.asked.append(request.speed_fraction)
+        if self.can(request.speed_fraction):
             return self.planned
         return replace(self.planned, outcome=self.else_)
 
@@ -70,7 +72,9 @@ def calmly(
     first: Compiled, again: Again, options: Options | None = None, left: float = 600.0
 ) -> tuple[Compiled, float]:
     now = time.monotonic()
-    return plan_with_time_scaling(first, first.checked, again, options or Options(), Budget(now + left, seed=7), now)
+    request = PlanRequest(Budget(now + left, seed=7), options or Options())
+    found, of_found = plan_with_time_scaling(first, first.checked, again, request, now)
+    return found, of_found.speed_fraction
 
 
 @pytest.mark.parametrize("finding", [code.NEEDS_MORE_TIME, code.NOT_FLYABLE])
@@ -88,16 +92,16 @@ def test_a_plan_that_cannot_be_flown_is_planned_slower_until_one_can(planned: Co
 def test_where_nothing_slower_can_be_flown_the_first_refusal_stands(planned: Compiled) -> None:
     first, again = refused(code.NEEDS_MORE_TIME), Again(planned, lambda calm: False)
     assert calmly(first, again) == (first, 1.0)
-    assert again.asked == list(CALM)
+    assert again.asked == list(TIME_SCALING.fractions)
     none = NotFound(Reason.SOLVER, "none", Report())
     again = Again(planned, lambda calm: False, none)
     assert calmly(first, again) == (first, 1.0)
-    assert again.asked == [CALM[0]], "slower, there is no plan either"
+    assert again.asked == [TIME_SCALING.fractions[0]], "slower, there is no plan either"
 
 
 def test_a_plan_faster_than_vehicles_fly_is_not_looked_for_slower_since_that_has_been_tried(planned: Compiled) -> None:
     checked = driver.check(Source("crossing.mission", CROSSING))
-    for speed, asked in ((1.5, []), (0.9, list(CALM))):
+    for speed, asked in ((1.5, []), (0.9, list(TIME_SCALING.fractions))):
         place = np.minimum(np.arange(31.0) * speed, 12.0)
         position = np.array([[2.0, 3.0], [2.0, 7.0]])[:, None] + place[:, None] * np.array([1.0, 0.0])
         plan = Trace(Seconds(1.0), position, np.zeros_like(position), np.zeros(position.shape[:2]))
@@ -132,32 +136,35 @@ def test_calm_is_a_share_of_the_speeds_at_which_vehicles_fly() -> None:
     assert whole < mission.agents[0].vehicle.speed
 
 
-def paces(seconds: int, calm: float = 1.0) -> list[Mission]:
+def paces(seconds: int, fraction: float = 1.0) -> list[tuple[float, Mission]]:
     text = CROSSING.replace("eventually[0, 30 s]", f"eventually[0, {seconds} s]")
     checked = driver.check(Source("crossing.mission", text))
     assert checked.mission is not None
     assert checked.kernel is not None
-    return plan_with_margin._paces(checked.mission, checked.kernel, calm, plan_with_margin.FASTER)
+    return speed_limited(checked.mission, checked.kernel, fraction, stretched=False)
 
 
 def test_paces_begin_with_the_slowest_at_which_all_can_be_in_time() -> None:
     """13 m: at 0.43 m/s, which can be flown from rest, they take 30 s; under way they fly 1 / 1.06 m/s at most."""
     most = 1 / CRUISE
     for seconds, slowest in ((30, 2 / 4.6), (28, 0.55 * most), (20, 0.7 * most), (15, most)):
-        speeds = [each.agents[0].dynamics.top_speed for each in paces(seconds)]
+        speeds = [each.agents[0].dynamics.top_speed for _, each in paces(seconds)]
         assert speeds[0] == pytest.approx(slowest)
         assert speeds == sorted(speeds)
         assert speeds[-1] == pytest.approx(most)
-    assert [each.agents[0].dynamics.top_speed for each in paces(30, 0.7)] == pytest.approx([0.7 * most])
+    ((share, slower),) = paces(30, 0.7)
+    assert (share, slower.agents[0].dynamics.top_speed) == (0.7, pytest.approx(0.7 * most))
 
 
 def test_plans_are_tried_at_the_slowest_pace_then_faster_then_with_less_margin() -> None:
-    def tried(found: list[Mission], calm: float = 1.0) -> list[tuple[int, float]]:
-        return [(found.index(pace), part) for pace, part, _ in plan_with_margin._tries(found, Metres(0.05), calm)]
+    def tried(found: list[tuple[float, Mission]], fraction: float = 1.0) -> list[tuple[int, float]]:
+        pace = [mission for _, mission in found]
+        wanted = driver.check(Source("crossing.mission", CROSSING)).valid_mission
+        return [(pace.index(each.mission), each.margin) for each in tries(wanted, found, Metres(0.05), fraction)]
 
     every = paces(30)
     assert len(every) == 5
     assert tried(every) == [(0, 1.0), (2, 1.0), (4, 1.0), (4, 0.0)]
     assert tried(every[:2]) == [(0, 1.0), (1, 1.0), (1, 0.0)]
     assert tried(every[:1]) == [(0, 1.0), (0, 0.5), (0, 0.0)]
-    assert tried(every[:1], calm=0.7) == [(0, 1.0)]
+    assert tried(every[:1], 0.7) == [(0, 1.0)]

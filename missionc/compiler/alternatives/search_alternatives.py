@@ -35,6 +35,7 @@ from missionc.compiler.alternatives.restriction import Restriction, restrictions
 from missionc.compiler.certify_plan import Certified, certify_plan
 from missionc.compiler.front_end import Checked, Stopwatch
 from missionc.compiler.incumbent import RESERVE
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.plan_with_margin import plan_with_margin
 from missionc.compiler.provenance import texts
 from missionc.compiler.results import Alternative, Compiled, Verified
@@ -163,21 +164,13 @@ class _Search:
         return None if more is None else (Restriction(), more)
 
 
-def search_alternatives(
-    checked: Checked,
-    first: Verified,
-    wanted: int,
-    options: Options,
-    budget: Budget,
-    watch: Stopwatch,
-    exports: tuple[str, ...],
-    throughout: ContinuousTime,
-) -> Found:
+def search_alternatives(checked: Checked, first: Verified, request: PlanRequest, watch: Stopwatch) -> Found:
     """As many plans as are wanted, the first among them unless better ones were found, or as many as were found.
 
     Args:
         checked: the mission that the first plan was verified by.
     """
+    wanted, options, budget = request.alternatives, request.options, request.budget
     mission, kernel = checked.valid_mission, checked.valid_kernel
     backend = load_engines((first.plan.backend,), options)
     search = _Search(mission, kernel, Signatures(mission, kernel))
@@ -203,7 +196,7 @@ def search_alternatives(
         if len(plans) < wanted:
             home = each.verified or within(
                 last_call(budget.deadline),
-                partial(_certified, checked, each, options, budget, watch, exports, throughout),
+                partial(_certified, checked, each, request, budget, watch),
             )
             plans.extend([(home, each.signature)] if isinstance(home, Verified) else [])
     if not plans:  # time was up before the better ones were written
@@ -229,19 +222,13 @@ def _planned(
 
 
 def _certified(
-    checked: Checked,
-    candidate: Candidate,
-    options: Options,
-    budget: Budget,
-    watch: Stopwatch,
-    exports: tuple[str, ...],
-    throughout: ContinuousTime,
+    checked: Checked, candidate: Candidate, request: PlanRequest, budget: Budget, watch: Stopwatch
 ) -> Verified | None:
     of_its_own = replace(budget, seed=candidate.seed)
-    home = certify_plan(checked, candidate.planned, options, of_its_own, watch, exports)
+    home = certify_plan(checked, candidate.planned, request.options, of_its_own, watch, request.exports)
     if not isinstance(home, Certified) or not isinstance(home.outcome, Verified):
         return None
-    refused = throughout is ContinuousTime.REQUIRED and home.outcome.certificate.at_steps_alone
+    refused = request.continuous_time is ContinuousTime.REQUIRED and home.outcome.certificate.at_steps_alone
     return None if refused else home.outcome
 
 
@@ -252,9 +239,7 @@ def _note(found: int, wanted: int, tries: int, late: bool) -> str:
     return f"{counted(found, 'plan')} of {wanted}: {why} in {counted(tries, 'attempt')}"
 
 
-def with_alternatives(
-    first: Compiled, wanted: int, options: Options, budget: Budget, exports: tuple[str, ...], throughout: ContinuousTime
-) -> Compiled:
+def with_alternatives(first: Compiled, request: PlanRequest) -> Compiled:
     """The same compilation with as many plans as are wanted, or as were found; the best one is its outcome.
 
     That there are fewer is among the notes.
@@ -263,7 +248,7 @@ def with_alternatives(
     mission, kernel = checked.valid_mission, checked.valid_kernel
     assert isinstance(outcome, Verified)
     watch = Stopwatch(list(first.seconds))
-    found = search_alternatives(checked, outcome, wanted, options, budget, watch, exports, throughout)
+    found = search_alternatives(checked, outcome, request, watch)
     plans = [verified for verified, _ in found.plans]
     with watch.stage("emit"):
         table = rows(
@@ -272,7 +257,7 @@ def with_alternatives(
             [each.certificate for each in plans],
         )
         plots = [_plotted(mission, kernel, each, texts(checked)) for each in plans]
-        files = joined_files(plots, [each.files for each in plans], table, wanted)
+        files = joined_files(plots, [each.files for each in plans], table, request.alternatives)
     notes = (*plans[0].report.notes, *((found.note,) if found.note else ()))
     best = replace(plans[0], files=files, report=replace(plans[0].report, notes=notes, tried=outcome.report.tried))
     alternatives = tuple(Alternative(row, each) for row, each in zip(table, [best, *plans[1:]], strict=True))

@@ -27,7 +27,7 @@ from missionc.backends.options import Options
 from missionc.base.signals import stop_requested
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.compiler.ask_cover import LITTLE, CoverSide
+from missionc.compiler.ask_cover import CoverSide
 from missionc.compiler.certify_plan import to_draw
 from missionc.compiler.front_end import Checked, check
 from missionc.compiler.plan_with_margin import plan_with_margin
@@ -37,6 +37,7 @@ from missionc.compiler.relax.edits import Edit, changes, edited
 from missionc.compiler.relax.nearest_miss import Advice, Remedy, near_miss
 from missionc.compiler.relax.relaxation_parameters import RelaxationParameter
 from missionc.compiler.results import Blame, Explained, Relaxation, Trial
+from missionc.compiler.strategy import COVERS
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import All, At, Atom, Kernel, NeighbourNode, Node, Not, UntilNode, WindowNode
 from missionc.ir.kernel.walk import bottom_up, children, postorder, rebuilt
@@ -158,7 +159,7 @@ UNITS, CHECKED, LONGEST = 0.5, 0.02, 4.0
 same advice, and the time that is left over is for machines that do less in a second. What a variant takes at least; and
 how many times its share of the time a try takes at most."""
 
-COVERS, PROOFS = 4, 0.1
+RELAXED_COVERS, PROOFS = 4, 0.1
 """Covers asked about smaller changes of a knob at most, and the share of all the time that is left for them."""
 
 
@@ -285,7 +286,7 @@ class Explaining:
         Changes are halved as far as a few covers show.
         """
         proven, low, high = "", 0, trying.refused + 1
-        for _ in range(COVERS):
+        for _ in range(RELAXED_COVERS):
             if trying.best is None or high - low <= 1 or self.late:
                 break
             notches = trying.refused if high > trying.refused else (low + high) // 2
@@ -307,7 +308,7 @@ class Explaining:
             return False
         options = replace(self.options, certify=False)
         try:
-            return CoverSide(mission, ahead, kernel, options, self.budget).refusal(LITTLE) is not None
+            return CoverSide(mission, ahead, kernel, options, self.budget).refusal(COVERS.first) is not None
         except MemoryError:
             return False
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missionc.backends.acceptance import attempt
-from missionc.backends.api import Budget, Impossible
+from missionc.backends.api import Backend, Budget, Impossible
 from missionc.backends.choose_backend import choose_backend
 from missionc.backends.load import load_engines, load_repair, load_roadmaps, load_straighten
 from missionc.backends.offers import OFFERS
@@ -31,6 +31,7 @@ from missionc.compiler import driver
 from missionc.compiler.ask_cover import CoverSide
 from missionc.compiler.front_end import Checked
 from missionc.compiler.no_plan import impossible
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.replan.cannot_replan import no_plan_in_time
 from missionc.compiler.replan.request import Flying, Replanned, Request, Way
 from missionc.compiler.replan.stop_all import Stopped
@@ -165,7 +166,7 @@ class RestPlanner:
                 if backend is None or free in tried or now >= until:
                     continue
                 budget = replace(self.budget, deadline=now + (until - now) / (len(near) - number + 1))
-                compiled = driver.plan_by(asked, backend, self.request.options, budget, self.request.exports)
+                compiled = driver.plan_once(asked, self._asked(budget, backend))
                 if isinstance(compiled.outcome, Verified):
                     return self._ended(Way.REPAIRED, rest, compiled, stopped, free)
             tried.append(free)
@@ -193,8 +194,11 @@ class RestPlanner:
         way, compiled = Way.REPAIRED, self._repaired(rest, stopped)
         if compiled is None:
             way = Way.ANEW
-            compiled = driver.plan(rest, self.request.options, self.budget, exports=self.request.exports)
+            compiled = driver.plan(rest, self._asked(self.budget))
         return self._ended(way, rest, compiled, stopped)
+
+    def _asked(self, budget: Budget, backend: Backend | None = None) -> PlanRequest:
+        return PlanRequest(budget, self.request.options, exports=self.request.exports, backend=backend)
 
     def stops(self, stopped: Stopped) -> dict[str, str]:
         """The text of what each agent flies until the rest begins."""
@@ -231,7 +235,7 @@ class RestPlanner:
             return None
         now = time.monotonic()
         soon = replace(self.budget, deadline=now + ROADMAPS * (self.deadline - now))
-        compiled = driver.plan_by(rest, load_roadmaps(), self.request.options, soon, self.request.exports)
+        compiled = driver.plan_once(rest, self._asked(soon, load_roadmaps()))
         return compiled if isinstance(compiled.outcome, Verified | Impossible) else None
 
     def _repaired(self, rest: Checked, stopped: Stopped) -> Compiled | None:
@@ -244,7 +248,7 @@ class RestPlanner:
             backend = load_repair(motion)
             if backend is None:
                 return None
-            compiled = driver.plan_by(rest, backend, self.request.options, more, self.request.exports)
+            compiled = driver.plan_once(rest, self._asked(more, backend))
             if isinstance(compiled.outcome, Verified):
                 return compiled
         return None

@@ -1,0 +1,385 @@
+"""Strategy of a compilation: what is tried, in which order, for how much work, and what follows each outcome.
+
+in   a checked mission, PlanRequest
+out  the attempts of each stage, which the stages carry out; and the whole as text, for ``--emit strategy``
+
+    search           tries of decreasing speed limits and margins, by the engines in turns; covers beside them
+    verify           a plan that fails ends its engine, and the others search again
+    time scaling     a plan that no vehicle can fly: slower plans
+    continuous time  a plan that fails between its steps: repairs of it, then other plans
+    options          plans for the options that were chosen by an estimate
+    alternatives     further plans that differ
+    explain          no plan: changes of the mission that have one
+
+Work is counted in units (``backends.work``), so that the same mission, seed and options take the same path whatever the
+machine. Shares of the time left only end what would otherwise run into the deadline.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from missionc.backends.clot.offer import CLOT
+from missionc.backends.load import plans_on_roadmaps
+from missionc.backends.offers import OFFERS, is_published
+from missionc.backends.portfolio.backend import FIRST, LONGER
+from missionc.base.continuous_time import ContinuousTime
+from missionc.base.diagnostics.model import has_errors
+from missionc.base.units import Metres
+from missionc.compiler.front_end import Checked
+from missionc.compiler.plan_request import PlanRequest
+from missionc.frontend.checks.check_world import check_world
+from missionc.ir import Mission, Objective
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.lower.tighten import tracking_margin, with_flyable_speeds, with_vehicle_room
+
+
+@dataclass(frozen=True, slots=True)
+class SearchStage:
+    """Search with a robustness margin, so that a flight may miss its plan a little; at last without.
+
+    Args:
+        margins: shares of the margin that are tried in turn: half of it is better than none.
+        speeds: fractions of the speed that vehicles fly under way, if agents are not in time at the speeds that can be
+            flown from rest to rest.
+        work: units of each try but the last, which has all that is left.
+        time: share of the time left for each of these tries.
+        scarce: seconds; if less is left, a try has the share ``scarce_time``.
+        urgent_time: share for each try if an agent in flight waits for the plan.
+        delays: shares of the room for delays: an agent that is late seldom needs all of it.
+        explanation: share of the time that is reserved at most for explaining a result, in a search without an end of
+            its own.
+    """
+
+    margins: tuple[float, ...] = (1.0, 0.5, 0.0)
+    speeds: tuple[float, ...] = (0.4, 0.55, 0.7, 0.85, 1.0)
+    work: float = 16.0
+    time: float = 0.25
+    scarce: float = 10.0
+    scarce_time: float = 0.75
+    urgent_time: float = 0.4
+    delays: tuple[float, ...] = (1.0, 0.5, 0.25, 0.0)
+    explanation: float = 0.25
+
+
+@dataclass(frozen=True, slots=True)
+class CoverStage:
+    """Covers of the mission, which may prove that no motion satisfies it.
+
+    Args:
+        first: units of work after a try without a plan.
+        failed: units of work after a search without a plan.
+        during: for the last try, units that the search has done, and units that covers have then.
+        time: share of the time left.
+    """
+
+    first: float = 1.1
+    failed: float = 6.0
+    during: tuple[tuple[float, float], ...] = ((2.0, 1.1), (20.0, 6.0))
+    time: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class BoundStage:
+    """Covers for a lower bound on the duration: units of work, and share of the time left."""
+
+    work: float = 3.0
+    time: float = 0.25
+
+
+@dataclass(frozen=True, slots=True)
+class TimeScalingStage:
+    """Slower plans, if the first one cannot be flown.
+
+    Args:
+        fractions: of the vehicles' top speeds, tried in turn.
+        least: seconds for all of them together, or ``times`` the seconds of the first plan if that is more.
+    """
+
+    fractions: tuple[float, ...] = (0.85, 0.7, 0.55, 0.4, 0.25)
+    least: float = 10.0
+    times: float = 3.0
+
+
+class StrengthenedSet(Enum):
+    """Which requirements are strengthened."""
+
+    NONE = "none"
+    FAILING = "those that failed between the steps of a plan"
+    ALL = "all"
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """One search for a plan that holds between its steps too.
+
+    Args:
+        lasting: requirements whose parts have to last from step to step (``hold_throughout``).
+        margin: of those that failed, as a share of the distance that the fastest agent goes in a step.
+        seed: added to that of the run.
+        others: whether other engines are asked than the one that found the first plan.
+        repaired: whether the search begins at the first plan.
+    """
+
+    lasting: StrengthenedSet
+    margin: float
+    seed: int
+    others: bool = False
+    repaired: bool = False
+
+    def __str__(self) -> str:
+        by = "repair of the first plan" if self.repaired else "other engines" if self.others else "the same engine"
+        lasting = "" if self.lasting is StrengthenedSet.NONE else f", {self.lasting.name.lower()} requirements last"
+        margin = f", margin of 1/{round(1 / self.margin)} of a step's distance" if self.margin else ""
+        return f"{by}{lasting}{margin}{f', seed + {self.seed}' if self.seed else ''}"
+
+
+_NONE, _FAILING, _ALL = StrengthenedSet
+
+
+@dataclass(frozen=True, slots=True)
+class ContinuousTimeStage:
+    """Further plans, if requirements of the first one fail between its steps.
+
+    Args:
+        repairs: a polish of the first plan each.
+        on_roadmaps: after a plan on a roadmap, with few nodes: an agent leaves one as another arrives.
+        in_space: after a plan in continuous space, which fails by little.
+        delays: if the first plan does not tolerate the delays.
+        least: seconds for all of them together if they are wanted but not required, or ``times`` those of the first.
+        least_work: units for each of them, or ``times`` those of the first.
+    """
+
+    repairs: tuple[Attempt, ...] = (
+        Attempt(_NONE, 1 / 64, 0, repaired=True),
+        Attempt(_FAILING, 0.0, 0, repaired=True),
+        Attempt(_FAILING, 1 / 64, 0, repaired=True),
+        Attempt(_NONE, 1 / 16, 0, repaired=True),
+    )
+    on_roadmaps: tuple[Attempt, ...] = (
+        Attempt(_FAILING, 0.0, 0),
+        Attempt(_FAILING, 0.0, 1),
+        Attempt(_ALL, 0.0, 0),
+        Attempt(_NONE, 1 / 32, 0),
+        Attempt(_FAILING, 1 / 64, 1),
+        Attempt(_FAILING, 0.0, 2, others=True),
+        Attempt(_NONE, 1 / 16, 1),
+        Attempt(_FAILING, 1 / 16, 3),
+        Attempt(_NONE, 1 / 4, 3),
+    )
+    in_space: tuple[Attempt, ...] = (
+        Attempt(_NONE, 1 / 16, 0),
+        Attempt(_ALL, 0.0, 0),
+        Attempt(_FAILING, 1 / 16, 1),
+        Attempt(_NONE, 1 / 8, 1, others=True),
+        Attempt(_ALL, 1 / 16, 2),
+        Attempt(_FAILING, 0.0, 2, others=True),
+        Attempt(_NONE, 1 / 4, 3),
+    )
+    delays: tuple[Attempt, ...] = tuple(Attempt(_NONE, 0.0, seed, others=seed % 2 == 0) for seed in range(1, 8))
+    least: float = 5.0
+    times: float = 3.0
+    least_work: float = 16.0
+
+
+SEARCH, COVERS, BOUND = SearchStage(), CoverStage(), BoundStage()
+TIME_SCALING, CONTINUOUS_TIME = TimeScalingStage(), ContinuousTimeStage()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Try:
+    """One try of the search.
+
+    Args:
+        mission: at the speeds of the try.
+        speed: the fraction of the vehicles' speed; 0 for the speeds that can be flown from rest to rest, None for those
+            of the dynamics.
+        margin: share of the robustness margin.
+        work: units at most.
+    """
+
+    mission: Mission
+    speed: float | None
+    margin: float
+    work: float
+
+
+def speed_limited(
+    mission: Mission, kernel: Kernel, speed_fraction: float, stretched: bool
+) -> list[tuple[float, Mission]]:
+    """The mission at speeds that its vehicles can fly, from the slowest at which agents can be in time; empty if its
+    own are such.
+
+    Args:
+        speed_fraction: of the vehicles' top speeds; below 1, it is the only one.
+        stretched: whether the user has chosen the pace, so that only the speeds from rest to rest are tried.
+
+    Returns:
+        ``(fraction, mission)``; fraction 0 for the speeds from rest to rest.
+    """
+    shares: tuple[float, ...] = (
+        (speed_fraction,) if speed_fraction < 1 else (0.0, *(() if stretched else SEARCH.speeds))
+    )
+    found: list[tuple[float, Mission]] = []
+    for share in shares:
+        pace = with_flyable_speeds(mission, share or None)
+        if pace is not mission and (not found or _speeds(pace) > _speeds(found[-1][1])):
+            found.append((share, pace))
+    return [each for each in found if not has_errors(check_world(each[1], kernel))]
+
+
+def _speeds(mission: Mission) -> float:
+    return sum(float(agent.dynamics.top_speed) for agent in mission.agents)
+
+
+def tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metres, speed_fraction: float) -> list[Try]:
+    """The tries of the search before the last, which has no margin and the mission's own speeds.
+
+    The slowest comes first, then one halfway to the fastest, and the fastest. One pace alone, and the fastest, are
+    tried with less of the margin too.
+    """
+    own: list[tuple[float | None, Mission]] = [*paces] or [(None, mission)]
+    slow, *faster = [own[at] for at in sorted({0, len(own) // 2, len(own) - 1})]
+
+    def at(pace: tuple[float | None, Mission], part: float, work: float) -> Try:
+        return Try(pace[1], pace[0], part, work)
+
+    if speed_fraction < 1:
+        planned = [at(slow, 1.0, SEARCH.work)]
+    elif not faster:
+        planned = [at(slow, part, SEARCH.work) for part in SEARCH.margins]
+    else:
+        planned = [at(slow, 1.0, SEARCH.work), *(at(pace, 1.0, SEARCH.work / 2) for pace in faster)]
+        planned.append(at(faster[-1], 0.0, SEARCH.work / 2))
+    return _before_last(planned, mission, margin)
+
+
+def urgent_tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metres, engine: str) -> list[Try]:
+    """The tries if an agent in flight waits, after one without a margin: at the slowest pace and the fastest.
+
+    On roadmaps agents are at full speed at once: slow plans are flown as they are. Transport keeps to what is flown.
+    """
+    own: list[tuple[float | None, Mission]] = [*paces] or [(None, mission)]
+    ends = [own[0], *own[1:][-1:]]
+    ordered = ends[::-1] if engine == CLOT.name else ends
+    return _before_last([Try(pace, share, 1.0, SEARCH.work) for share, pace in ordered], mission, margin)
+
+
+def _before_last(planned: Sequence[Try], mission: Mission, margin: Metres) -> list[Try]:
+    """Tries up to the first that is the last one: the mission's own speeds, and no margin."""
+    last = (at for at, each in enumerate(planned) if each.mission is mission and (margin <= 0 or each.margin == 0.0))
+    return list(planned[: next(last, len(planned))])
+
+
+def attempts(engine: str, delays: bool, repairable: bool) -> tuple[Attempt, ...]:
+    """Attempts at a plan that holds between its steps, or that tolerates the delays.
+
+    Args:
+        engine: that found the first plan.
+        repairable: whether the first plan can be repaired.
+    """
+    if delays:
+        return CONTINUOUS_TIME.delays
+    anew = CONTINUOUS_TIME.on_roadmaps if plans_on_roadmaps(engine) else CONTINUOUS_TIME.in_space
+    return (*CONTINUOUS_TIME.repairs, *anew) if repairable else anew
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One stage as it is printed: its name, when it runs, its tries in order, and what follows which outcome."""
+
+    name: str
+    runs: str
+    tries: tuple[str, ...]
+    then: tuple[tuple[str, str], ...]
+
+
+def stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
+    """The strategy for a checked mission with a choice of engines, in the order in which stages run."""
+    mission, kernel, choice, options = checked.valid_mission, checked.valid_kernel, checked.choice, request.options
+    assert choice is not None
+    if is_published(choice.engines, options):
+        after = (("plan", "verify"), ("no plan", "undecided"))
+        yield Stage("search", f"{choice.engines[0]}, by the method of the preset", (), after)
+        yield Stage("verify", "always", (), (("passed", "the answer"), ("failed", "undecided")))
+        return
+    margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
+    room = with_vehicle_room(mission)
+    paces = speed_limited(room, kernel, 1.0, stretched=options.stretch != 1)
+    before = tries(room, paces, margin, 1.0)
+    several = len(choice.engines) > 1
+    explain = "explain" if request.explain_limit else "the answer"
+    yield Stage(
+        "search",
+        " and ".join(choice.engines) + (f" in turns of {FIRST:g}, {FIRST * LONGER:g}, … units" if several else ""),
+        (
+            *(f"{_speed(each)}, {_margin(each, margin)}; {_limit(each)}" for each in before),
+            "speed limits of the mission, no margin; the time left",
+        ),
+        (
+            ("plan", "verify"),
+            *((("no plan in a try", f"covers for {COVERS.first:g} units, then the next try"),) if before else ()),
+            ("no plan in the last try", f"covers for {COVERS.failed:g} units, then {explain}"),
+            ("covers refute the mission", explain),
+        ),
+    )
+    tolerant = (("delays not tolerated", "continuous time"),) if mission.tolerances else ()
+    failed = "the other engines search" if several else "the answer: a defect of the compiler"
+    yield Stage("verify", "always", (), (("passed", "time scaling"), ("failed", failed), *tolerant))
+    if not OFFERS[choice.engines[0]].weighs and mission.objective is not Objective.NONE:
+        better = (("always", "the better plan by the objective"),)
+        yield Stage(
+            "options", "if the engine chose options by an estimate", ("the best option of each choice",), better
+        )
+    if options.stretch == 1:
+        slower = tuple(f"{fraction:.0%} of the vehicles' speed" for fraction in TIME_SCALING.fractions)
+        after = (("plan that can be flown", "continuous time"), ("none", "the answer: no flight of the plan"))
+        yield Stage("time scaling", f"if the plan cannot be flown; {_seconds(TIME_SCALING)}", slower, after)
+    if request.continuous_time is not ContinuousTime.AT_STEPS:
+        wanted = request.continuous_time is ContinuousTime.WANTED
+        limit = _seconds(CONTINUOUS_TIME) if wanted else "the time left"
+        last = "the first plan, with a warning" if wanted else "the answer: no plan holds between its steps"
+        further = "alternatives" if request.alternatives > 1 else "the answer"
+        yield Stage(
+            "continuous time",
+            f"if a requirement fails between the steps; {limit}",
+            tuple(map(str, attempts(choice.engines[0], delays=False, repairable=True))),
+            (("plan that holds", further), ("none", last)),
+        )
+    if request.alternatives > 1:
+        best = (("always", "the best plan, with the others beside it"),)
+        yield Stage("alternatives", f"until {request.alternatives} plans differ", ("restricted missions",), best)
+    if request.explain_limit:
+        changes = ("requirements left out, windows and limits relaxed, more time, another roadmap",)
+        limit = f"{request.explain_limit:g} s"
+        yield Stage("explain", f"if there is no plan; {limit}", changes, (("always", "the answer, with its causes"),))
+
+
+def _seconds(stage: TimeScalingStage | ContinuousTimeStage) -> str:
+    return f"{stage.least:g} s, or {stage.times:g} times those of the first plan"
+
+
+def _speed(each: Try) -> str:
+    if each.speed is None:
+        return "speed limits of the mission"
+    return f"{each.speed:.0%} of the vehicles' speed" if each.speed else "speeds that can be flown from rest to rest"
+
+
+def _margin(each: Try, margin: Metres) -> str:
+    return f"robustness margin {each.margin * margin:.3g} m" if each.margin * margin > 0 else "no margin"
+
+
+def _limit(each: Try) -> str:
+    return f"{each.work:g} units, {SEARCH.time:.0%} of the time left"
+
+
+def show_strategy(checked: Checked, request: PlanRequest) -> str:
+    """The strategy as text: a numbered stage, its tries below it, and what follows each outcome."""
+    lines: list[str] = []
+    for number, stage in enumerate(stages(checked, request), 1):
+        lines.append(f"{number} {stage.name}: {stage.runs}")
+        lines += [f"  {number}.{at} {each}" for at, each in enumerate(stage.tries, 1)]
+        lines += [f"  {outcome} -> {following}" for outcome, following in stage.then]
+    return "\n".join(lines) + "\n"
