@@ -259,7 +259,7 @@ def tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metr
 def urgent_tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metres, engine: str) -> list[Try]:
     """The tries if an agent in flight waits, after one without a margin: at the slowest pace and the fastest.
 
-    On roadmaps agents are at full speed at once: slow plans are flown as they are. Transport plans speeds that are flown.
+    On roadmaps agents are at full speed at once: slow plans are flown as they are. Transport plans flyable speeds.
     """
     own: list[tuple[float | None, Mission]] = [*paces] or [(None, mission)]
     ends = [own[0], *own[1:][-1:]]
