@@ -45,11 +45,11 @@ slow: ## the tests that take longer than a few seconds
 	$(BIN)/pytest -m slow
 
 fuzz: ## random missions through every command, mutated ones through `check`, command lines, edits and formulas, far more than in `make check`
-	MISSIONC_FUZZ=200000 $(BIN)/pytest -q --timeout 0 tests/properties/test_mutated_missions.py
-	MISSIONC_FUZZ=10000 $(BIN)/pytest -q --timeout 0 tests/properties/test_lsp_typing.py
-	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_verdict_table.py tests/properties/test_interval_robustness.py
-	MISSIONC_FUZZ=2000 $(BIN)/pytest -q --timeout 0 tests/properties/test_whole_language.py
-	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/test_hostile_commands.py
+	MISSIONC_FUZZ=200000 $(BIN)/pytest -q --timeout 0 tests/properties/frontend/test_mutated_missions.py
+	MISSIONC_FUZZ=10000 $(BIN)/pytest -q --timeout 0 tests/properties/tools/test_lsp_typing.py
+	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/verification/test_verdict_table.py tests/properties/verification/test_interval_robustness.py
+	MISSIONC_FUZZ=2000 $(BIN)/pytest -q --timeout 0 tests/properties/project/test_whole_language.py
+	MISSIONC_FUZZ=5000 $(BIN)/pytest -q --timeout 0 tests/properties/cli/test_hostile_commands.py
 
 farm: ## random trials of the compiler for MINUTES=10; goes on where it was, and keeps what it finds in tests/corpus/found
 	$(BIN)/python -m farm --minutes $(MINUTES)

@@ -4,7 +4,7 @@ python docs/gallery.py          compiles every mission, draws its plan into docs
 python docs/gallery.py NAME...  likewise, of these missions; the page is of all
 python docs/gallery.py --page   writes the page alone
 
-``tests/unit/test_gallery.py`` says when the page is not what the missions say.
+``tests/unit/project/test_gallery.py`` says when the page is not what the missions say.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ verdict   `faithful`, `repaired` (the paper contradicts itself or leaves it open
 reason    how it differs and why; of a faithful row, what there is besides
 
 docs/papers_shown.json keeps the texts that the last run of each command printed for `shows`.
-``tests/unit/test_papers.py`` runs the commands, and says when the page is not what these files give.
+``tests/unit/project/test_papers.py`` runs the commands, and says when the page is not what these files give.
 """
 
 from __future__ import annotations
