@@ -325,7 +325,7 @@ def test_a_command_is_one_module_and_its_name(
 
 def test_every_command_and_every_flag_of_compile_is_where_their_rows_say() -> None:
     page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
-    drawn = (ROOT / "tests" / "properties" / "test_hostile_commands.py").read_text(encoding="utf-8")
+    drawn = (ROOT / "tests" / "properties" / "cli" / "test_hostile_commands.py").read_text(encoding="utf-8")
     assert [name for name in app.MODULES if f"| `missionc {name}" not in page] == []
     assert {name for name in app.MODULES if f'"{name}"' not in drawn} == GO_ON
     with click.Context(app.commands) as context:

@@ -18,8 +18,16 @@ def column(table: str) -> list[str]:
 
 
 def test_every_folder_of_tests_is_on_the_map() -> None:
-    folders = {f"tests/{path.parent.name}/" for path in TESTS.glob("*/test_*.py")} | {"tests/golden/"}
+    folders = {f"tests/{path.relative_to(TESTS).parts[0]}/" for path in TESTS.glob("*/**/test_*.py")} | {
+        "tests/golden/"
+    }
     assert set(column("| folder | kind |")) == folders
+
+
+def test_unit_tests_and_properties_stand_in_the_rooms_of_the_package() -> None:
+    rooms = {path.parent.name for path in (ROOT / "missionc").glob("*/__init__.py")} | {"project"}
+    for kind in ("unit", "properties"):
+        assert {path.relative_to(TESTS / kind).parts[0] for path in (TESTS / kind).rglob("test_*.py")} <= rooms
 
 
 def test_every_module_made_for_tests_is_on_the_map() -> None:
