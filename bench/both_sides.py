@@ -54,7 +54,8 @@ from missionc.backends.cover.refute import Inconclusive, Refuted
 from missionc.backends.options import Options
 from missionc.base.limits import Limits
 from missionc.compiler import driver
-from missionc.compiler.ask_cover import SHARE, WORK, CoverSide
+from missionc.compiler.ask_cover import CoverSide
+from missionc.compiler.strategy import COVERS
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.lower.unroll_past import looking_ahead
 
@@ -152,9 +153,9 @@ def with_cover(row: Row, path: Path, limit: float) -> Row:
     assert checked.kernel is not None
     kernel = looking_ahead(checked.mission, checked.kernel, Limits().formula_nodes)
     assert isinstance(kernel, Kernel)
-    side = CoverSide(checked.mission, kernel, checked.kernel, Options(), Budget(time.monotonic() + limit / SHARE))
+    side = CoverSide(checked.mission, kernel, checked.kernel, Options(), Budget(time.monotonic() + limit / COVERS.time))
     begin = processor()
-    side.refusal(WORK)
+    side.refusal(COVERS.failed)
     words = {Refuted: "refused", Inconclusive: "admitted"}
     return replace(row, cover=words.get(type(side.answer), ""), cover_processor=processor() - begin)
 

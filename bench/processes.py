@@ -20,7 +20,7 @@ from typing import Any
 
 import missionc
 from missionc.backends.api import Budget, Planned
-from missionc.backends.clot.backend import Run
+from missionc.backends.clot.backend import TransportRun
 from missionc.backends.clot.paper.expand_agent import Expansion
 from missionc.backends.load import load
 from missionc.backends.options import Options
@@ -95,7 +95,7 @@ def chain(checked: Checked, options: Options, processes: int) -> float:
     """The part of the work that has to be done one after the other."""
     seen = Chain()
     if options.preset == "sketch":
-        owner, group, piece = Run, "plan", "attempt"
+        owner, group, piece = TransportRun, "plan", "attempt"
     else:
         owner, group, piece = Expansion, "__call__", "_one"
     before = getattr(owner, group), getattr(owner, piece)

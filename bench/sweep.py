@@ -48,7 +48,7 @@ def done(found: Pool, texts: list[str]) -> tuple[float, list[run_answer.Answer]]
     futures = [found.executor.submit(found.answer_to, text) for text in texts]
     wait(futures)
     seconds = time.perf_counter() - began
-    return seconds, [run_answer.read(future.result()) for future in futures]
+    return seconds, [run_answer.read_run_answer(future.result()) for future in futures]
 
 
 def others() -> float:
@@ -68,7 +68,10 @@ def main() -> None:
     checked = check(arguments.mission)
     assert checked.choice is not None
     settings = Settings(dict(inputs(checked)))
-    texts = [run_request.written(Request(settings, {}, seed, checked.choice.engines)) for seed in range(arguments.runs)]
+    texts = [
+        run_request.run_request_text(Request(settings, {}, seed, checked.choice.engines))
+        for seed in range(arguments.runs)
+    ]
     many = arguments.workers
     print(
         f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores, k = {many}; "

@@ -21,7 +21,7 @@ from missionc.base.diagnostics.model import Diagnostic
 from missionc.compiler import driver
 from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Verified
-from missionc.ir.language.walk_formulas import bottom_up, goals
+from missionc.ir.language.walk_formulas import formulas_bottom_up, goals
 from missionc.output.plot.plot import plot
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -119,7 +119,7 @@ def opening(text: str) -> str:
 def shows(mission: ir.Mission) -> Iterator[str]:
     """What is remarkable in it, in the words of the language."""
     operators, predicates = set(), set()
-    for formula in bottom_up(goal.formula for goal in goals(mission)):
+    for formula in formulas_bottom_up(goal.formula for goal in goals(mission)):
         match formula:
             case ir.Apply(operator=operator) if operator.name not in ("and", "or", "not", "always", "eventually"):
                 operators.add(operator.name)

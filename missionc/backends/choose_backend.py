@@ -20,7 +20,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Metric
 from missionc.ir import Apply, Flagged, Formula, Holds, Length, Mission, Objective, Still
-from missionc.ir.language.walk_formulas import asks_the_past, bottom_up, formulas, operator_words
+from missionc.ir.language.walk_formulas import asks_the_past, formulas, formulas_bottom_up, operator_words
 from missionc.ir.wording import listed
 
 
@@ -74,7 +74,7 @@ def needs(mission: Mission) -> tuple[Need, ...]:
 
 def needs_of(formula: Formula) -> tuple[Need, ...]:
     """Each feature that one formula uses, once, at the first words that need it."""
-    return _once(_of_formulas(bottom_up([formula])))
+    return _once(_of_formulas(formulas_bottom_up([formula])))
 
 
 def _once(required: Iterable[Need]) -> tuple[Need, ...]:
@@ -121,7 +121,7 @@ def _of_formula(formula: Formula) -> Iterator[Need]:
             yield Need(Feature.HOPS, operator_words(formula))
         case Apply(bounds=Length()):
             yield Need(Feature.METRIC_LENGTH, operator_words(formula))
-            if past := next(filter(asks_the_past, bottom_up(formula.operands)), None):
+            if past := next(filter(asks_the_past, formulas_bottom_up(formula.operands)), None):
                 yield Need(Feature.PAST_BELOW_METRES, operator_words(past))
         case Holds(predicate, span):
             if predicate.graph:

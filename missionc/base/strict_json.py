@@ -88,7 +88,7 @@ def parse_record(content: str | bytes, schema: str = "", *, finite: bool = True)
     return value
 
 
-def is_number(value: object) -> TypeGuard[int | float]:
+def is_finite_number(value: object) -> TypeGuard[int | float]:
     """Whether a value is a finite number, and no truth value."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
 

@@ -36,7 +36,7 @@ def understood(count: int | None, address: str | None) -> None:
         raise click.UsageError(f"`{address}` is no cluster; name tcp://HOST:PORT, a scheduler file, or local:8")
 
 
-def opened(count: int | None, address: str | None) -> AbstractContextManager[Pool | Diagnostic]:
+def opened_cluster(count: int | None, address: str | None) -> AbstractContextManager[Pool | Diagnostic]:
     """The workers; as many as there are processors, where nothing else is said."""
     from missionc.tools.sweep import run_sweep
 

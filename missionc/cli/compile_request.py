@@ -33,7 +33,7 @@ from missionc.compiler.results import Compiled, InvalidMission, Unverified, Veri
 from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 
 if TYPE_CHECKING:
-    from missionc.output.folder.overlap import Output
+    from missionc.output.folder.overlap import WrittenPath
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,12 +201,12 @@ def _planned(request: CompileRequest, checked: Checked, folder: Path | None, bud
     return answer
 
 
-def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tuple[list[Output], list[Path]]:
+def _paths(request: CompileRequest, checked: Checked, folder: Path | None) -> tuple[list[WrittenPath], list[Path]]:
     """All that is to be written, and all that was read; a run may be kept in the file that it is taken up from."""
-    from missionc.output.folder.overlap import Output, within
+    from missionc.output.folder.overlap import WrittenPath, within
 
     named = [("-o", folder), ("--plot", request.plot), ("--checkpoint", request.checkpoint)]
-    outputs = [Output(flag, path, flag == "-o") for flag, path in named if path]
+    outputs = [WrittenPath(flag, path, flag == "-o") for flag, path in named if path]
     again = request.resume and request.checkpoint and within(request.resume, request.checkpoint)
     resumed = [request.resume] if request.resume and not again else []
     return outputs, [*(Path(source.name) for source in checked.sources), *resumed]

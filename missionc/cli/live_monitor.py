@@ -33,12 +33,12 @@ from missionc.verification.monitoring.live.session import (
     Session,
     Unusable,
 )
-from missionc.verification.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 
 MOST_UNUSABLE = 20
 """Lines that cannot be used are told one by one up to so many; the summary counts them all."""
 
-STATUS = {Verdict.SATISFIED: Status.DONE, Verdict.VIOLATED: Status.VIOLATED, Verdict.OPEN: Status.UNDECIDED}
+STATUS = {LiveVerdict.SATISFIED: Status.DONE, LiveVerdict.VIOLATED: Status.VIOLATED, LiveVerdict.OPEN: Status.UNDECIDED}
 
 HELP = 'a line is `{"t": 1.25, "agent": "drone[0]", "position": [1, 2]}`, in seconds and metres'
 
@@ -161,7 +161,7 @@ class _Voice:
         seen, notes = session.steps.closed, session.notes()
         watch = session.constraints
         constraints = ((), ()) if watch is None else (watch.constraints(), watch.not_judged())
-        verdict = "not decided" if session.verdict is Verdict.OPEN else session.verdict.value
+        verdict = "not decided" if session.verdict is LiveVerdict.OPEN else session.verdict.value
         if self.json:
             records = [
                 {"goal": each.name, **_record(each, self.step, session.by_plan.get(number))}
@@ -211,7 +211,7 @@ def _words(standing: Standing, unit: str, step: float, by_plan: float | None) ->
         robustness = f"robustness {decimals(standing.least)} {unit}".rstrip()
     else:
         robustness = f"robustness {decimals(standing.least)} to {decimals(standing.most)} {unit}".rstrip()
-    if standing.verdict is not Verdict.OPEN:
+    if standing.verdict is not LiveVerdict.OPEN:
         return f"{standing.verdict.value} for good  {robustness}"
     risk = "at risk" if standing.at_risk else "open"
     planned = "" if by_plan is None else f", by the plan {decimals(by_plan)} {unit}".rstrip()

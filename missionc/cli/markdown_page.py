@@ -8,7 +8,7 @@ import sys
 from missionc.cli.exit_status import columns, in_colour
 
 
-def shown(page: str) -> str:
+def rendered_page(page: str) -> str:
     """Markdown as standard output shows it: rendered on a terminal, else as it is."""
     width = columns(sys.stdout.isatty())
     return rendered(page, width, in_colour(True)) if width else page.removesuffix("\n")

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.output.folder.overlap import Output, overlapping
+from missionc.output.folder.overlap import WrittenPath, overlapping
 from missionc.output.folder.ownership import exists
 from missionc.output.folder.write_file import refuse_file
 
@@ -19,13 +19,15 @@ HEAD = 4096
 """Bytes of a page, within which its title stands."""
 
 
-def refuse_page(target: Path, named: bool, inputs: Iterable[Path], others: Iterable[Output] = ()) -> Diagnostic | None:
+def refuse_page(
+    target: Path, named: bool, inputs: Iterable[Path], others: Iterable[WrittenPath] = ()
+) -> Diagnostic | None:
     """What forbids writing a page, to be said before any work is done; a file that nobody named has to be one already.
 
     Args:
         others: what else the command writes.
     """
-    wrong = overlapping([Output("-o", target), *others], inputs)
+    wrong = overlapping([WrittenPath("-o", target), *others], inputs)
     return wrong or refuse_file(target) or (None if named else _not_ours(target))
 
 

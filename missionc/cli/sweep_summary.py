@@ -21,7 +21,7 @@ MOST_LINES = 40
 def swept_lines(result: SweepResult, output: Path) -> list[str]:
     """How many runs came to what; how often there is a plan with each combination, how soon, and how long it is."""
     from missionc.tools.sweep.carry_out_sweep import PAGE
-    from missionc.tools.sweep.results_table import CSV, PARQUET, counts, missing
+    from missionc.tools.sweep.results_table import CSV, PARQUET, counts, missing_writer
 
     if not result.groups:
         return []
@@ -30,7 +30,7 @@ def swept_lines(result: SweepResult, output: Path) -> list[str]:
     lines = [f"{head}: {told}" if told else head, *_group_lines(result.groups), *_comparison_lines(result.comparisons)]
     if not result.complete:
         lines.append("the same command goes on with what is left")
-    absent = missing()
+    absent = missing_writer()
     note = [f"note: {absent.message}"] if absent else []
     tables = CSV if absent else f"{CSV} and {PARQUET}"
     return [*lines, *note, f"written to {output}: {tables}; {output / PAGE} shows it"]

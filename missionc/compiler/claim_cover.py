@@ -30,7 +30,7 @@ from missionc.backends.smt.sat.proof import CNF, DRAT, Unproved, prove_cnf
 from missionc.base.trace import Array, Flags
 from missionc.ir import BeaconCover, Box, Graph, Mission, Predicate, Shape, Sight
 from missionc.ir.kernel.nodes import Atom, Kernel
-from missionc.ir.kernel.show import Words
+from missionc.ir.kernel.show import KernelWords
 from missionc.ir.pair_ranges import range_of
 from missionc.verification.impossibility.bodies import is_plain, name_in_graph, name_of_obstacle, parts
 from missionc.verification.impossibility.check_refutation import check_refutation
@@ -122,7 +122,7 @@ class _MadeLabels:
     """Labels of the cover, written down as they are asked for."""
 
     def __init__(self, mission: Mission, labels: MayLabels, number_of: dict[int, int]) -> None:
-        self.labels, self.number_of, self.words = labels, number_of, Words(mission)
+        self.labels, self.number_of, self.words = labels, number_of, KernelWords(mission)
         self.made: list[Label] = []
         self._known: dict[Hashable, Never] = {}
 

@@ -99,14 +99,14 @@ def ask_backend(
         return _cut_short(incumbent.latest, api.CutShort.DEFECT)
     if incumbent.latest and isinstance(answer, Ended | api.NotFound):
         return _cut_short(incumbent.latest, CUT_SHORT.get(answer.reason, api.CutShort.UNFINISHED))
-    return not_found(answer, now) if isinstance(answer, Ended) else answer
+    return limit_reached(answer, now) if isinstance(answer, Ended) else answer
 
 
 def _cut_short(plan: api.Planned, why: api.CutShort) -> api.Planned:
     return replace(plan, report=replace(plan.report.noting(why.note), cut_short=why))
 
 
-def not_found(ended: Ended, now: api.Progress) -> api.NotFound:
+def limit_reached(ended: Ended, now: api.Progress) -> api.NotFound:
     """A limit came before there was a plan, or a candidate for one; with the stage that was under way."""
     engine = f" of the backend `{now.engine}`" if now.engine else ""
     which = f" (round {now.round})" if now.round > 1 else ""
@@ -205,7 +205,7 @@ def check_within(
     if isinstance(checked, Checked):
         return checked
     name = file.name if isinstance(file, Source) else str(file)
-    outcome = not_found(checked, api.Progress("check"))
+    outcome = limit_reached(checked, api.Progress("check"))
     unread = Checked(name, ())
     return Compiled(unread, outcome, (no_plan.not_found(unread, outcome, None),), ())
 

@@ -65,7 +65,7 @@ def _at_heading(wide: Sequence[shapely.Geometry], spots: Sequence[Spot], heading
     return places
 
 
-def joined(places: shapely.Geometry, stride: float, ends: Sequence[shapely.Geometry]) -> bool:
+def joined_placements(places: shapely.Geometry, stride: float, ends: Sequence[shapely.Geometry]) -> bool:
     """Whether one may go between two ends over places, by steps of so many metres at most."""
     for part in shapely.get_parts(shapely.buffer(places, WIDEN * stride / 2)):
         if all(bool(shapely.intersects(shapely.intersection(places, end), part)) for end in ends):

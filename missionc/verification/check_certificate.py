@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, TypeAlias
 
-from missionc.base.strict_json import NotJsonError, is_number, parse_record
+from missionc.base.strict_json import NotJsonError, is_finite_number, parse_record
 from missionc.verification.certificate import CERTAIN, Certificate, Check, Figure
 from missionc.verification.compare_documents import close, difference, shown
 from missionc.verification.proof.branch_and_bound import SHARE
@@ -110,13 +110,14 @@ def _entry(stated: Mapping[str, Any], entry: Check | Figure, proved: bool, anywh
     for key, value in computed.items():
         stated_value = stated[key]
         if key == "at" and not (
-            _moment(stated_value, value) or (not exact and is_number(stated_value) and 0 <= stated_value <= anywhere[1])
+            _moment(stated_value, value)
+            or (not exact and is_finite_number(stated_value) and 0 <= stated_value <= anywhere[1])
         ):
             return f"{who}: its `at` is {shown(stated_value)}, where {shown(value)} is what the files come to"
         if key == "at" or (key == "agents" and not exact and _names(stated_value, value, anywhere[0])):
             continue
-        worse = CERTAIN + SHARE * abs(value) if key == "margin" and proved and is_number(value) else 0.0
-        if is_number(stated_value) and is_number(value) and value - worse <= stated_value <= value:
+        worse = CERTAIN + SHARE * abs(value) if key == "margin" and proved and is_finite_number(value) else 0.0
+        if is_finite_number(stated_value) and is_finite_number(value) and value - worse <= stated_value <= value:
             continue
         wrong = difference(stated_value, value, key)
         if wrong is not None:
@@ -137,7 +138,7 @@ def _plain(entry: dict[str, Any]) -> dict[str, Any]:
 
 
 def _moment(stated: object, value: float | None) -> bool:
-    if value is None or not is_number(stated):
+    if value is None or not is_finite_number(stated):
         return stated is value
     return abs(stated - value) <= MOMENT + 1e-12 * abs(value)
 
@@ -184,7 +185,7 @@ def _boxes(stated: Mapping[str, object], certificate: Certificate) -> str | None
         reason = read if isinstance(read, str) else fault(read)
         if reason is None and isinstance(read, Boxes):
             margin = margins.get((name, subject))
-            if not is_number(margin) or margin > read.least + 1e-12:
+            if not is_finite_number(margin) or margin > read.least + 1e-12:
                 reason = "its boxes do not prove its margin"
         if reason is not None:
             return f"{name} of {subject}: {reason}"
@@ -215,7 +216,7 @@ def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
 def _rows(value: object) -> Iterator[tuple[float, ...]]:
     """Lists of finite numbers; an empty one where there is something else."""
     for row in value if isinstance(value, list) else []:
-        whole = isinstance(row, list) and all(is_number(number) for number in row)
+        whole = isinstance(row, list) and all(is_finite_number(number) for number in row)
         yield tuple(float(number) for number in row) if whole else ()
 
 

@@ -10,7 +10,7 @@ import math
 import re
 from typing import TypeGuard
 
-from missionc.base.strict_json import is_number
+from missionc.base.strict_json import is_finite_number
 
 SAME = 1e-8
 """Numbers that differ by less, times themselves where they are above 1, are the same: machines differ in rounding."""
@@ -37,7 +37,7 @@ def difference(read: object, computed: object, place: str = "", same: float = SA
             return _of_records(read, computed, place, same)
         case list():
             return _of_lists(read, computed, place, same)
-        case float() if is_number(read) and close(read, computed, same):
+        case float() if is_finite_number(read) and close(read, computed, same):
             return None
         case int() | str() | None if type(read) is type(computed) and read == computed:
             return None

@@ -19,7 +19,7 @@ from shapely.affinity import affine_transform
 
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.frontend.maps.feature import Area, Circle, Place
+from missionc.frontend.maps.feature import Area, Circle, MapPoint
 from missionc.ir.place_files import FileRequest
 
 ezdxf.options.write_fixed_meta_data_for_testing = True  # the same drawing is the same text at any time
@@ -42,14 +42,14 @@ def text_of(document: Any) -> str:
     return stream.getvalue()
 
 
-def polygons_of(shape: Area | Circle | Place) -> shapely.Geometry:
+def polygons_of(shape: Area | Circle | MapPoint) -> shapely.Geometry:
     """The area of a feature."""
     match shape:
         case Circle(centre, radius):
             return shapely.Point(centre).buffer(radius, quad_segs=256)
         case Area(polygons):
             return shapely.union_all([shapely.Polygon(outer, holes) for outer, *holes in polygons])
-        case Place():
+        case MapPoint():
             return shapely.Point()
 
 

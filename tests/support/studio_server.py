@@ -18,7 +18,7 @@ from websockets.sync.client import ClientConnection, connect
 from missionc.base.limits import Limits
 from missionc.cli.compile_request import CompileRequest
 from missionc.cli.studio.local_server import LocalServer
-from missionc.cli.studio.text_file import TextFile, opened
+from missionc.cli.studio.text_file import TextFile, opened_text
 from missionc.cli.studio.workplace import Workplace
 
 PATIENCE = 60.0
@@ -125,7 +125,7 @@ def studio(home: Path, text: str, name: str = "a.mission") -> Iterator[Serving]:
     """A studio with a text that its file in the folder holds."""
     path = home / name
     path.write_bytes(text.encode("utf-8"))
-    first = opened(path, Limits())
+    first = opened_text(path, Limits())
     assert isinstance(first, TextFile)
     plans = home.parent / "plans"
     plans.mkdir()

@@ -51,9 +51,9 @@ from missionc.backends.clot.run.near_misses import failure_statement, freed, nea
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
 from missionc.backends.clot.run.presets import PRESETS, Preset, fewer_samples, preset
 from missionc.backends.clot.run.run_state import (
-    Candidate,
     Nearest,
     Reached,
+    RunCandidate,
     Searching,
     State,
     from_snapshot,
@@ -107,14 +107,14 @@ class ClotBackend:
         """The same in turns, of whole attempts."""
         yield 0.0
         with one_thread(), enough_memory():
-            return (yield from Run(mission, kernel, options, budget).turns())
+            return (yield from TransportRun(mission, kernel, options, budget).turns())
 
 
 BACKEND = ClotBackend()
 
 
 @dataclass(slots=True)
-class Run:
+class TransportRun:
     mission: Mission
     kernel: Kernel
     options: Options
@@ -122,7 +122,7 @@ class Run:
     account: Account = field(default_factory=Account)
     late: bool = False
     """Whether something was told to end because time was up."""
-    best: Candidate | None = None
+    best: RunCandidate | None = None
     furthest: Searched | None = None
     """The search that came furthest of those that found no joint motion."""
     beside: dict[str, str] = field(default_factory=dict)
@@ -335,7 +335,7 @@ class Run:
 
     def consider(self, nearest: Nearest, come_to: Attempt) -> None:
         """Keeps a candidate where none was better."""
-        candidate = Candidate(nearest, come_to)
+        candidate = RunCandidate(nearest, come_to)
         if self.best is None or candidate.rank < self.best.rank:
             self.best = candidate
 
@@ -371,7 +371,7 @@ class Run:
             self.furthest = Searched((), *state.furthest)
         if state.nearest is not None:
             made = trace(self.mission, splines(self.mission), state.nearest.control)
-            self.best = Candidate(state.nearest, attempt(self.mission, self.kernel, made))
+            self.best = RunCandidate(state.nearest, attempt(self.mission, self.kernel, made))
 
     def taken_up(self) -> Reached | None:
         """The plan that the interrupted run had, if it had one.

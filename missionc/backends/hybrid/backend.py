@@ -24,7 +24,7 @@ import numpy as np
 
 from missionc.backends import api
 from missionc.backends.clot.backend import ATTEMPTS
-from missionc.backends.clot.backend import Run as Smooth
+from missionc.backends.clot.backend import TransportRun as Smooth
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand

@@ -36,7 +36,7 @@ def command(
         raise click.UsageError("`--watch` answers on and on, in words; leave `--format` out")
     from missionc.cli.watch import watched_missions as watching  # for those who ask for it
 
-    watching.watch(watching.Missions([str(file) for file in missions], checked), partial(_answer, form=form))
+    watching.watch_missions(watching.Missions([str(file) for file in missions], checked), partial(_answer, form=form))
 
 
 def _answer(results: list[Checked], form: str) -> Status:

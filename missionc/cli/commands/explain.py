@@ -13,7 +13,7 @@ from missionc.base.diagnostics.code import CODES
 from missionc.base.diagnostics.code_page import explain as page_of
 from missionc.base.diagnostics.suggest import nearest
 from missionc.cli.exit_status import Status, say
-from missionc.cli.markdown_page import shown
+from missionc.cli.markdown_page import rendered_page
 from missionc.cli.options import Pairs, existing, files, of_mission, one_of, read_limits
 from missionc.compiler.front_end import check
 from missionc.frontend.explain.explanation import document, explained, lines
@@ -53,7 +53,7 @@ def command(what: str | None, requirement: str | None, overrides: Pairs, limits:
         raise click.UsageError(f"there is no code `{what}`; {hint}")
     page = page_of(CODES[name])
     if form == "text":
-        click.echo(shown(page))
+        click.echo(rendered_page(page))
         return Status.DONE
     say([], [], form, {"code": name, "title": CODES[name].title, "page": page})
     return Status.DONE

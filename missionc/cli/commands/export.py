@@ -25,7 +25,7 @@ from missionc.cli.options import (
 )
 from missionc.output.folder.file_names import EXPORT, MANIFEST
 from missionc.output.folder.manifest import without_plan
-from missionc.output.folder.overlap import Output, overlapping
+from missionc.output.folder.overlap import WrittenPath, overlapping
 from missionc.output.folder.write_file import beside
 from missionc.output.folder.write_folder import write_folder
 
@@ -89,7 +89,7 @@ def command(
             notes += made.notes
     if not findings and reverified.opened:
         files[MANIFEST] = without_plan(reverified.opened.mission.name, EXPORT, files).encode()
-        wrong = overlapping([Output("-o", target, True)], [path]) or write_folder(target, files.items(), force)
+        wrong = overlapping([WrittenPath("-o", target, True)], [path]) or write_folder(target, files.items(), force)
         findings += [wrong] if wrong else []
     done = not findings
     lines = summary.exported_lines(str(target), tuple(files.items()), notes) if done else []

@@ -75,7 +75,7 @@ def command(
     from missionc.cli.fly_folder import flights_page, open_folder, paths_table, read_events
     from missionc.cli.loop_summary import loop_lines
     from missionc.cli.page_to_write import refuse_page
-    from missionc.output.folder.overlap import Output
+    from missionc.output.folder.overlap import WrittenPath
     from missionc.output.folder.write_file import beside, refuse_file, write_file
     from missionc.tools.closed_loop.fly_loop import LoopFlight, fly_loop, nobody
     from missionc.tools.closed_loop.loop_record import ToldPositions, loop_document, loop_flights, without_path
@@ -83,7 +83,7 @@ def command(
     allowed = options.read_limits(limits)
     target = output or beside(options.named(path), "-flights.html")
     read = [path, *([scenario] if scenario else [])]
-    traces = [Output("--trace", trace)] if trace else []
+    traces = [WrittenPath("--trace", trace)] if trace else []
     refused = refuse_page(target, output is not None, read, traces) or (refuse_file(trace) if trace else None)
     opened = [refused] if refused else open_folder(path, allowed)
     happening = opened if isinstance(opened, list) else read_events(scenario, opened.flying, allowed)

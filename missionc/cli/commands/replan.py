@@ -11,7 +11,7 @@ from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.units import Seconds
 from missionc.cli import options
 from missionc.cli.exit_status import Status, say
-from missionc.output.folder.overlap import Output, overlapping
+from missionc.output.folder.overlap import WrittenPath, overlapping
 from missionc.output.folder.write_file import beside
 from missionc.output.folder.write_folder import refuse, write_folder
 
@@ -106,7 +106,7 @@ def command(
 
     target = output or beside(options.named(path), "-replan")
     inputs = [path, flown, *([changed] if changed else [])]
-    wrong = overlapping([Output("-o", target, True)], inputs) or refuse(target, force)
+    wrong = overlapping([WrittenPath("-o", target, True)], inputs) or refuse(target, force)
     if wrong:
         say([wrong], [], form, {"outcome": None})
         return Status.MISSION_ERRORS

@@ -84,7 +84,7 @@ def command(
         else:
             own = 1 if cluster is None and jobs is None else jobs
             found = _spread(
-                path, trial, allowed, listen, bool(plot), lambda: cluster_options.opened(own, cluster), journal
+                path, trial, allowed, listen, bool(plot), lambda: cluster_options.opened_cluster(own, cluster), journal
             )
             if isinstance(found, Diagnostic):
                 say([found], [], form, {"passed": None})
@@ -147,12 +147,12 @@ def _refused(path: Path, trace: Path | None, plot: Path | None, journal: Path | 
     """What forbids writing, said before anything is flown."""
     if not (trace or plot or journal):
         return None
-    from missionc.output.folder.overlap import Output, overlapping
+    from missionc.output.folder.overlap import WrittenPath, overlapping
     from missionc.output.folder.write_file import refuse_file
     from missionc.output.plot.plot import missing
 
     named = ("--trace", trace), ("--plot", plot), ("--journal", journal)
-    outputs = [Output(flag, file) for flag, file in named if file]
+    outputs = [WrittenPath(flag, file) for flag, file in named if file]
     return (
         overlapping(outputs, [path])
         or (plot and (missing() or refuse_file(plot)))

@@ -19,7 +19,7 @@ from missionc.cli import options
 from missionc.cli.browser import said
 from missionc.cli.compile_request import CompileRequest
 from missionc.cli.exit_status import Status, say, say_line
-from missionc.cli.studio.text_file import TextFile, fresh, opened
+from missionc.cli.studio.text_file import TextFile, fresh, opened_text
 from missionc.frontend.templates import DEFAULT, templates
 
 NEEDED = ("pygls", "websockets")
@@ -57,7 +57,7 @@ def command(file: Path | None, no_open: bool) -> Status:
 def _first(path: Path | None, home: Path) -> TextFile | Diagnostic:
     """The text of the file; a template where there is none yet."""
     if path and os.path.lexists(path):
-        return opened(path, Limits())
+        return opened_text(path, Limits())
     template = templates()[DEFAULT]
     if path is None:
         return TextFile(fresh(home, template.mission), template.text)

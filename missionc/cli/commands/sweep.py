@@ -155,7 +155,7 @@ def command(
         Grid(values, seeds),
         settings,
         target,
-        lambda: cluster_options.opened(jobs, cluster),
+        lambda: cluster_options.opened_cluster(jobs, cluster),
         compare,
         (plot, plot_width or "") if plot else None,
     )

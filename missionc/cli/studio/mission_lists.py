@@ -10,7 +10,7 @@ from missionc.base.diagnostics.code import UNREADABLE
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.resources import folder
-from missionc.cli.studio.text_file import TextFile, fresh, opened
+from missionc.cli.studio.text_file import TextFile, fresh, opened_text
 from missionc.frontend.templates import templates
 
 SUFFIX = ".mission"
@@ -41,9 +41,9 @@ def taken(shelf: Shelf, name: str, home: Path, limits: Limits) -> TextFile | Dia
         return Diagnostic(UNREADABLE, f"there is no `{name}` to open", None, help="choose one that is listed")
     match shelf:
         case "folder":
-            return opened(home / name, limits)
+            return opened_text(home / name, limits)
         case "gallery":
-            copied = opened(folder("missions") / "gallery" / f"{name}{SUFFIX}", limits)
+            copied = opened_text(folder("missions") / "gallery" / f"{name}{SUFFIX}", limits)
             return copied if isinstance(copied, Diagnostic) else TextFile(copied.path, copied.text)
         case "template":
             template = templates()[name]

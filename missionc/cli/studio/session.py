@@ -34,7 +34,7 @@ from missionc.base.source import Source, Span
 from missionc.base.units import UNITS
 from missionc.cli.studio.compilation import Compilation
 from missionc.cli.studio.mission_lists import SHELVES, SUFFIX, Shelf, listed, taken
-from missionc.cli.studio.text_file import TextFile, opened
+from missionc.cli.studio.text_file import TextFile, opened_text
 from missionc.cli.studio.workplace import Workplace
 from missionc.cli.watch.planner_process import Ended
 from missionc.frontend.syntax import ast
@@ -75,7 +75,7 @@ COLOURS = {
 """CodeMirror's tag for each kind of word, by what the table of words says it is."""
 
 
-def words() -> Json:
+def session_words() -> Json:
     """What colours words: ``kinds`` by word and short form, ``free`` those that may be names, and what declares one."""
     spelt = [(spelling, word) for word in WORDS for spelling in (word.text, word.letter) if spelling.isalpha()]
     return {
@@ -126,7 +126,7 @@ class OpenMission:
 
     def reload(self) -> Json | Diagnostic:
         """The text as its file has it now."""
-        file = opened(self.file.path, self.limits)
+        file = opened_text(self.file.path, self.limits)
         if isinstance(file, Diagnostic):
             return file
         self.file = file
@@ -250,7 +250,7 @@ class Session:
         self._compilation = Compilation(workplace, self._tell, self._end)
         self._compiled: OpenText | None = None
         self._answers: dict[str, Callable[[Json], Any]] = {
-            "studio/begin": lambda params: {**self._open.described(), "words": words()},
+            "studio/begin": lambda params: {**self._open.described(), "words": session_words()},
             "studio/lists": lambda params: {shelf: listed(shelf, workplace.home) for shelf in SHELVES},
             "studio/open": self._open_other,
             "studio/reload": lambda params: self._open.reload(),

@@ -51,7 +51,7 @@ class TextFile:
         return wrong or replace(self, path=path, text=text, disk=content, named=True)
 
 
-def opened(path: Path, limits: Limits) -> TextFile | Diagnostic:
+def opened_text(path: Path, limits: Limits) -> TextFile | Diagnostic:
     """The text in a file."""
     content = read_bytes(path, str(path), limits.file_bytes)
     if isinstance(content, Diagnostic):

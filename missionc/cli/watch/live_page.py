@@ -42,7 +42,7 @@ class News:
     """How many there have been."""
 
 
-class Live:
+class LivePage:
     """A context in which the page is served, to whoever is on this machine."""
 
     def __init__(self, mission: str) -> None:
@@ -87,7 +87,7 @@ class Live:
 
 
 class _Server(PageServer):
-    live: Live
+    live: LivePage
 
     @cached_property
     def policy(self) -> str:

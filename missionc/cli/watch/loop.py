@@ -14,7 +14,7 @@ from missionc.cli.browser import said
 from missionc.cli.compile_request import CompileRequest, check, folder_of
 from missionc.cli.exit_status import Status, say, say_line
 from missionc.cli.watch.file_changes import EVERY
-from missionc.cli.watch.live_page import Live
+from missionc.cli.watch.live_page import LivePage
 from missionc.cli.watch.planner_process import Ended, Planner
 from missionc.cli.watch.watched_missions import Missions, heading
 from missionc.output.folder.file_names import REPORT
@@ -27,7 +27,7 @@ def watch(request: CompileRequest, no_open: bool) -> Status:
     """Goes on until it is interrupted; returns only where the folder to write is not the compiler's."""
     missions = Missions([request.name], lambda: [check(request)])
     ours: set[Path] = set()  # folders that were not there before
-    with Planner() as planner, Live(Path(request.name).name) as live:
+    with Planner() as planner, LivePage(Path(request.name).name) as live:
         planner.ready(FIRST)
         say_line(said(live.address, no_open, live.address))
         say_line(f"watching {request.name} and what it includes; Ctrl-C ends")
@@ -44,7 +44,7 @@ def watch(request: CompileRequest, no_open: bool) -> Status:
             heading()
 
 
-def _begin(request: CompileRequest, missions: Missions, planner: Planner, live: Live, ours: set[Path]) -> None:
+def _begin(request: CompileRequest, missions: Missions, planner: Planner, live: LivePage, ours: set[Path]) -> None:
     """Check; and begin to plan, unless there are errors to mend first."""
     (checked,) = missions.checked()
     if not checked.ok or checked.choice is None:
@@ -60,7 +60,7 @@ def _begin(request: CompileRequest, missions: Missions, planner: Planner, live: 
     live.tell("planning")
 
 
-def _show(ended: Ended, live: Live) -> None:
+def _show(ended: Ended, live: LivePage) -> None:
     """A new report where there is one; else the last one stays, with the findings above it."""
     if ended.status == Status.DONE:
         live.tell("planned", report=(Path(ended.output) / REPORT).read_bytes())

@@ -36,7 +36,7 @@ class Missions:
         return self._saves.saved()
 
 
-def watch(missions: Missions, answer: Callable[[list[Checked]], object]) -> NoReturn:
+def watch_missions(missions: Missions, answer: Callable[[list[Checked]], object]) -> NoReturn:
     """Answers for the missions as they are, and again after every save; until it is interrupted."""
     click.echo("watching the missions and what they include; Ctrl-C ends")
     while True:

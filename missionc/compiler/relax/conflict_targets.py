@@ -18,7 +18,7 @@ from missionc.ir.kernel.walk import children, graph_of, route_bounds, window_of
 Key = TypeVar("Key", Span, str)
 
 
-class Way(Enum):
+class ConflictTarget(Enum):
     """What asks for less: more of the number, or less of it; EITHER where the formula needs it both ways."""
 
     MORE = 1
@@ -35,13 +35,13 @@ class ConflictTargets:
     to be positive.
     """
 
-    windows: dict[Span, Way] = field(default_factory=dict)
-    lengths: dict[Span, Way] = field(default_factory=dict)
-    counts: dict[Span, Way] = field(default_factory=dict)
-    comparisons: dict[Span, Way] = field(default_factory=dict)
-    graphs: dict[str, Way] = field(default_factory=dict)
-    regions: dict[str, Way] = field(default_factory=dict)
-    formations: dict[str, Way] = field(default_factory=dict)
+    windows: dict[Span, ConflictTarget] = field(default_factory=dict)
+    lengths: dict[Span, ConflictTarget] = field(default_factory=dict)
+    counts: dict[Span, ConflictTarget] = field(default_factory=dict)
+    comparisons: dict[Span, ConflictTarget] = field(default_factory=dict)
+    graphs: dict[str, ConflictTarget] = field(default_factory=dict)
+    regions: dict[str, ConflictTarget] = field(default_factory=dict)
+    formations: dict[str, ConflictTarget] = field(default_factory=dict)
 
 
 def conflict_targets(formulas: Iterable[Node]) -> ConflictTargets:
@@ -84,7 +84,7 @@ def _note(found: ConflictTargets, node: Node, sign: int) -> None:
                 _add(found.lengths, span, sign)
 
 
-def _add(ways: dict[Key, Way], key: Key | None, sign: int) -> None:
+def _add(ways: dict[Key, ConflictTarget], key: Key | None, sign: int) -> None:
     if key is not None:
-        way = Way(sign)
-        ways[key] = way if ways.get(key, way) is way else Way.EITHER
+        way = ConflictTarget(sign)
+        ways[key] = way if ways.get(key, way) is way else ConflictTarget.EITHER

@@ -15,7 +15,7 @@ from missionc.base.diagnostics.model import Fix
 from missionc.base.source import Span
 from missionc.base.units import Metric
 from missionc.compiler.front_end import Checked
-from missionc.compiler.relax.conflict_targets import ConflictTargets, Way
+from missionc.compiler.relax.conflict_targets import ConflictTarget, ConflictTargets
 from missionc.compiler.relax.edits import ROUND, Edit, Spot, declared, is_in_main_file, spot
 from missionc.compiler.relax.relaxation_parameters import RelaxationParameter, less, more, notch, whole
 from missionc.frontend.checks.check_horizons import steps_ahead
@@ -23,7 +23,7 @@ from missionc.frontend.resolve.resolve_quantities import excerpt, shown
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.references import nodes
 from missionc.ir import Apply, Mission, Period, Preference, Requirement, Window
-from missionc.ir.language.walk_formulas import bottom_up, formulas, goals, operator_words
+from missionc.ir.language.walk_formulas import formulas, formulas_bottom_up, goals, operator_words
 from missionc.ir.language.weighed_routes import longest
 
 
@@ -56,19 +56,21 @@ def lengths(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
     knobs = []
     for span, way in targets.lengths.items():
         length, bounds = written.get(span), meant.get(span)
-        if not isinstance(length, ast.Length) or not isinstance(bounds, ir.Length) or way is Way.EITHER:
+        if not isinstance(length, ast.Length) or not isinstance(bounds, ir.Length) or way is ConflictTarget.EITHER:
             continue
         bound = spot(checked, length.high)
         if bound is None:
             continue
         name = f"the bound of `{excerpt(length.span)}`"
         counted = bounds.metric is not Metric.METRES
-        if counted and way is Way.MORE:
+        if counted and way is ConflictTarget.MORE:
             knobs.append(whole(bound, name, int(longest(bounds)) - int(bounds.high)))
         elif counted:
             knobs.append(whole(bound, name, int(bounds.high - bounds.low), -1))
         else:
-            knobs.append(more(bound, name) if way is Way.MORE else less(bound, name, bounds.low / bound.factor))
+            knobs.append(
+                more(bound, name) if way is ConflictTarget.MORE else less(bound, name, bounds.low / bound.factor)
+            )
     return knobs
 
 
@@ -83,10 +85,10 @@ def counts(checked: Checked, targets: ConflictTargets) -> list[RelaxationParamet
                 name = f"at least, of `{excerpt(agents.span)}`,"
             case _:
                 continue
-        way, bound = targets.counts.get(span, Way.EITHER), spot(checked, number)
-        if bound is not None and way is Way.LESS:
+        way, bound = targets.counts.get(span, ConflictTarget.EITHER), spot(checked, number)
+        if bound is not None and way is ConflictTarget.LESS:
             knobs.append(whole(bound, name, int(bound.value), -1))
-        elif bound is not None and way is Way.MORE:
+        elif bound is not None and way is ConflictTarget.MORE:
             knobs.append(whole(bound, name, max(1, int(bound.value))))
     return knobs
 
@@ -97,12 +99,12 @@ def headings(checked: Checked, targets: ConflictTargets) -> list[RelaxationParam
     for node in sorted(
         (each for each in nodes(checked.program) if isinstance(each, ast.Facing)), key=lambda each: each.span.start
     ):
-        way, angle = targets.comparisons.get(node.span, Way.EITHER), spot(checked, node.within)
-        if angle is None or way is Way.EITHER:
+        way, angle = targets.comparisons.get(node.span, ConflictTarget.EITHER), spot(checked, node.within)
+        if angle is None or way is ConflictTarget.EITHER:
             continue
         name = f"the angle of `{excerpt(node.span)}`"
         most = math.nextafter(math.pi / angle.factor, 0.0)
-        knobs.append(more(angle, name, most) if way is Way.MORE else less(angle, name))
+        knobs.append(more(angle, name, most) if way is ConflictTarget.MORE else less(angle, name))
     return knobs
 
 
@@ -118,12 +120,12 @@ def comparisons(checked: Checked, targets: ConflictTargets) -> list[RelaxationPa
     """The number that a comparison has on one of its sides."""
     knobs = []
     for node in (each for each in _in_order(checked) if isinstance(each, ast.Compare)):
-        way = targets.comparisons.get(node.span, Way.EITHER)
+        way = targets.comparisons.get(node.span, ConflictTarget.EITHER)
         right, left = spot(checked, node.right), spot(checked, node.left)
         bound = right or left
-        if bound is None or way is Way.EITHER:
+        if bound is None or way is ConflictTarget.EITHER:
             continue
-        grows = ((node.operator in ("<", "<=")) == (bound is right)) == (way is Way.MORE)
+        grows = ((node.operator in ("<", "<=")) == (bound is right)) == (way is ConflictTarget.MORE)
         name = f"the bound of `{excerpt(node.span)}`"
         knobs.append(more(bound, name) if grows else less(bound, name, bound.value - 4 * max(1.0, abs(bound.value))))
     return knobs
@@ -178,15 +180,20 @@ def windows(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
     knobs = []
     for span, way in targets.windows.items():
         window, formula = written.get(span), meant.get(span)
-        if isinstance(window, ast.Window) and formula is not None and way is not Way.EITHER:
+        if isinstance(window, ast.Window) and formula is not None and way is not ConflictTarget.EITHER:
             knobs.append(_window(checked, mission, window, formula, way))
-        elif formula is not None and isinstance(formula.bounds, Period) and way is Way.MORE and span in periods:
+        elif (
+            formula is not None
+            and isinstance(formula.bounds, Period)
+            and way is ConflictTarget.MORE
+            and span in periods
+        ):
             knobs.append(_period(checked, mission, periods[span], formula))
     return [knob for knob in knobs if knob is not None]
 
 
 def _window(
-    checked: Checked, mission: Mission, window: ast.Window, formula: Apply, way: Way
+    checked: Checked, mission: Mission, window: ast.Window, formula: Apply, way: ConflictTarget
 ) -> RelaxationParameter | None:
     bounds, lasting = formula.bounds, _horizon(checked)
     if not isinstance(bounds, Window) or bounds.high is None or window.high is None:
@@ -195,21 +202,21 @@ def _window(
     end_spot = spot(checked, window.high)
     with_horizon = end_spot is not None and end_spot == lasting
     if end_spot is None or with_horizon:
-        if (way is Way.MORE and with_horizon) or not is_in_main_file(checked, window.high.span):
+        if (way is ConflictTarget.MORE and with_horizon) or not is_in_main_file(checked, window.high.span):
             return None
         end_spot = Spot(high * mission.step, "s", window.high)
-    asking = [goal for goal in goals(mission) if formula in bottom_up([goal.formula])]
+    asking = [goal for goal in goals(mission) if formula in formulas_bottom_up([goal.formula])]
     name = f"in `{asking[0].name}`, the end of `{' '.join(operator_words(formula).text.split())}` at"
     ahead = _ahead(mission, asking)
 
     def edit(notches: int) -> Edit | None:
         end = high + way.value * notches
         moved = _at_spot(end_spot, mission, end, name)
-        if way is Way.LESS or ahead + notches <= mission.steps:
+        if way is ConflictTarget.LESS or ahead + notches <= mission.steps:
             return moved
         return moved + _lasting(lasting, mission, ahead + notches) if lasting is not None else None
 
-    most = (LONGER - 1) * mission.steps if way is Way.MORE else high - low
+    most = (LONGER - 1) * mission.steps if way is ConflictTarget.MORE else high - low
     return RelaxationParameter(edit, 1 / max(1, high), min(most, max(1, high)), most) if most else None
 
 
@@ -232,7 +239,7 @@ def _period(checked: Checked, mission: Mission, length: ast.Quantity, formula: A
     place = spot(checked, length)
     assert isinstance(formula.bounds, Period)
     steps = formula.bounds.steps
-    asking = [goal for goal in goals(mission) if formula in bottom_up([goal.formula])]
+    asking = [goal for goal in goals(mission) if formula in formulas_bottom_up([goal.formula])]
     most = mission.steps - _ahead(mission, asking)
     if place is None or most < 1:
         return None
@@ -286,7 +293,9 @@ def graphs(checked: Checked, targets: ConflictTargets) -> list[RelaxationParamet
         for name, quantity in written:
             radius = spot(checked, quantity)
             if radius is not None and way is not None:
-                knobs.append(less(radius, name, notch(radius.value)) if way is Way.LESS else more(radius, name))
+                knobs.append(
+                    less(radius, name, notch(radius.value)) if way is ConflictTarget.LESS else more(radius, name)
+                )
     return knobs
 
 
@@ -296,7 +305,7 @@ def formations(checked: Checked, targets: ConflictTargets) -> list[RelaxationPar
     for formation in declared(checked, ast.Formation):
         for setting in formation.settings:
             tolerance = spot(checked, setting.high) if setting.name.text == "tolerance" else None
-            if tolerance is not None and targets.formations.get(formation.name.text) is Way.MORE:
+            if tolerance is not None and targets.formations.get(formation.name.text) is ConflictTarget.MORE:
                 knobs.append(more(tolerance, f"the tolerance of `{formation.name.text}`"))
     return knobs
 
@@ -307,7 +316,7 @@ def regions(checked: Checked, mission: Mission, targets: ConflictTargets) -> lis
     knobs = []
     for region in declared(checked, ast.Region):
         name, shape = region.name.text, meant.get(region.name.text)
-        if targets.regions.get(name) is not Way.MORE:
+        if targets.regions.get(name) is not ConflictTarget.MORE:
             continue
         match region.shape, shape:
             case ast.Box() as box, ir.Box() if is_in_main_file(checked, box.span):

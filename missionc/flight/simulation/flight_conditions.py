@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, fields
 from importlib.metadata import PackageNotFoundError, version
 
-from missionc.base.strict_json import is_number
+from missionc.base.strict_json import is_finite_number
 from missionc.flight.simulation.controller import Gains
 from missionc.flight.simulation.default_engine import COMMANDS
 from missionc.flight.simulation.disturbance import (
@@ -113,7 +113,7 @@ def _lose(record: object) -> tuple[tuple[str, float], ...] | None:
 
 
 def _within(value: object, most: float) -> bool:
-    return is_number(value) and 0 <= value <= most
+    return is_finite_number(value) and 0 <= value <= most
 
 
 def _whole(value: object, least: int, most: int) -> bool:

@@ -49,7 +49,16 @@ from missionc.flight.trajectories.fit_polynomials import (
 )
 from missionc.flight.trajectories.refusals import not_flyable, too_fast
 from missionc.flight.trajectories.separating_planes import Held, Near, conflicts, groups, held_apart, narrowed
-from missionc.flight.trajectories.vehicle_limits import SHARE, Limit, Peak, cuts, in_parts, limits_of, peaks, room
+from missionc.flight.trajectories.vehicle_limits import (
+    SHARE,
+    Limit,
+    Peak,
+    cuts,
+    in_parts,
+    limits_of,
+    peaks,
+    spare_performance,
+)
 from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, Pieces, motion, refined, values, written
 from missionc.geometry.curves.smooth_splines import DEGREE, JOIN, bernstein, control_points_of, effort, rounded
 from missionc.ir import Agent, AlongPath, Fixed, Mission, Yaw
@@ -487,7 +496,7 @@ def _fit(
         replace(plane, first=place[plane.first], second=place[plane.second]) for plane in planes if plane.first in place
     ]
     cut = [replace(each, agent=place[each.agent]) for each in known_cuts if each.agent in place]
-    return fit(own, held, *room(mission, own, group), cut, shared, most)
+    return fit(own, held, *spare_performance(mission, own, group), cut, shared, most)
 
 
 def _turning(agent: Agent) -> Array | None:

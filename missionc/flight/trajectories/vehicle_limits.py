@@ -217,7 +217,7 @@ def _in_space(vectors: Array) -> Array:
     return np.pad(vectors, [(0, 0)] * (vectors.ndim - 1) + [(0, missing)]) if missing else vectors
 
 
-def room(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
+def spare_performance(mission: Mission, course: Course, group: list[int]) -> tuple[Array, Array]:
     """Opposite corners of each leg's room, (agents, legs, dim).
 
     Where the plan itself is beyond that, the flight goes no further than the plan; never out of the world.

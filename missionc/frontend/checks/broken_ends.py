@@ -24,7 +24,7 @@ from missionc.ir.kernel.walk import asks, children, graph_of, window_of
 from missionc.ir.pair_ranges import range_of
 from missionc.ir.wording import listed, metres, seconds
 from missionc.verification.monitoring.end_columns import FIRST
-from missionc.verification.monitoring.interval_robustness import Interval, Intervals
+from missionc.verification.monitoring.interval_robustness import Intervals, RobustnessInterval
 
 ROUNDING = 1e-9
 """Metres: what is missed by less may be rounding, unless it is exactly at a border that is not its own."""
@@ -59,13 +59,13 @@ def _surely_false(most: float) -> bool:
     return most < -ROUNDING or -1e-300 < most < 0
 
 
-def _bound(known: dict[Node, Interval], place: Culprit) -> float:
+def _bound(known: dict[Node, RobustnessInterval], place: Culprit) -> float:
     one = known[place.node]
     values = one.most if place.upper else one.least
     return float(values[place.agent if len(values) > 1 else 0, place.column])
 
 
-def _culprit(intervals: Intervals, known: dict[Node, Interval], root: Node) -> Culprit:
+def _culprit(intervals: Intervals, known: dict[Node, RobustnessInterval], root: Node) -> Culprit:
     """Down from a requirement to what its bound is the bound of."""
     place = Culprit(root, 0, FIRST, True, root.span)
     while True:
@@ -94,7 +94,7 @@ def _below(intervals: Intervals, place: Culprit) -> Iterator[Culprit]:
 
 
 def _finding(
-    mission: Mission, goal: Goal, culprit: Culprit, intervals: Intervals, known: dict[Node, Interval]
+    mission: Mission, goal: Goal, culprit: Culprit, intervals: Intervals, known: dict[Node, RobustnessInterval]
 ) -> Diagnostic:
     amount = abs(_bound(known, culprit))
     if amount == np.inf:

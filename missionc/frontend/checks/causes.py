@@ -253,9 +253,9 @@ class Causes:
         if formation is None:
             return None
         if formation not in self.formations:
-            from missionc.frontend.checks.formation_room import nowhere
+            from missionc.frontend.checks.formation_room import no_room
 
-            self.formations[formation] = nowhere(self.ground, formation, suspecting=self.suspecting)
+            self.formations[formation] = no_room(self.ground, formation, suspecting=self.suspecting)
         figure = self.formations[formation]
         if figure is None:
             return None

@@ -22,7 +22,15 @@ from missionc.base.source import Span
 from missionc.ir import Apply, Formula, Mission, Period, Preference, Requirement, Window
 from missionc.ir.kernel.nodes import Node
 from missionc.ir.kernel.walk import Ask, asks
-from missionc.ir.language.walk_formulas import bottom_up, formulas, goals, meaning, once, operands, operator_words
+from missionc.ir.language.walk_formulas import (
+    formulas,
+    formulas_bottom_up,
+    goals,
+    meaning,
+    once,
+    operands,
+    operator_words,
+)
 from missionc.ir.wording import seconds
 
 _HORIZON = re.compile(r"horizon\s+([0-9.eE+-]+\s*[a-z]*)\Z")
@@ -62,7 +70,7 @@ def steps_ahead(roots: Iterable[Formula]) -> dict[Formula, Look]:
     Source:
         [strel] Definition 5, with ``until``'s left side asked one step less far.
     """
-    return {formula: _look(formula) for formula in bottom_up(roots)}
+    return {formula: _look(formula) for formula in formulas_bottom_up(roots)}
 
 
 @once

@@ -29,10 +29,10 @@ from missionc.base.source import Span
 from missionc.frontend.checks import necessary_conditions
 from missionc.frontend.checks.check_routes import check_routes, too_few_agents
 from missionc.frontend.checks.free_space import FreeSpace
-from missionc.frontend.checks.literals import MOST_RULES, Literal, Places, Rule, Unbounded, exclude
+from missionc.frontend.checks.literals import MOST_RULES, Literal, LiteralPlaces, LiteralRule, Unbounded, exclude
 from missionc.frontend.checks.must_analysis import FALSE, TRUE, MustAnalysis, must_analysis
 from missionc.frontend.checks.place_margins import Joint, margin_at
-from missionc.frontend.checks.value_ranges import Range, in_words, of_comparison
+from missionc.frontend.checks.value_ranges import Range, of_comparison, range_in_words
 from missionc.frontend.syntax.tokens import MOST_FINDINGS
 from missionc.geometry import plain_floats
 from missionc.geometry.configuration_space import SURE, covers
@@ -40,7 +40,7 @@ from missionc.ir.kernel import nodes as k
 from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.walk import more_than, postorder
-from missionc.ir.language.walk_formulas import bits_of, bottom_up, formulas, goals, operands
+from missionc.ir.language.walk_formulas import bits_of, formulas, formulas_bottom_up, goals, operands
 from missionc.ir.wording import listed, seconds
 from missionc.verification.monitoring.end_columns import MOST_NODES
 
@@ -174,11 +174,14 @@ class RequiredFact:
 
     requirement: k.Goal
     fact: necessary_conditions.Fact
-    rule: Rule
+    rule: LiteralRule
 
 
 def contradictions(
-    mission: ir.Mission, places: Places, necessary: necessary_conditions.NecessaryConditions, requirements: list[k.Goal]
+    mission: ir.Mission,
+    places: LiteralPlaces,
+    necessary: necessary_conditions.NecessaryConditions,
+    requirements: list[k.Goal],
 ) -> Iterator[Diagnostic]:
     """One finding for each requirement, or pair of them, that no plan can satisfy."""
     facts: list[RequiredFact] = []
@@ -195,7 +198,7 @@ def contradictions(
             reported.add(pair)
             yield _clash(mission, one, other, steps)
     yield from _impossible_instants(places, necessary, instants, reported)
-    ends = Ends(mission)
+    ends = RequirementEnds(mission)
     for entry in facts:
         alone = frozenset((entry.requirement,))
         if alone not in reported:
@@ -204,7 +207,9 @@ def contradictions(
                 yield finding
 
 
-def _asked(requirement: k.Goal, gathered: necessary_conditions.Necessary, places: Places) -> Iterator[RequiredFact]:
+def _asked(
+    requirement: k.Goal, gathered: necessary_conditions.Necessary, places: LiteralPlaces
+) -> Iterator[RequiredFact]:
     return (RequiredFact(requirement, fact, places.rule(fact.literal)) for fact in gathered.facts)
 
 
@@ -223,7 +228,7 @@ def _clashes(facts: list[RequiredFact]) -> Iterator[tuple[RequiredFact, Required
 
 
 def _impossible_instants(
-    places: Places,
+    places: LiteralPlaces,
     necessary: necessary_conditions.NecessaryConditions,
     instants: dict[necessary_conditions.Instant, k.Goal],
     reported: set[frozenset[k.Goal]],
@@ -263,7 +268,7 @@ class BoundaryPositions:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ends:
+class RequirementEnds:
     """Where agents start and finish, looked up once for all facts about the same ones."""
 
     mission: ir.Mission
@@ -289,7 +294,7 @@ class Ends:
         return BoundaryPositions(placed, exact, points, regions)
 
 
-def _against_places(ends: Ends, places: Places, entry: RequiredFact) -> Iterator[Diagnostic]:
+def _against_places(ends: RequirementEnds, places: LiteralPlaces, entry: RequiredFact) -> Iterator[Diagnostic]:
     """The start, or the finish, that makes a fact of that step impossible."""
     fact, mission = entry.fact, ends.mission
     if not fact.who.agents:
@@ -303,7 +308,9 @@ def _against_places(ends: Ends, places: Places, entry: RequiredFact) -> Iterator
             return
 
 
-def _impossible_at(places: Places, literal: Literal, there: BoundaryPositions) -> list[tuple[ir.Agent, ir.Place]]:
+def _impossible_at(
+    places: LiteralPlaces, literal: Literal, there: BoundaryPositions
+) -> list[tuple[ir.Agent, ir.Place]]:
     """The agents whose places surely break the literal."""
     rows = [there.exact[point] for point in _impossible_points(places, literal, there.points)]
     for region, within in there.regions.items():
@@ -312,7 +319,7 @@ def _impossible_at(places: Places, literal: Literal, there: BoundaryPositions) -
     return [there.placed[row] for row in sorted(rows)]
 
 
-def _impossible_points(places: Places, literal: Literal, points: list[ir.Vector]) -> list[int]:
+def _impossible_points(places: LiteralPlaces, literal: Literal, points: list[ir.Vector]) -> list[int]:
     """Which of the points the literal surely does not hold at."""
     if not points:
         return []
@@ -409,7 +416,7 @@ def _steps(mission: ir.Mission, low: int, high: int) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Culprit:
+class CulpritRequirement:
     """The smallest part from which it follows, and why it is as it is."""
 
     formula: ir.Formula
@@ -441,7 +448,7 @@ def _dead_comparisons(mission: ir.Mission, known: MustAnalysis) -> Iterator[Diag
     dead = {formula for formula in formulas(mission) if known.of(formula).number == FALSE and _compares(formula)}
     if dead:
         decided = {goal.formula for goal in mission.requirements if known.of(goal.formula).number in (TRUE, FALSE)}
-        others = bottom_up(goal.formula for goal in goals(mission) if goal.formula not in decided)
+        others = formulas_bottom_up(goal.formula for goal in goals(mission) if goal.formula not in decided)
         yield from (_comparison_never_holds(known, formula) for formula in others if formula in dead)
 
 
@@ -449,7 +456,7 @@ def _compares(formula: ir.Formula) -> bool:
     return isinstance(formula, ir.Holds) and isinstance(formula.predicate, ir.Compare)
 
 
-def _culprit(known: MustAnalysis, root: ir.Formula) -> Culprit:
+def _culprit(known: MustAnalysis, root: ir.Formula) -> CulpritRequirement:
     """Down from a formula that is surely true, or false, to the part that makes it so."""
     formula = root
     while True:
@@ -457,7 +464,7 @@ def _culprit(known: MustAnalysis, root: ir.Formula) -> Culprit:
         if not decided:
             break
         formula = decided[0]
-    return Culprit(formula, _why(known, formula))
+    return CulpritRequirement(formula, _why(known, formula))
 
 
 def _why(known: MustAnalysis, formula: ir.Formula) -> str:
@@ -467,7 +474,7 @@ def _why(known: MustAnalysis, formula: ir.Formula) -> str:
         case ir.Holds(ir.Compare() as compare) if (
             values := _range(known, compare, sure.true or sure.false)
         ) is not None:
-            return f"always {always}: {in_words(compare, values)}".lower()
+            return f"always {always}: {range_in_words(compare, values)}".lower()
         case ir.Holds():
             return "wherever an agent can be" if always else "no agent has room to be there"
         case ir.Apply() if not formula.operator.spatial:
@@ -492,7 +499,7 @@ def _range(known: MustAnalysis, comparison: ir.Compare, bits: int) -> Range | No
 # ------------------------------------------------------------------ messages
 
 
-def _never_violated(requirement: ir.Requirement, culprit: Culprit) -> Diagnostic:
+def _never_violated(requirement: ir.Requirement, culprit: CulpritRequirement) -> Diagnostic:
     return Diagnostic(
         VACUOUS,
         f"requirement `{requirement.name}` cannot be violated: every plan satisfies it",
@@ -510,7 +517,7 @@ def _comparison_never_holds(known: MustAnalysis, formula: ir.Formula) -> Diagnos
     )
 
 
-def _never_holds(requirement: ir.Requirement, culprit: Culprit) -> Diagnostic:
+def _never_holds(requirement: ir.Requirement, culprit: CulpritRequirement) -> Diagnostic:
     return Diagnostic(
         CONTRADICTION,
         f"requirement `{requirement.name}` can never hold: no plan satisfies it",

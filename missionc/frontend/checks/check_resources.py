@@ -19,7 +19,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.frontend.checks.check_goals import journeys
 from missionc.frontend.checks.free_space import FreeSpace
-from missionc.frontend.checks.literals import Unbounded, comparison
+from missionc.frontend.checks.literals import Unbounded, comparison_literal
 from missionc.frontend.checks.necessary_conditions import Fact, NecessaryConditions
 from missionc.geometry.configuration_space import Area, empty
 from missionc.ir import Agent, Compare, Holds, Level, Mission, Resource
@@ -71,7 +71,7 @@ def _strangers(mission: Mission) -> Iterator[Diagnostic]:
 
 def _demands(mission: Mission, facts: Sequence[Fact]) -> Iterator[Demand]:
     for fact in facts:
-        inequality = comparison(fact.literal)
+        inequality = comparison_literal(fact.literal)
         if isinstance(inequality, Unbounded) or fact.when.low != fact.when.high:
             continue
         match inequality.terms:

@@ -27,7 +27,7 @@ HEADINGS = 8
 """Headings in which a place for a formation is looked for in plain numbers."""
 
 
-def nowhere(ground: FreeSpace, formation: Formation, *, suspecting: bool) -> str | None:
+def no_room(ground: FreeSpace, formation: Formation, *, suspecting: bool) -> str | None:
     """Why a formation has no place; None where it may have one.
 
     ``suspecting``: only places that show it to have one are looked for, and without them nothing is said of why.
@@ -65,7 +65,7 @@ def parted(
     turns = not formation.edges or not isinstance(formation.edges[0].target, tuple)
     if mission.dimension != 2 or turns or not ground.ways.shapes:
         return None
-    from missionc.geometry.formation_placements import joined
+    from missionc.geometry.formation_placements import joined_placements
     from missionc.geometry.geodesic_bounds import widest_passage
 
     order, spots = _spots(mission, formation)
@@ -82,7 +82,7 @@ def parted(
         return None  # no matter of passages
     first = mission.agents[order[0]]
     stride = first.dynamics.top_speed * mission.step * (1 + ROUNDING) + ROUNDING
-    if joined(places, stride, ends):
+    if joined_placements(places, stride, ends):
         return None
     bodies = 2 * min(mission.agents[agent].radius for agent in formation.agents)
     points = [spot.points[0] for spot in spots]

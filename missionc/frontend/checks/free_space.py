@@ -7,7 +7,7 @@ from dataclasses import field
 from enum import Enum
 
 from missionc.base.late_dataclass import dataclass
-from missionc.frontend.checks.literals import Places
+from missionc.frontend.checks.literals import LiteralPlaces
 from missionc.frontend.checks.path_bounds import LeastWays
 from missionc.geometry.configuration_space import Area, Atlas, common, covers, disjoint, empty, without
 from missionc.geometry.displacement import displaced, moved
@@ -42,7 +42,7 @@ class FreeSpace:
     ways: LeastWays
     known_free: dict[tuple[float, float | None], Area] = field(default_factory=dict)
     known_lies: dict[Shape, Containment] = field(default_factory=dict)
-    known_places: dict[tuple[float, float], Places] = field(default_factory=dict)
+    known_places: dict[tuple[float, float], LiteralPlaces] = field(default_factory=dict)
 
     @staticmethod
     def of(mission: Mission) -> FreeSpace:
@@ -77,12 +77,12 @@ class FreeSpace:
             return Containment.ELSEWHERE
         return Containment.COVERED if covers(self.filled, area) else Containment.OPEN
 
-    def places(self, agents: Sequence[Agent]) -> Places:
+    def places(self, agents: Sequence[Agent]) -> LiteralPlaces:
         """Where literals let the centre of any of these agents be."""
         radii = [agent.radius for agent in agents]
         between = min(radii), max(radii)
         if between not in self.known_places:
-            self.known_places[between] = Places(self.atlas, *between)
+            self.known_places[between] = LiteralPlaces(self.atlas, *between)
         return self.known_places[between]
 
     def free(self, radius: float, time: float | None = None) -> Area:

@@ -38,7 +38,7 @@ MOST_RULES = 250
 Bound: TypeAlias = Area | Unbounded
 
 
-def comparison(literal: Literal) -> Compare | Unbounded:
+def comparison_literal(literal: Literal) -> Compare | Unbounded:
     """A literal of a comparison as a comparison: ``not (e >= 0)`` is ``-e > 0``."""
     predicate = literal.predicate
     if not isinstance(predicate, Compare):
@@ -50,7 +50,7 @@ def comparison(literal: Literal) -> Compare | Unbounded:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rule:
+class LiteralRule:
     """What a literal says of where an agent's centre is.
 
     ``within`` holds at least the places where the literal can be true, ``beyond``
@@ -63,40 +63,40 @@ class Rule:
     beyond: Bound
 
 
-def nowhere(rule: Rule, free: Area) -> bool:
+def nowhere_literal(rule: LiteralRule, free: Area) -> bool:
     """Whether the literal is false at every place of an outer area."""
     outside = not isinstance(rule.within, Unbounded) and disjoint(rule.within, free)
     return outside or (not isinstance(rule.beyond, Unbounded) and covers(rule.beyond, free))
 
 
-def exclude(one: Rule, other: Rule) -> bool:
+def exclude(one: LiteralRule, other: LiteralRule) -> bool:
     """Whether no agent can have both literals at once."""
     if one.literal == other.literal.opposite or _apart(one.said, other.said):
         return True
-    if not isinstance(one.within, Unbounded) and nowhere(other, one.within):
+    if not isinstance(one.within, Unbounded) and nowhere_literal(other, one.within):
         return True
     return not isinstance(other.within, Unbounded) and _all_beyond(one, other.within)
 
 
-def _all_beyond(rule: Rule, area: Area) -> bool:
+def _all_beyond(rule: LiteralRule, area: Area) -> bool:
     return not isinstance(rule.beyond, Unbounded) and covers(rule.beyond, area)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Places:
+class LiteralPlaces:
     """Where literals let the centre of an agent be, whose radius is between two bounds in metres."""
 
     atlas: Atlas
     least: float
     most: float
-    known: dict[Literal, Rule] = field(default_factory=dict)
+    known: dict[Literal, LiteralRule] = field(default_factory=dict)
 
-    def rule(self, literal: Literal) -> Rule:
+    def rule(self, literal: Literal) -> LiteralRule:
         if literal not in self.known:
             if len(self.known) < MOST_RULES:
-                rule = Rule(literal, comparison(literal), self._within(literal), self._beyond(literal))
+                rule = LiteralRule(literal, comparison_literal(literal), self._within(literal), self._beyond(literal))
             else:
-                rule = Rule(literal, comparison(literal), UNBOUNDED, UNBOUNDED)
+                rule = LiteralRule(literal, comparison_literal(literal), UNBOUNDED, UNBOUNDED)
             self.known[literal] = rule
         return self.known[literal]
 
@@ -109,7 +109,7 @@ class Places:
             case Literal(Touches(region), True) if measured_outside(region.shape):
                 return atlas.near(region.shape, self.most, outer=True)
             case Literal(Compare(), _):
-                inequality = comparison(literal)
+                inequality = comparison_literal(literal)
                 return UNBOUNDED if isinstance(inequality, Unbounded) else self._where(inequality)
             case _:
                 return UNBOUNDED
@@ -140,7 +140,7 @@ class Places:
             case Literal(Touches(region), False):
                 return atlas.near(region.shape, self.least, outer=False)
             case Literal(Compare(), _):
-                inequality = comparison(literal)
+                inequality = comparison_literal(literal)
                 return UNBOUNDED if isinstance(inequality, Unbounded) else self._nearer_than(inequality)
             case _:
                 return UNBOUNDED

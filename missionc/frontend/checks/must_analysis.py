@@ -14,7 +14,7 @@ from typing import assert_never
 
 from missionc.base.late_dataclass import dataclass
 from missionc.frontend.checks.free_space import Containment, FreeSpace
-from missionc.frontend.checks.literals import MOST_RULES, Literal, comparison, nowhere
+from missionc.frontend.checks.literals import MOST_RULES, Literal, comparison_literal, nowhere_literal
 from missionc.frontend.checks.value_ranges import of_comparison
 from missionc.ir import Agent, Compare, Formula, Graph, Holds, Predicate
 from missionc.ir.kernel import nodes as k
@@ -234,7 +234,7 @@ def _not_on_from(known: MustAnalysis, end: MustTruth, graph: Graph) -> int:
 
 def _number_of_predicate(known: MustAnalysis, predicate: Predicate) -> int:
     """A comparison and the one that denies it (``x <= 3``, ``x > 3``) get opposite numbers."""
-    opposite = comparison(Literal(predicate, False))
+    opposite = comparison_literal(Literal(predicate, False))
     if opposite in known.numbers:
         return -known.numbers[opposite]
     return _number(known, predicate)
@@ -272,4 +272,4 @@ def _of_kind(known: MustAnalysis, predicate: Predicate, agent: Agent) -> tuple[b
         return False, False
     places = ground.places([agent])
     literal, free = Literal(predicate, True), ground.free(agent.radius)
-    return nowhere(places.rule(literal.opposite), free), nowhere(places.rule(literal), free)
+    return nowhere_literal(places.rule(literal.opposite), free), nowhere_literal(places.rule(literal), free)

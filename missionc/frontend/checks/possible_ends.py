@@ -228,7 +228,7 @@ def _link(graph: Graph, one: int, other: int, joint: Joint) -> float | None:
     return (
         None
         if here is None or there is None
-        else float(link.margin(plain_floats, graph, range_of(graph, one, other), here, there))
+        else float(link.link_margin_of(plain_floats, graph, range_of(graph, one, other), here, there))
     )
 
 

@@ -77,7 +77,7 @@ def _farthest(mission: ir.Mission, low: ir.Vector, high: ir.Vector) -> float:
     return math.hypot(*(max(d - a, b - c, 0.0) for a, b, c, d in spans))
 
 
-def in_words(comparison: ir.Compare, values: Range) -> str:
+def range_in_words(comparison: ir.Compare, values: Range) -> str:
     """Between which values the comparison's one state or distance stays, for a message."""
     match comparison.terms:
         case ((weight, feature),) if weight != 0:

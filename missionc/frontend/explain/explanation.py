@@ -27,9 +27,9 @@ from missionc.frontend.explain.convention_examples import Example, Trap
 from missionc.frontend.explain.phrases import names
 from missionc.frontend.explain.sentences import Sentences, for_each_index, sentences, with_indices
 from missionc.frontend.explain.window_diagram import WIDTH, Span, draw, windows
-from missionc.frontend.resolve.show_ir import number
+from missionc.frontend.resolve.show_ir import number_text
 from missionc.ir.language.operators import by_name
-from missionc.ir.language.walk_formulas import as_written, bottom_up, goals, reaches_back
+from missionc.ir.language.walk_formulas import as_written, formulas_bottom_up, goals, reaches_back
 from missionc.ir.pair_ranges import directed
 from missionc.ir.wording import all_listed, listed, metres, seconds
 
@@ -50,8 +50,8 @@ def _said(mission: ir.Mission, name: str, agents: list[ir.Agent]) -> str:
     heights = {_height(mission, agent) for agent in agents}
     high = heights.pop() if len(heights) == 1 else None
     up = "to the height of its starts" if high is None else f"to {metres(high)}"
-    fast = "" if math.isinf(pad.rise) else f" at {number(pad.rise)} m/s at most"
-    slow = "" if math.isinf(pad.land) else f" at {number(pad.land)} m/s at most"
+    fast = "" if math.isinf(pad.rise) else f" at {number_text(pad.rise)} m/s at most"
+    slow = "" if math.isinf(pad.land) else f" at {number_text(pad.land)} m/s at most"
     return f"`{name}` rises {where} {up}{fast}, and comes back to land there{slow}"
 
 
@@ -68,7 +68,7 @@ def traps_of(formula: ir.Formula) -> tuple[Trap, ...]:
     """Every trap that the formula touches, once."""
     names: set[str] = set()
     windowed: set[ir.Formula] = set()
-    for part in bottom_up([formula], as_written):
+    for part in formulas_bottom_up([formula], as_written):
         names.update(_touched(part))
         below = any(operand in windowed for operand in as_written(part))
         window = isinstance(part, ir.Apply) and isinstance(part.bounds, ir.Window) and not reaches_back(part)
@@ -186,7 +186,7 @@ def left_out(parts: tuple[Explained, ...], mission: ir.Mission) -> int:
 
 def _explained(mission: ir.Mission, goal: ir.Requirement | ir.Preference) -> Explained:
     spans = tuple(islice(windows(goal.formula, mission), MOST_WINDOWS))
-    if any(part.span.turns for part in bottom_up([goal.formula], as_written)):
+    if any(part.span.turns for part in formulas_bottom_up([goal.formula], as_written)):
         spans = tuple({span.drawn: span for span in spans}.values())  # once, whatever the index is
     required = needs_of(goal.formula)
     features = {need.feature for need in required}
@@ -209,7 +209,7 @@ def _explained(mission: ir.Mission, goal: ir.Requirement | ir.Preference) -> Exp
 
 def _things(formula: ir.Formula, mission: ir.Mission) -> Iterator[str]:
     """What the graphs, formations, resources and flags that it names are; those of a family in one sentence."""
-    things = dict.fromkeys(thing for part in bottom_up([formula], as_written) for thing in _named(part))
+    things = dict.fromkeys(thing for part in formulas_bottom_up([formula], as_written) for thing in _named(part))
     for _, alike in groupby(things, key=lambda thing: (thing.span.source.name, thing.span.start)):
         of_one_text = list(alike)
         said = [_thing(thing, mission) for thing in of_one_text]
@@ -246,13 +246,15 @@ def _named(part: ir.Formula) -> Iterator[ir.Graph | ir.Formation | ir.Resource |
 
 def _resource(resource: ir.Resource, mission: ir.Mission) -> str:
     drains = [
-        f"{number(drain)} for each {what}"
+        f"{number_text(drain)} for each {what}"
         for drain, what in ((resource.per_second, "second"), (resource.per_metre, "metre"))
         if drain
     ]
-    parts = [f"starts at {number(resource.start)} and holds {number(resource.capacity)} at most"]
+    parts = [f"starts at {number_text(resource.start)} and holds {number_text(resource.capacity)} at most"]
     parts += [f"loses {' and '.join(drains)}"] if drains else []
-    parts += [f"gains {number(each.per_second)} for each second in `{each.region.name}`" for each in resource.refills]
+    parts += [
+        f"gains {number_text(each.per_second)} for each second in `{each.region.name}`" for each in resource.refills
+    ]
     return f"`{resource.name}` of {names(resource.agents, mission)} {'; it '.join(parts)}"
 
 
@@ -274,22 +276,22 @@ def _links(graph: ir.Graph, mission: ir.Mission) -> str:
     if graph.ranges:
         return _graph_of_pairs(graph, mission)
     if isinstance(graph, ir.Proximity):
-        return f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other"
+        return f"`{graph.name}` links two agents that are closer than {number_text(graph.radius)} m to each other"
     if isinstance(graph, ir.Sight):
         return (
-            f"`{graph.name}` links two agents that are closer than {number(graph.radius)} m to each other, "
+            f"`{graph.name}` links two agents that are closer than {number_text(graph.radius)} m to each other, "
             "with no obstacle on the straight line between them"
         )
-    return f"`{graph.name}` links two agents that are both closer than {number(graph.radius)} m to one beacon"
+    return f"`{graph.name}` links two agents that are both closer than {number_text(graph.radius)} m to one beacon"
 
 
 def _graph_of_pairs(graph: ir.Graph, mission: ir.Mission) -> str:
     ways = [
-        f"closer than {number(each.radius)} m from {names(tuple(sorted(each.senders)), mission)}"
+        f"closer than {number_text(each.radius)} m from {names(tuple(sorted(each.senders)), mission)}"
         f" to {names(tuple(sorted(each.receivers)), mission)}"
         for each in graph.ranges
     ]
-    ways += [f"closer than {number(graph.radius)} m between all others"] if graph.radius > 0 else []
+    ways += [f"closer than {number_text(graph.radius)} m between all others"] if graph.radius > 0 else []
     rest = "" if graph.radius > 0 else "; no others are linked"
     seen = ", with no obstacle on the straight line between them" if isinstance(graph, ir.Sight) else ""
     leads = "; a link leads one way" if directed(graph) else ""
@@ -305,8 +307,8 @@ def _formation(formation: ir.Formation, mission: ir.Mission) -> str:
 def _growths(mission: ir.Mission) -> list[str]:
     """What the obstacles that are uncertain become with time."""
     return [
-        f"obstacle `{obstacle.name}` grows by {number(obstacle.growth)} m on all sides each second, "
-        f"by {number(obstacle.grown(mission.horizon))} m until the end"
+        f"obstacle `{obstacle.name}` grows by {number_text(obstacle.growth)} m on all sides each second, "
+        f"by {number_text(obstacle.grown(mission.horizon))} m until the end"
         for obstacle in mission.obstacles
         if obstacle.growth
     ]
@@ -327,7 +329,7 @@ def _tolerances(mission: ir.Mission) -> list[str]:
 def lines(parts: tuple[Explained, ...], mission: ir.Mission, choice: Choice | None, unicode: bool) -> list[str]:
     """The page, at most ``WIDTH`` columns but for what the author wrote."""
     agents, steps = counted(len(mission.agents), "agent"), counted(mission.steps, "step")
-    page = [f"mission {mission.name}: {agents}, {steps} of {number(mission.step)} s"]
+    page = [f"mission {mission.name}: {agents}, {steps} of {number_text(mission.step)} s"]
     for said in (*flights_said(mission), *_growths(mission), *_tolerances(mission)):
         page += _wrapped(f"{said}.", 2, 4)
     for _, alike in groupby(parts, key=lambda part: (part.weight is None, part.line, part.turns == ())):
@@ -360,7 +362,7 @@ def of_family(parts: tuple[Explained, ...]) -> tuple[Explained, ...]:
 
 
 def _part_lines(part: Explained, mission: ir.Mission, unicode: bool) -> Iterator[str]:
-    word, weight = ("require", "") if part.weight is None else ("prefer", f", weight {number(part.weight)}")
+    word, weight = ("require", "") if part.weight is None else ("prefer", f", weight {number_text(part.weight)}")
     yield f"{word} {part.name} (line {part.line}{weight})"
     yield from _wrapped(part.said.whole, 2)
     for more in part.said.parts:

@@ -7,7 +7,7 @@ import math
 from missionc import ir
 from missionc.base.late_dataclass import dataclass
 from missionc.base.units import Metric
-from missionc.frontend.resolve.show_ir import Words, number
+from missionc.frontend.resolve.show_ir import Words, number_text
 from missionc.ir.wording import seconds
 
 MOST_NAMES = 20
@@ -70,7 +70,7 @@ class Phrases(Words):
         return names(agents, self.mission)
 
     def number(self, value: float) -> str:
-        return number(value)
+        return number_text(value)
 
 
 def verb_of(predicate: ir.Predicate, mission: ir.Mission) -> Verb | None:
@@ -90,10 +90,10 @@ def names(agents: tuple[int, ...], mission: ir.Mission) -> str:
             return f"`{known.name}`"
     one_by_one = [mission.agents[agent].name for agent in agents[:MOST_NAMES]]
     more = len(agents) - MOST_NAMES
-    return joined([*one_by_one, f"{more:,} more"] if more > 0 else one_by_one, "and")
+    return joined_phrases([*one_by_one, f"{more:,} more"] if more > 0 else one_by_one, "and")
 
 
-def joined(parts: list[str], word: str, separator: str = ",") -> str:
+def joined_phrases(parts: list[str], word: str, separator: str = ",") -> str:
     """``a``, ``a and b``, ``a, b and c``."""
     if len(parts) < 2:
         return "".join(parts)
@@ -172,7 +172,7 @@ class When:
 
 def length_words(length: ir.Length) -> str:
     """``at most 2 hops``, ``1 to 2 hops``, ``at least 3 m``."""
-    low, high = number(length.low), number(length.high) if math.isfinite(length.high) else ""
+    low, high = number_text(length.low), number_text(length.high) if math.isfinite(length.high) else ""
     if length.weight is not None:
         return f"`{length.word}` {_amount(length, low, high)}"
     hops = length.metric is Metric.HOPS

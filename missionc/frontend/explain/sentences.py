@@ -30,7 +30,7 @@ from missionc.frontend.explain.phrases import (
     Verb,
     When,
     belongs,
-    joined,
+    joined_phrases,
     length_words,
     losing,
     noun,
@@ -42,7 +42,7 @@ from missionc.frontend.explain.phrases import (
 )
 from missionc.ir.kernel import walk
 from missionc.ir.kernel.nodes import All, Any, Is, Node, Not
-from missionc.ir.language.walk_formulas import as_written, bottom_up, meaning, operands
+from missionc.ir.language.walk_formulas import as_written, formulas_bottom_up, meaning, operands
 
 
 def boolean(formula: ir.Formula) -> type[Node] | None:
@@ -72,7 +72,7 @@ _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?!\w)")
 """Numbers by themselves: no digits of a name."""
 
 
-def indices(turns: Sequence[tuple[Turn, ...]]) -> str | None:
+def index_words(turns: Sequence[tuple[Turn, ...]]) -> str | None:
     """```i` from 0 to 9``, of these values; None where they are not all there are, or one range rests on another."""
     first = turns[0]
     if len(turns) < 2 or len({tuple((turn.name, turn.low, turn.high) for turn in each) for each in turns}) > 1:
@@ -88,7 +88,7 @@ def indices(turns: Sequence[tuple[Turn, ...]]) -> str | None:
 
 def for_each_index(texts: Sequence[str], turns: Sequence[tuple[Turn, ...]]) -> str | None:
     """``for each `i` from 0 to 9: …``, a sentence or a part of one as the texts are, or None where there is no such."""
-    said, each = (with_indices(texts, turns), indices(turns)) if turns[0] else (None, None)
+    said, each = (with_indices(texts, turns), index_words(turns)) if turns[0] else (None, None)
     if said is None or each is None:
         return None
     ended = said.endswith(".")
@@ -159,7 +159,7 @@ MOST_PARTS, LONGEST = 20, 2_000
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class SentencePart:
     """A formula that a sentence calls by a name, and what it means."""
 
     name: str
@@ -169,7 +169,7 @@ class Part:
 @dataclass(frozen=True, slots=True)
 class Sentences:
     whole: str
-    parts: tuple[Part, ...] = ()
+    parts: tuple[SentencePart, ...] = ()
     left_out: int = 0
     """Formulas that come up with a name and are not explained."""
 
@@ -203,12 +203,12 @@ def sentences(formula: ir.Formula, mission: ir.Mission) -> Sentences:
     """The formula as it is asked at the mission's first step."""
     speaker = _Speaker(mission, formula)
     whole = _ended(speaker.clause(formula, Around("the agent", True), named=False).text, mission)
-    parts: list[Part] = []
+    parts: list[SentencePart] = []
     while len(parts) < min(len(speaker.named), MOST_PARTS):
         part = speaker.order[len(parts)]
         of = " of an agent" if part in speaker.of_agents else ""
         text = speaker.clause(part, Around("the agent", False), named=False).text
-        parts.append(Part(speaker.named[part], _ended(f"{speaker.named[part]} means{of}: {text}", mission)))
+        parts.append(SentencePart(speaker.named[part], _ended(f"{speaker.named[part]} means{of}: {text}", mission)))
     return Sentences(whole, tuple(parts), len(speaker.named) - len(parts))
 
 
@@ -236,7 +236,7 @@ class _Speaker:
     said: dict[tuple[ir.Formula, Around, bool], Clause] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for formula in bottom_up([self.root], as_written):
+        for formula in formulas_bottom_up([self.root], as_written):
             below = as_written(formula)
             self.sizes[formula] = 1 + sum(self.sizes[operand] for operand in below)
             if self._of_an_agent(formula):
@@ -273,9 +273,11 @@ class _Speaker:
             return None
         if word == "and" and all(verb.denies for verb in verbs):
             return Verb(
-                joined([verb.plain for verb in verbs], "or"), joined([verb.denied for verb in verbs], word), True
+                joined_phrases([verb.plain for verb in verbs], "or"),
+                joined_phrases([verb.denied for verb in verbs], word),
+                True,
             )
-        return Verb(joined([str(verb) for verb in verbs], word), "")
+        return Verb(joined_phrases([str(verb) for verb in verbs], word), "")
 
     def _literal(self, formula: ir.Formula) -> Verb | None:
         match formula:
@@ -434,7 +436,7 @@ class _Speaker:
         texts, numbered = self._operands(parts, around, False, numbered)
         if len(texts) > 2 or (word == "or" and numbered):
             opening = formula.operator.reads.format(parts="")
-            return Clause(opening + (joined(texts, word, ";") if numbered else joined(texts, word)))
+            return Clause(opening + (joined_phrases(texts, word, ";") if numbered else joined_phrases(texts, word)))
         if word == "or":
             return Clause(f"either {texts[0]} or {texts[1]}, or both")
         return Clause(f"both {texts[0]}{';' if numbered else ''} and {texts[1]}")
@@ -442,7 +444,7 @@ class _Speaker:
     def _with_index(self, formula: ir.Apply, around: Around) -> str | None:
         """``for each `i` from 0 to 9: …``, where the operands are one text with each value of an index."""
         turns, known = turns_of(formula), len(self.order)
-        each = indices(turns) if turns else None
+        each = index_words(turns) if turns else None
         texts = [self.clause(part, around.inner()).text for part in formula.operands] if each else []
         said = with_indices(texts, turns) if each and len(self.order) == known else None
         return said and f"for {'each' if self._chain(formula) == 'and' else 'some'} {each}: {said}"

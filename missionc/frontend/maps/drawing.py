@@ -27,10 +27,10 @@ import numpy as np
 from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unsaid, unusable
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Source
-from missionc.frontend.maps.dxf.areas import GAP, SAGITTA, World, area_from, area_of, disc_of, join_ends, outline
+from missionc.frontend.maps.dxf.areas import GAP, SAGITTA, DrawingFrame, area_from, area_of, disc_of, join_ends, outline
 from missionc.frontend.maps.dxf.blocks import Blocks, Parts, Placed, folded, layer_of
 from missionc.frontend.maps.dxf.shapes import READ, Points, Shape, UnusableError, shape_of
-from missionc.frontend.maps.feature import Area, Circle, Feature, Place
+from missionc.frontend.maps.feature import Area, Circle, Feature, MapPoint
 from missionc.frontend.maps.map_metadata import library
 from missionc.frontend.maps.read_map import Reading
 from missionc.ir.place_files import FileRequest, LeftOut
@@ -123,7 +123,7 @@ class Loose:
 class _Drawing:
     def __init__(self, asked: FileRequest, source: Source, unit: float) -> None:
         self.asked, self.source = asked, source
-        self.world = World(unit, asked.at, asked.limits.magnitude)
+        self.world = DrawingFrame(unit, asked.at, asked.limits.magnitude)
 
     def read(self, document: Any) -> Reading:
         try:
@@ -152,7 +152,7 @@ class _Drawing:
         for each in placed:
             with self.about(each):
                 ((x, y),) = self.world.metres(each.seen(np.array([each.entity.dxf.location.xyz])))
-                features.append(self.feature(Place((float(x), float(y)))))
+                features.append(self.feature(MapPoint((float(x), float(y)))))
         return features
 
     def areas(self, placed: list[Placed], left_out: Parts) -> list[Feature]:
@@ -208,7 +208,7 @@ class _Drawing:
     def grown(self) -> bool:
         return self.asked.kind == "obstacle"
 
-    def feature(self, shape: Area | Circle | Place) -> Feature:
+    def feature(self, shape: Area | Circle | MapPoint) -> Feature:
         return Feature("", shape, self.asked.span, self.asked.span)
 
     def check_count(self, what: str, limit: str, count: int) -> None:

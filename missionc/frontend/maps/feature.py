@@ -24,7 +24,7 @@ class Circle:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class MapPoint:
     """A point, with two coordinates or three."""
 
     position: tuple[float, ...]
@@ -35,7 +35,7 @@ class Feature:
     """``name`` is empty where the file gives none; ``height`` is the band that it stands in, if the file says it."""
 
     name: str
-    shape: Area | Circle | Place
+    shape: Area | Circle | MapPoint
     span: Span
     name_span: Span
     height: tuple[float, float] | None = None

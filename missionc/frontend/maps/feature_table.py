@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from missionc.frontend.maps.feature import Area, Circle, Feature, Place
+from missionc.frontend.maps.feature import Area, Circle, Feature, MapPoint
 from missionc.frontend.maps.geojson import KINDS
 from missionc.frontend.maps.read_map import Reading, count_left_out
 from missionc.frontend.maps.table import Row, read_table
@@ -45,12 +45,12 @@ def _feature(row: Row, asked: FileRequest) -> Feature:
     return Feature(name, _shape(row, asked, x, y, unit), row.span, named, height)
 
 
-def _shape(row: Row, asked: FileRequest, x: float, y: float, unit: float) -> Area | Circle | Place:
+def _shape(row: Row, asked: FileRequest, x: float, y: float, unit: float) -> Area | Circle | MapPoint:
     sizes = [column for column in ("radius", "width", "depth", "angle") if column in row.cells]
     if asked.kind == "beacon":
         if sizes:
             raise row.wrong(f"a beacon is a point, without `{sizes[0]}`", "leave that empty")
-        return Place((x, y, *(unit * row.number("z") for _ in range("z" in row.cells))))
+        return MapPoint((x, y, *(unit * row.number("z") for _ in range("z" in row.cells))))
     if "z" in row.cells:
         raise row.wrong("`z` is the height of a beacon", "say from where to where by `low` and `high`")
     if sizes == ["radius"]:

@@ -27,7 +27,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.plain_number import is_number, plain_number
 from missionc.base.source import Source, Span
 from missionc.base.strict_json import NotJsonError, parse_json
-from missionc.frontend.maps.feature import Area, Circle, Corners, Feature, Place
+from missionc.frontend.maps.feature import Area, Circle, Corners, Feature, MapPoint
 from missionc.frontend.maps.local_frame import local_frame
 from missionc.frontend.maps.read_map import Reading, count_left_out
 from missionc.ir.place_files import FileRequest
@@ -193,7 +193,7 @@ class _Reader:
         for shape in shapes:
             yield Feature(name or "", shape, self.span.first_line, self.named(name), height)
 
-    def shapes(self, geometry: dict[str, Any] | None, properties: dict[str, Any]) -> Iterator[Area | Circle | Place]:
+    def shapes(self, geometry: dict[str, Any] | None, properties: dict[str, Any]) -> Iterator[Area | Circle | MapPoint]:
         """A place for each point, and one for all polygons."""
         polygons: list[tuple[Corners, ...]] = []
         waiting: list[Any] = [geometry]
@@ -220,9 +220,9 @@ class _Reader:
         if polygons:
             yield Area(tuple(polygons))
 
-    def point(self, position: object, properties: dict[str, Any]) -> Iterator[Circle | Place]:
+    def point(self, position: object, properties: dict[str, Any]) -> Iterator[Circle | MapPoint]:
         if self.asked.kind == "beacon":
-            yield Place((*self.position(position), *self.altitude(position)))
+            yield MapPoint((*self.position(position), *self.altitude(position)))
             return
         sizes = {key.lower(): value for key, value in properties.items() if value is not None}
         if "radius" in sizes:

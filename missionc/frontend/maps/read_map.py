@@ -17,7 +17,7 @@ from importlib import import_module
 from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unusable
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.late_dataclass import dataclass
-from missionc.frontend.maps.feature import Area, Circle, Feature, Place
+from missionc.frontend.maps.feature import Area, Circle, Feature, MapPoint
 from missionc.frontend.maps.map_metadata import ending
 from missionc.ir.place_files import Extents, FileRequest, LeftOut, ReadSummary
 
@@ -50,7 +50,7 @@ def count_left_out(parts: Iterable[tuple[str, str]]) -> tuple[LeftOut, ...]:
     return tuple(LeftOut(kind, reason, count) for (kind, reason), count in sorted(Counter(parts).items()))
 
 
-def without(left_out: tuple[LeftOut, ...]) -> str:
+def left_out_text(left_out: tuple[LeftOut, ...]) -> str:
     """``; left out: 2 LineString (no polygon and no point)``; empty if nothing was left out."""
     says = ", ".join(f"{each.count} {each.kind} ({each.reason})" for each in left_out[:MOST_SHOWN])
     more = f", and {len(left_out) - MOST_SHOWN} more kinds" if len(left_out) > MOST_SHOWN else ""
@@ -71,13 +71,13 @@ def box(points: Iterable[tuple[float, ...]]) -> Extents | None:
     return (min(xs), min(ys)), (max(xs), max(ys))
 
 
-def _outermost(shape: Area | Circle | Place) -> list[tuple[float, float]]:
+def _outermost(shape: Area | Circle | MapPoint) -> list[tuple[float, float]]:
     match shape:
         case Area(polygons):
             return [corner for outer, *_ in polygons for corner in outer]
         case Circle((x, y), radius):
             return [(x - radius, y - radius), (x + radius, y + radius)]
-        case Place(position):
+        case MapPoint(position):
             return [(position[0], position[1])]
 
 
@@ -119,7 +119,7 @@ def read_map(asked: FileRequest) -> Reading | Diagnostic:
         summary = reading.summary()
         if summary.extents is None:
             way_out = "name another file, or say of its features what they are: `kind`"
-            raise unusable(f"`{source.name}` has no {asked.kind}{without(summary.left_out)}", asked.span, way_out)
+            raise unusable(f"`{source.name}` has no {asked.kind}{left_out_text(summary.left_out)}", asked.span, way_out)
         if summary.count > asked.limits.map_features:
             raise too_many(source, "places", "map_features", summary.count, asked.limits, asked.span)
         low, high = summary.extents

@@ -13,7 +13,7 @@ from typing import assert_never
 
 from missionc import ir
 from missionc.base.source import Span
-from missionc.ir.language.walk_formulas import as_written, bottom_up
+from missionc.ir.language.walk_formulas import as_written, formulas_bottom_up
 
 
 def without_any(
@@ -30,7 +30,7 @@ def without_any(
 def named_members(formula: ir.Formula) -> int:
     """Number of agents and links in the sets of a formula: each loss has its own copy of them."""
     count = 0
-    for part in bottom_up([formula], as_written):
+    for part in formulas_bottom_up([formula], as_written):
         match part:
             case ir.Holds(predicate):
                 count += len(predicate.others) + (len(predicate.formation.edges) if predicate.formation else 0)
@@ -52,7 +52,7 @@ class _Loss:
     def of(self, formula: ir.Formula) -> ir.Formula:
         """What it says without the lost: the same object where that is the same."""
         made: dict[ir.Formula, ir.Formula] = {}
-        for each in bottom_up([formula], as_written):
+        for each in formulas_bottom_up([formula], as_written):
             made[each] = self._left(each, [made[part] for part in as_written(each)])
         return made[formula]
 

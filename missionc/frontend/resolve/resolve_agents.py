@@ -23,7 +23,7 @@ from missionc.base.units import Dimension, Metres
 from missionc.frontend.resolve.context import AGENTS, REPORTED, Context, Kind, Unresolved
 from missionc.frontend.resolve.definitions import ordered
 from missionc.frontend.resolve.resolve_points import known, resolve_point
-from missionc.frontend.resolve.resolve_quantities import SI, excerpt, number, shown, whole, with_unit_of
+from missionc.frontend.resolve.resolve_quantities import SI, excerpt, resolved_number, shown, whole, with_unit_of
 from missionc.frontend.resolve.resolve_settings import known_settings, missing, relation, said_twice, unknown_word
 from missionc.frontend.resolve.resolve_shapes import NOWHERE
 from missionc.frontend.syntax import ast
@@ -131,7 +131,7 @@ def _pad_figure(context: Context, name: str, setting: ast.Setting) -> float:
     """NaN once it is reported."""
     figure = ir.PAD_FIGURES[name]
     relation(context, setting, figure.relation)
-    return number(context, setting.high, figure.dimension, f"the `{name}`", above=0)
+    return resolved_number(context, setting.high, figure.dimension, f"the `{name}`", above=0)
 
 
 def _points(context: Context, places: tuple[ir.Place, ...]) -> tuple[ir.Vector, ...]:
@@ -166,7 +166,7 @@ def resolve_vehicle(context: Context, vehicle: ast.Vehicle) -> ir.Vehicle:
 def resolve_yaw(context: Context, yaw: ast.Yaw) -> ir.Yaw:
     if yaw.angle is None:
         return ir.AlongPath()
-    return ir.Fixed(number(context, yaw.angle, Dimension.ANGLE, "the yaw"))
+    return ir.Fixed(resolved_number(context, yaw.angle, Dimension.ANGLE, "the yaw"))
 
 
 def _vehicle_figure(context: Context, name: str, setting: ast.Setting) -> float | ir.Band:
@@ -179,16 +179,16 @@ def _vehicle_figure(context: Context, name: str, setting: ast.Setting) -> float 
         size = whole(context, setting.high, what, least=1)
         return size if math.isnan(size) else int(size)
     if figure.above:
-        return number(context, setting.high, figure.dimension, what, above=0)
-    return number(context, setting.high, figure.dimension, what, least=0)
+        return resolved_number(context, setting.high, figure.dimension, what, above=0)
+    return resolved_number(context, setting.high, figure.dimension, what, least=0)
 
 
 def _band(context: Context, figure: ir.Figure, setting: ast.Setting, what: str) -> ir.Band:
-    high = number(context, setting.high, figure.dimension, f"the upper end of {what}", above=0)
+    high = resolved_number(context, setting.high, figure.dimension, f"the upper end of {what}", above=0)
     if setting.low is None:
         return ir.Band(high, high)
     lower = with_unit_of(setting.low, setting.high, figure.dimension)
-    low = number(context, lower, figure.dimension, f"the lower end of {what}", least=0)
+    low = resolved_number(context, lower, figure.dimension, f"the lower end of {what}", least=0)
     if low >= high:
         unit = SI[figure.dimension]
         context.report(
@@ -242,11 +242,11 @@ def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Se
         missing(context, f"the speed of `{dynamics.name.text}`", dynamics.span, "write `speed <= V`")
         return REPORTED, REPORTED
     relation(context, speed, "<=", "..")
-    fastest = number(context, speed.high, Dimension.SPEED, "the highest speed", above=0)
+    fastest = resolved_number(context, speed.high, Dimension.SPEED, "the highest speed", above=0)
     if speed.low is None:
         return 0.0, fastest
     low = with_unit_of(speed.low, speed.high, Dimension.SPEED)
-    slowest = number(context, low, Dimension.SPEED, "the lowest speed", least=0)
+    slowest = resolved_number(context, low, Dimension.SPEED, "the lowest speed", least=0)
     if slowest > fastest:
         context.report(
             code.VALUE_OUT_OF_RANGE,
@@ -267,7 +267,7 @@ def _limit(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Set
         missing(context, f"the {limit.setting} of `{dynamics.name.text}`", dynamics.span, way_out)
         return REPORTED
     relation(context, setting, "<=")
-    return number(context, setting.high, limit.dimension, limit.name, above=0)
+    return resolved_number(context, setting.high, limit.dimension, limit.name, above=0)
 
 
 ALTITUDE = Metres(1.0)
@@ -390,7 +390,7 @@ def _length(context: Context, setting: ast.Setting | None, default: Metres, what
     if setting is None:
         return default
     relation(context, setting, "", "=")
-    return Metres(number(context, setting.high, Dimension.LENGTH, what, least=0))
+    return Metres(resolved_number(context, setting.high, Dimension.LENGTH, what, least=0))
 
 
 Item = TypeVar("Item", ast.Dynamics, ast.Start, ast.Finish, ast.Vehicle, ast.Flight, ast.Yaw)

@@ -32,7 +32,7 @@ from missionc.frontend.resolve.context import (
     some_of,
 )
 from missionc.frontend.resolve.resolve_agents import resolve_set
-from missionc.frontend.resolve.resolve_points import counted
+from missionc.frontend.resolve.resolve_points import counted_points
 from missionc.frontend.resolve.resolve_quantities import (
     MINUS,
     NO_AMOUNT,
@@ -41,7 +41,7 @@ from missionc.frontend.resolve.resolve_quantities import (
     evaluate,
     excerpt,
     is_reported,
-    number,
+    resolved_number,
     scaled,
     shown,
     swapped,
@@ -110,7 +110,7 @@ def _bound(context: Context, length: ast.Length, bound: ast.Quantity) -> float:
         return whole(context, bound, "the number of hops")
     if length.unit is not None:
         return whole(context, bound, f"the bound of `{length.unit.text}`")
-    return number(context, bound, Dimension.LENGTH, "the length of a route", least=0)
+    return resolved_number(context, bound, Dimension.LENGTH, "the length of a route", least=0)
 
 
 def _graph(context: Context, length: ast.Length) -> ir.Graph:
@@ -153,7 +153,7 @@ def resolve_facing(context: Context, facing: ast.Facing) -> Typed:
 
 
 def _within(context: Context, angle: ast.Quantity) -> float:
-    value = number(context, angle, Dimension.ANGLE, "the angle to either side", above=0)
+    value = resolved_number(context, angle, Dimension.ANGLE, "the angle to either side", above=0)
     if value < math.pi or math.isnan(value):
         return value
     context.report(
@@ -167,7 +167,7 @@ def _within(context: Context, angle: ast.Quantity) -> float:
 
 def _towards(context: Context, towards: ast.Quantity) -> float | ir.Beacon:
     if not isinstance(towards, ast.Name):
-        return number(context, towards, Dimension.ANGLE, "the direction")
+        return resolved_number(context, towards, Dimension.ANGLE, "the direction")
     declared = context.names.declared.get(towards.text)
     if declared is not None and declared.kind is Kind.REGION:
         _no_place(context, towards, declared)
@@ -176,7 +176,7 @@ def _towards(context: Context, towards: ast.Quantity) -> float | ir.Beacon:
     if isinstance(found, Unresolved):
         return REPORTED
     if found.kind is Kind.PARAM:
-        return number(context, towards, Dimension.ANGLE, "the direction")
+        return resolved_number(context, towards, Dimension.ANGLE, "the direction")
     return context.beacons.get(towards.text, REPORTED)
 
 
@@ -247,7 +247,7 @@ def state_of(context: Context, state: ast.Name | ast.Distance) -> Amount:
         case ast.Name(text=text) if context.dimension == 2 and AXES[text] == 2:
             context.report(
                 code.WRONG_DIMENSION,
-                f"`{text}` is the third coordinate; the world has {counted(2)}",
+                f"`{text}` is the third coordinate; the world has {counted_points(2)}",
                 state.span,
                 help="write `altitude`, or give the world three coordinates",
                 fix=Fix(state.span, "altitude"),
@@ -282,17 +282,17 @@ def _distance_to(context: Context, end: ast.Name | ast.Member) -> ir.DistanceTo 
         place = context.regions.get(end.text) or context.beacons.get(end.text)
         if place is not None:
             return ir.DistanceTo(place)
-    agent = one_agent(context, end, "a region, a beacon or one agent", Kind.REGION, Kind.BEACON)
+    agent = compared_agent(context, end, "a region, a beacon or one agent", Kind.REGION, Kind.BEACON)
     return agent if isinstance(agent, Unresolved) else ir.DistanceTo(agent)
 
 
 def _distance_between(
     context: Context, distance: ast.Distance, first: ast.Name | ast.Member, second: ast.Name | ast.Member
 ) -> ir.DistanceBetween | Unresolved:
-    one = one_agent(context, first, "one agent")
+    one = compared_agent(context, first, "one agent")
     if isinstance(one, Unresolved):
         return UNRESOLVED
-    other = one_agent(context, second, "one agent")
+    other = compared_agent(context, second, "one agent")
     if isinstance(other, Unresolved):
         return UNRESOLVED
     if one == other:
@@ -306,7 +306,7 @@ def _distance_between(
     return ir.DistanceBetween(min(one, other), max(one, other))
 
 
-def one_agent(context: Context, reference: ast.Name | ast.Member, needed: str, *also: Kind) -> int | Unresolved:
+def compared_agent(context: Context, reference: ast.Name | ast.Member, needed: str, *also: Kind) -> int | Unresolved:
     """The index of the one agent a reference names."""
     name = reference if isinstance(reference, ast.Name) else reference.team
     declared = context.find(name, *AGENTS, *also, needed=needed)

@@ -29,7 +29,7 @@ from missionc.base.source import Span
 from missionc.base.units import Dimension
 from missionc.frontend.resolve.context import Context, collect
 from missionc.frontend.resolve.resolve_points import known, plane_point
-from missionc.frontend.resolve.resolve_quantities import number, resolve_parameters
+from missionc.frontend.resolve.resolve_quantities import resolve_parameters, resolved_number
 from missionc.frontend.resolve.resolve_settings import known_settings, relation, said_twice, unknown_word
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.read_places import named_files
@@ -79,11 +79,12 @@ def _files(mission: ir.Mission) -> Iterator[tuple[ir.PlacesFile, int | None]]:
 
 def _line(file: ir.PlacesFile, lanes: int | None) -> str:
     """``hall.yaml: 3 obstacles, (0, 0) to (10, 5) m; left out: 2 TEXT (not an area)``."""
-    from missionc.frontend.maps.read_map import without  # few missions read files
+    from missionc.frontend.maps.read_map import left_out_text  # few missions read files
 
     between = f", {' to '.join(map(point, file.summary.extents))} m" if file.summary.extents else ""
     of_lanes = "" if lanes is None else f", {counted(lanes, 'lane')}"
-    return f"{file.path}: {counted(file.summary.count, file.kind)}{of_lanes}{between}{without(file.summary.left_out)}"
+    left_out = left_out_text(file.summary.left_out)
+    return f"{file.path}: {counted(file.summary.count, file.kind)}{of_lanes}{between}{left_out}"
 
 
 KINDS = {"obstacles": "obstacle", "regions": "region", "beacons": "beacon"}
@@ -242,7 +243,7 @@ def _options(
 def _length(context: Context, setting: ast.Setting) -> float:
     relation(context, setting, "")
     name = setting.name.text
-    value = number(context, setting.high, Dimension.LENGTH, f"the `{name}` of a file")
+    value = resolved_number(context, setting.high, Dimension.LENGTH, f"the `{name}` of a file")
     if value <= 0:
         message = f"the `{name}` of a file is {value:g} m, and not more than 0 m"
         context.report(code.VALUE_OUT_OF_RANGE, message, setting.high.span, help="give it a length")
@@ -255,7 +256,7 @@ def _origin(context: Context, point: ast.Point) -> tuple[float, float]:
     if len(point.coordinates) != 2:
         _not_for(context, "an origin is a longitude and a latitude", point.span, way_out)
         return math.nan, math.nan
-    values = [number(context, each, Dimension.ANGLE, "the origin") for each in point.coordinates]
+    values = [resolved_number(context, each, Dimension.ANGLE, "the origin") for each in point.coordinates]
     longitude, latitude = (round(math.degrees(value), 12) for value in values)
     if known((longitude, latitude)) and not (abs(longitude) <= 180 and abs(latitude) <= 90):
         _not_for(context, f"{longitude:g} deg, {latitude:g} deg are no longitude and latitude", point.span, way_out)
@@ -313,9 +314,9 @@ def _name(text: str) -> str:
 
 
 def _place(node: ast.FromFile, feature: Feature, name: ast.Name) -> Iterator[ast.Declaration]:
-    from missionc.frontend.maps.feature import Place
+    from missionc.frontend.maps.feature import MapPoint
 
-    if isinstance(feature.shape, Place):
+    if isinstance(feature.shape, MapPoint):
         yield ast.Beacon(node.span, name, ast.Point(feature.span, _numbers(feature.shape.position, feature.span)))
         return
     height = node.heights[0] if node.heights else None

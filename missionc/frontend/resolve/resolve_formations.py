@@ -15,7 +15,7 @@ from missionc.base.units import Dimension, Metres
 from missionc.frontend.resolve.context import REPORTED, Context
 from missionc.frontend.resolve.resolve_agents import resolve_set
 from missionc.frontend.resolve.resolve_points import padded, resolve_offset
-from missionc.frontend.resolve.resolve_quantities import excerpt, number, shown, whole
+from missionc.frontend.resolve.resolve_quantities import excerpt, resolved_number, shown, whole
 from missionc.frontend.resolve.resolve_settings import known_settings, missing, relation, said_twice, unknown_word
 from missionc.frontend.syntax import ast
 
@@ -93,7 +93,7 @@ def _line(
 
 def _heading(context: Context, quantity: ast.Quantity) -> float:
     """Radians, from the first axis; more than a full turn is mostly degrees without their unit."""
-    heading = number(context, quantity, Dimension.ANGLE, "the heading")
+    heading = resolved_number(context, quantity, Dimension.ANGLE, "the heading")
     if abs(heading) <= 2 * math.pi:
         return heading
     if not math.isnan(heading):
@@ -206,7 +206,7 @@ def _distances(context: Context, formation: ast.Formation, agents: tuple[int, ..
         missing(context, f"the distances of `{formation.name.text}`", formation.span, "list them: `(0-1: 0.8 m)`")
     for link in formation.links:
         places = [_place(context, formation, item, len(agents)) for item in (link.first, link.second)]
-        distance = number(context, link.distance, Dimension.LENGTH, "the distance", above=0)
+        distance = resolved_number(context, link.distance, Dimension.LENGTH, "the distance", above=0)
         pair = frozenset(places)
         if any(map(math.isnan, places)):
             continue
@@ -247,7 +247,7 @@ def _length(context: Context, formation: ast.Formation, settings: dict[str, ast.
         missing(context, f"the {word} of `{name}`", formation.span, f"add `{word} VALUE`, in metres")
         return REPORTED
     relation(context, setting, "", "=")
-    return number(context, setting.high, Dimension.LENGTH, f"the {word} of `{name}`", above=0)
+    return resolved_number(context, setting.high, Dimension.LENGTH, f"the {word} of `{name}`", above=0)
 
 
 def _to_itself(context: Context, link: ast.Link) -> None:

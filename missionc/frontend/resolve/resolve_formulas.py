@@ -26,8 +26,8 @@ from missionc.frontend.resolve.formula_findings import asked_of_the_lost, no_suc
 from missionc.frontend.resolve.lost_agents import named_members, without_any
 from missionc.frontend.resolve.resolve_agents import resolve_set
 from missionc.frontend.resolve.resolve_comparisons import (
+    compared_agent,
     no_graph,
-    one_agent,
     resolve_comparison,
     resolve_facing,
     resolve_length,
@@ -521,7 +521,7 @@ def _without(context: Context, formula: ast.Quantified, number: int, agents: ir.
 
 
 def _one_agent(context: Context, formula: ast.OneAgent) -> Typed:
-    agent = one_agent(context, formula.agent, "one agent (or `every`, `some`)")
+    agent = compared_agent(context, formula.agent, "one agent (or `every`, `some`)")
     body = resolve_formula(context, formula.body)
     if isinstance(agent, Unresolved):
         return stand_in(formula.span)

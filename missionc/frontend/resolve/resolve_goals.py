@@ -17,7 +17,7 @@ from missionc.base.units import Dimension
 from missionc.frontend.resolve.context import Context
 from missionc.frontend.resolve.resolve_formulas import resolve_goal
 from missionc.frontend.resolve.resolve_lanes import resolve_lanes
-from missionc.frontend.resolve.resolve_quantities import excerpt, number, whole
+from missionc.frontend.resolve.resolve_quantities import excerpt, resolved_number, whole
 from missionc.frontend.resolve.resolve_settings import known_settings, relation, said_twice, unknown_word
 from missionc.frontend.syntax import ast
 
@@ -80,7 +80,7 @@ def _formula(context: Context, item: ast.Require | ast.Prefer) -> ir.Formula:
 def _weight(context: Context, prefer: ast.Prefer, name: str) -> float:
     if prefer.weight is None:
         return 1.0
-    return number(context, prefer.weight, Dimension.NUMBER, f"the weight of `{name}`", above=0)
+    return resolved_number(context, prefer.weight, Dimension.NUMBER, f"the weight of `{name}`", above=0)
 
 
 def resolve_objective(context: Context, minimize: ast.Minimize | None) -> ir.Objective:

@@ -21,7 +21,7 @@ from missionc.base.units import UNITS, Dimension, Metres, Metric
 from missionc.frontend.resolve.context import REPORTED, Context, Kind, Unresolved
 from missionc.frontend.resolve.formula_findings import not_on_the_graph
 from missionc.frontend.resolve.resolve_agents import resolve_set
-from missionc.frontend.resolve.resolve_quantities import excerpt, number, shown
+from missionc.frontend.resolve.resolve_quantities import excerpt, resolved_number, shown
 from missionc.frontend.resolve.resolve_quantities import whole as whole_number
 from missionc.frontend.resolve.resolve_settings import missing, said_twice, unknown_word
 from missionc.frontend.resolve.resolve_shapes import NOWHERE, too_many_parts
@@ -43,7 +43,7 @@ def resolve_resource(context: Context, resource: ast.Resource) -> ir.Resource:
             unknown_word(context, rate.name, RATES, "`resource`", "setting")
             continue
         unit = _unit(context, rate)
-        value = number(context, rate.value, Dimension.NUMBER, f"`{rate.name.text}` of `{name}`", least=0)
+        value = resolved_number(context, rate.value, Dimension.NUMBER, f"`{rate.name.text}` of `{name}`", least=0)
         if rate.name.text == "refill":
             region = None if rate.within is None else _region(context, rate.within)
             if unit is not None and region is not None:
@@ -163,7 +163,7 @@ def resolve_graph(context: Context, graph: ast.Graph) -> ir.Graph:
     name = graph.name.text
     radius = Metres(0.0)
     if graph.radius is not None:
-        radius = Metres(number(context, graph.radius, Dimension.LENGTH, f"the radius of `{name}`", above=0))
+        radius = Metres(resolved_number(context, graph.radius, Dimension.LENGTH, f"the radius of `{name}`", above=0))
     whole = _of_one_range(context, graph, radius)
     if graph.ranges:
         whole = with_ranges(whole, radius, _ranges(context, graph, whole))
@@ -188,7 +188,7 @@ def _ranges(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.Pai
     ranges = []
     for pair, senders, receivers in _pairs(context, graph.ranges, whole, "range"):
         what = f"the range from `{excerpt(pair.senders.span)}` to `{excerpt(pair.receivers.span)}`"
-        radius = Metres(number(context, pair.value, Dimension.LENGTH, what, above=0))
+        radius = Metres(resolved_number(context, pair.value, Dimension.LENGTH, what, above=0))
         ranges.append(ir.PairRange(senders, receivers, radius))
     return tuple(ranges)
 

@@ -33,7 +33,7 @@ from missionc.frontend.resolve.resolve_formulas import resolve_lets
 from missionc.frontend.resolve.resolve_goals import resolve_objective, resolve_requirements, resolve_solve
 from missionc.frontend.resolve.resolve_graphs import resolve_flag, resolve_graph, resolve_resource
 from missionc.frontend.resolve.resolve_points import resolve_point, resolve_world
-from missionc.frontend.resolve.resolve_quantities import number, resolve_parameters
+from missionc.frontend.resolve.resolve_quantities import resolve_parameters, resolved_number
 from missionc.frontend.resolve.resolve_settings import missing, said_twice
 from missionc.frontend.resolve.resolve_shapes import resolve_regions
 from missionc.frontend.resolve.resolve_time import resolve_delay, resolve_time
@@ -78,7 +78,7 @@ def resolve(
     separation = _only(context, program, ast.Separation)
     clearance = _only(context, program, ast.Clearance)
     margins = [
-        Metres(0.0 if item is None else number(context, item.distance, Dimension.LENGTH, what, least=0))
+        Metres(0.0 if item is None else resolved_number(context, item.distance, Dimension.LENGTH, what, least=0))
         for item, what in ((separation, "the separation"), (clearance, "the clearance"))
     ]
     tolerances = tuple(

@@ -19,7 +19,7 @@ from missionc.frontend.resolve.context import Context, collect
 from missionc.frontend.resolve.resolve_agents import resolve_teams
 from missionc.frontend.resolve.resolve_files import with_places
 from missionc.frontend.resolve.resolve_points import known, resolve_point, resolve_world
-from missionc.frontend.resolve.resolve_quantities import number, resolve_parameters
+from missionc.frontend.resolve.resolve_quantities import resolve_parameters, resolved_number
 from missionc.frontend.resolve.resolve_shapes import resolve_regions
 from missionc.frontend.resolve.resolve_time import resolve_time
 from missionc.frontend.resolve.spell_out import spell_out
@@ -43,7 +43,7 @@ class Places:
 
     def metres(self, quantity: ast.Quantity) -> Metres:
         """What a length comes to; NaN where that cannot be known."""
-        return Metres(number(self.context, quantity, Dimension.LENGTH, "the length"))
+        return Metres(resolved_number(self.context, quantity, Dimension.LENGTH, "the length"))
 
 
 def resolve_places(source: Source, declarations: Sequence[ast.Declaration], limits: Limits) -> Places | None:

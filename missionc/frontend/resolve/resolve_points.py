@@ -12,7 +12,7 @@ from missionc.base.diagnostics import code
 from missionc.base.source import Span
 from missionc.base.units import Dimension
 from missionc.frontend.resolve.context import REPORTED, Context
-from missionc.frontend.resolve.resolve_quantities import excerpt, number
+from missionc.frontend.resolve.resolve_quantities import excerpt, resolved_number
 from missionc.frontend.syntax import ast
 
 WORDS = {1: "one coordinate", 2: "two coordinates", 3: "three coordinates"}
@@ -20,7 +20,7 @@ WORDS = {1: "one coordinate", 2: "two coordinates", 3: "three coordinates"}
 
 def coordinates(context: Context, point: ast.Point) -> ir.Vector:
     """The coordinates as written, however many, in metres."""
-    return tuple(number(context, item, Dimension.LENGTH, "the coordinate") for item in point.coordinates)
+    return tuple(resolved_number(context, item, Dimension.LENGTH, "the coordinate") for item in point.coordinates)
 
 
 def resolve_point(context: Context, point: ast.Point) -> ir.Vector:
@@ -31,9 +31,10 @@ def resolve_point(context: Context, point: ast.Point) -> ir.Vector:
     kind = "plane" if context.dimension == 2 else "volume"
     context.report(
         code.WRONG_DIMENSION,
-        f"`{excerpt(point.span)}` has {counted(len(values))}; the world is a {kind}, with {counted(context.dimension)}",
+        f"`{excerpt(point.span)}` has {counted_points(len(values))}; "
+        f"the world is a {kind}, with {counted_points(context.dimension)}",
         point.span,
-        help=f"give the point {counted(context.dimension)}",
+        help=f"give the point {counted_points(context.dimension)}",
     )
     return (REPORTED,) * context.dimension
 
@@ -46,7 +47,7 @@ def plane_point(context: Context, point: ast.Point, what: str, otherwise: str) -
         case values:
             context.report(
                 code.WRONG_DIMENSION,
-                f"`{excerpt(point.span)}` has {counted(len(values))}; {what} has two, in the plane",
+                f"`{excerpt(point.span)}` has {counted_points(len(values))}; {what} has two, in the plane",
                 point.span,
                 help=otherwise if context.dimension == 3 else "give it two coordinates",
             )
@@ -58,7 +59,7 @@ def known(*points: ir.Vector) -> bool:
     return not any(math.isnan(value) for point in points for value in point)
 
 
-def counted(count: int) -> str:
+def counted_points(count: int) -> str:
     return WORDS.get(count, f"{count} coordinates")
 
 
@@ -69,7 +70,7 @@ def resolve_world(context: Context, world: ast.World) -> None:
         wrong = world.low if len(first) not in (2, 3) else world.high
         context.report(
             code.WRONG_DIMENSION,
-            f"the corners of the world have {counted(len(first))} and {counted(len(second))}",
+            f"the corners of the world have {counted_points(len(first))} and {counted_points(len(second))}",
             wrong.span,
             help="give both corners two coordinates for a plane, or three for a volume",
         )
@@ -86,7 +87,7 @@ def resolve_world(context: Context, world: ast.World) -> None:
 
 def resolve_offset(context: Context, items: tuple[ast.Quantity, ...], span: Span) -> ir.Vector:
     """An offset in metres; in a volume two coordinates leave the height as it is."""
-    values = tuple(number(context, item, Dimension.LENGTH, "the offset") for item in items)
+    values = tuple(resolved_number(context, item, Dimension.LENGTH, "the offset") for item in items)
     return as_many(context, padded(context, values), span)
 
 
@@ -100,9 +101,9 @@ def as_many(context: Context, values: ir.Vector, span: Span) -> ir.Vector:
         return values
     context.report(
         code.WRONG_DIMENSION,
-        f"`{excerpt(span)}` has {counted(len(values))}; the world has {counted(context.dimension)}",
+        f"`{excerpt(span)}` has {counted_points(len(values))}; the world has {counted_points(context.dimension)}",
         span,
-        help=f"give it {counted(context.dimension)}",
+        help=f"give it {counted_points(context.dimension)}",
     )
     return (REPORTED,) * context.dimension
 

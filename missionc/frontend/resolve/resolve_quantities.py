@@ -279,7 +279,7 @@ def fitted(context: Context, amount: Amount, dimension: Dimension, quantity: ast
     return REPORTED
 
 
-def number(
+def resolved_number(
     context: Context,
     quantity: ast.Quantity,
     dimension: Dimension,
@@ -304,7 +304,7 @@ def number(
 
 def whole(context: Context, quantity: ast.Quantity, what: str, *, least: int = 0) -> float:
     """A whole number (still a float), at least ``least``; NaN once it is reported."""
-    value = number(context, quantity, Dimension.NUMBER, what, least=least)
+    value = resolved_number(context, quantity, Dimension.NUMBER, what, least=least)
     if math.isnan(value) or value == math.floor(value):
         return value
     context.report(

@@ -27,7 +27,7 @@ from missionc.frontend.resolve.resolve_points import (
     resolve_offset,
     resolve_point,
 )
-from missionc.frontend.resolve.resolve_quantities import evaluate, fitted, number, shown, with_unit_of
+from missionc.frontend.resolve.resolve_quantities import evaluate, fitted, resolved_number, shown, with_unit_of
 from missionc.frontend.syntax import ast
 
 
@@ -52,7 +52,7 @@ def resolve_motion(context: Context, motion: ast.Motion | None) -> ir.Still | ir
 
 def resolve_growth(context: Context, growth: ast.Quantity | None) -> float:
     """How fast an obstacle grows on all sides, m/s, at least 0; NaN once it is reported."""
-    return 0.0 if growth is None else number(context, growth, Dimension.SPEED, "the growth", least=0)
+    return 0.0 if growth is None else resolved_number(context, growth, Dimension.SPEED, "the growth", least=0)
 
 
 def _unit(context: Context, motion: ast.Moving) -> float:
@@ -79,7 +79,7 @@ def _speed(context: Context, item: ast.Quantity, factor: float) -> float:
 
 
 def _along(context: Context, along: ast.Along) -> ir.Path:
-    times = [number(context, item.time, Dimension.TIME, "the time", least=0) for item in along.waypoints]
+    times = [resolved_number(context, item.time, Dimension.TIME, "the time", least=0) for item in along.waypoints]
     offsets = tuple(resolve_offset(context, item.offset, item.span) for item in along.waypoints)
     for index in range(1, len(times)):
         if times[index] <= times[index - 1]:
@@ -214,7 +214,7 @@ def _polygon(context: Context, polygon: ast.Polygon) -> ir.Shape:
 
 
 def _radius(context: Context, radius: ast.Quantity, what: str, span: Span) -> float:
-    value = number(context, radius, Dimension.LENGTH, f"the radius of the {what}", least=0)
+    value = resolved_number(context, radius, Dimension.LENGTH, f"the radius of the {what}", least=0)
     if value == 0:
         no_area(context, f"the {what}", span)
     return value
@@ -228,8 +228,10 @@ def _band(context: Context, height: ast.Height | None) -> ir.Prism | None:
         return None
     if height is None:
         return ir.Prism(context.low[2], context.high[2])
-    low = number(context, with_unit_of(height.low, height.high, Dimension.LENGTH), Dimension.LENGTH, "the height")
-    high = number(context, height.high, Dimension.LENGTH, "the height")
+    low = resolved_number(
+        context, with_unit_of(height.low, height.high, Dimension.LENGTH), Dimension.LENGTH, "the height"
+    )
+    high = resolved_number(context, height.high, Dimension.LENGTH, "the height")
     if low > high:
         context.report(
             code.BOUNDS_REVERSED,

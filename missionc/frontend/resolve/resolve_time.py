@@ -18,7 +18,7 @@ from missionc.frontend.resolve.resolve_quantities import (
     excerpt,
     fitted,
     is_reported,
-    number,
+    resolved_number,
     shown,
     swapped,
 )
@@ -39,8 +39,8 @@ def resolve_time(context: Context, time: ast.Time, stretch: float = 1.0) -> None
 
     ``stretch`` times as many as written, of which the last may be cut short.
     """
-    step = number(context, time.step, Dimension.TIME, "the step", above=0)
-    horizon = number(context, time.horizon, Dimension.TIME, "the horizon", above=0)
+    step = resolved_number(context, time.step, Dimension.TIME, "the step", above=0)
+    horizon = resolved_number(context, time.horizon, Dimension.TIME, "the horizon", above=0)
     if math.isnan(step) or math.isnan(horizon):
         return
     steps = as_whole(horizon / step)

@@ -71,8 +71,8 @@ def _bounds(bounds: ir.Window | ir.Length | ir.Period | None) -> str:
             return f" {steps} steps"
         case ir.Length(graph, metric, low, high):
             unit = " m" if metric is Metric.METRES else ""
-            upper = "" if high == math.inf else f"{number(high)}{unit}"
-            return f"[{bounds.word} {number(low)}{unit}..{upper} on {graph.name}]"
+            upper = "" if high == math.inf else f"{number_text(high)}{unit}"
+            return f"[{bounds.word} {number_text(low)}{unit}..{upper} on {graph.name}]"
         case _:
             assert_never(bounds)
 
@@ -90,24 +90,26 @@ class Words:
         return graph.name if agents == graph.agents else ", ".join((graph.name, *map(self.agent, agents)))
 
     def angle(self, value: float) -> str:
-        return f"{number(math.degrees(value))} deg"
+        return f"{number_text(math.degrees(value))} deg"
 
     def inequality(self, terms: tuple[tuple[float, str], ...], constant: float, sign: str) -> str:
-        signed = [(weight, word if abs(weight) == 1 else f"{number(abs(weight))}*{word}") for weight, word in terms]
+        signed = [
+            (weight, word if abs(weight) == 1 else f"{number_text(abs(weight))}*{word}") for weight, word in terms
+        ]
         if constant:
-            signed.append((constant, number(abs(constant))))
+            signed.append((constant, number_text(abs(constant))))
         first, rest = signed[0], signed[1:]
         text = f"-{first[1]}" if first[0] < 0 else first[1]
         return text + "".join(f" {'-' if weight < 0 else '+'} {word}" for weight, word in rest) + f" {sign} 0"
 
 
-def number(value: float) -> str:
+def number_text(value: float) -> str:
     """A number to twelve digits, without what rounding leaves behind: ``4.7``, ``20``."""
     return format(round(value, 12) + 0.0, ".12g")
 
 
 def vector(values: Iterable[float]) -> str:
-    return f"({', '.join(map(number, values))})"
+    return f"({', '.join(map(number_text, values))})"
 
 
 def show_vehicle(vehicle: ir.Vehicle) -> str:
@@ -121,10 +123,10 @@ def figures_of(vehicle: ir.Vehicle) -> Iterator[tuple[str, str]]:
         value, unit = getattr(vehicle, name), SI[figure.dimension]
         match value:
             case ir.Band(low, high):
-                yield name, "" if math.isinf(high) else f"{number(low)}..{number(high)}{unit}"
+                yield name, "" if math.isinf(high) else f"{number_text(low)}..{number_text(high)}{unit}"
             case _:
                 sign = f"{figure.relation} " if figure.relation else ""
-                yield name, "" if value in (0, math.inf) else f"{sign}{number(value)}{unit}"
+                yield name, "" if value in (0, math.inf) else f"{sign}{number_text(value)}{unit}"
 
 
 def show_yaw(yaw: ir.Yaw) -> str:
@@ -133,7 +135,7 @@ def show_yaw(yaw: ir.Yaw) -> str:
         case ir.AlongPath():
             return "along path"
         case ir.Fixed(angle):
-            return "" if angle == 0 else f"{number(angle)} rad"
+            return "" if angle == 0 else f"{number_text(angle)} rad"
 
 
 def show_ir(mission: ir.Mission) -> str:
@@ -143,12 +145,12 @@ def show_ir(mission: ir.Mission) -> str:
 
 def _lines(mission: ir.Mission) -> Iterator[str]:
     yield f"mission {mission.name}"
-    yield f"time step {number(mission.step)} s, {mission.steps} steps"
+    yield f"time step {number_text(mission.step)} s, {mission.steps} steps"
     yield f"world {vector(mission.world.low)} to {vector(mission.world.high)}"
     for region in mission.regions:
         yield f"region {region.name} = {show_shape(region.shape)}"
     for obstacle in mission.obstacles:
-        grows = f" uncertain {number(obstacle.growth)} m/s" if obstacle.growth else ""
+        grows = f" uncertain {number_text(obstacle.growth)} m/s" if obstacle.growth else ""
         yield f"obstacle {obstacle.name} = {show_shape(obstacle.shape)}{_motion(obstacle.motion)}{grows}"
     for beacon in mission.beacons:
         yield f"beacon {beacon.name} = {vector(beacon.position)}"
@@ -172,13 +174,13 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
     for flag in mission.flags:
         cleared = "" if flag.cleared_in is None else f", cleared in {flag.cleared_in.name}"
         yield f"flag {flag.name} of {indices(flag.agents)} set in {flag.set_in.name}{cleared}"
-    yield f"separation {number(mission.separation)} m"
-    yield f"clearance {number(mission.clearance)} m"
+    yield f"separation {number_text(mission.separation)} m"
+    yield f"clearance {number_text(mission.clearance)} m"
     for tolerance in mission.tolerances:
         yield f"tolerate delay {tolerance.steps} steps of {', '.join(map(str, tolerance.agents))}"
     yield from _formulas(mission)
     yield f"minimize {mission.objective.value}"
-    options = "".join(f" {name} = {number(value)}" for name, value in mission.solve.options)
+    options = "".join(f" {name} = {number_text(value)}" for name, value in mission.solve.options)
     if mission.solve.connectivity is not ir.Connectivity.BOTTLENECK:
         options += f" connectivity = {mission.solve.connectivity.value}"
     lanes = mission.solve.roadmap
@@ -197,7 +199,7 @@ def _formulas(mission: ir.Mission) -> Iterator[str]:
         yield f"require {requirement.name}: {show_formula(requirement.formula, lets, mission)}"
     for preference in mission.preferences:
         words = show_formula(preference.formula, lets, mission)
-        yield f"prefer {preference.name}: {words} weight {number(preference.weight)}"
+        yield f"prefer {preference.name}: {words} weight {number_text(preference.weight)}"
 
 
 def show_shape(shape: ir.Shape) -> str:
@@ -205,9 +207,9 @@ def show_shape(shape: ir.Shape) -> str:
         case ir.Box(low, high):
             return f"box {vector(low)} to {vector(high)}"
         case ir.Disc(centre, radius, band):
-            return f"disc at {vector(centre)} radius {number(radius)}{_band(band)}"
+            return f"disc at {vector(centre)} radius {number_text(radius)}{_band(band)}"
         case ir.Ball(centre, radius):
-            return f"ball at {vector(centre)} radius {number(radius)}"
+            return f"ball at {vector(centre)} radius {number_text(radius)}"
         case ir.Polygon(corners, band):
             return f"polygon {', '.join(map(vector, corners))}{_band(band)}"
         case ir.Union(left, right):
@@ -221,7 +223,7 @@ def show_shape(shape: ir.Shape) -> str:
 
 
 def _band(band: ir.Prism | None) -> str:
-    return "" if band is None else f" height {number(band.low)}..{number(band.high)}"
+    return "" if band is None else f" height {number_text(band.low)}..{number_text(band.high)}"
 
 
 def _motion(motion: ir.Still | ir.Path) -> str:
@@ -230,17 +232,17 @@ def _motion(motion: ir.Still | ir.Path) -> str:
             return ""
         case ir.Path(times, offsets):
             pairs = zip(times, offsets, strict=True)
-            return " along " + ", ".join(f"{number(time)} s: {vector(offset)}" for time, offset in pairs)
+            return " along " + ", ".join(f"{number_text(time)} s: {vector(offset)}" for time, offset in pairs)
         case _:
             assert_never(motion)
 
 
 def _agent(agent: ir.Agent, dimension: int) -> str:
-    parts = [f"radius {number(agent.radius)} m", _dynamics(agent.dynamics), f"start {_place(agent.start)}"]
+    parts = [f"radius {number_text(agent.radius)} m", _dynamics(agent.dynamics), f"start {_place(agent.start)}"]
     if agent.finish is not None:
         parts.append(f"finish {_place(agent.finish)}")
     if dimension == 2:
-        parts.append(f"altitude {number(agent.altitude)} m")
+        parts.append(f"altitude {number_text(agent.altitude)} m")
     if show_yaw(agent.yaw):
         parts.append(f"yaw {show_yaw(agent.yaw)}")
     return f"agent {agent.index} {agent.name}: {', '.join(parts)}"
@@ -253,15 +255,17 @@ def _pad(pad: ir.Pad) -> str:
     for name, figure in ir.PAD_FIGURES.items():
         value = getattr(pad, name)
         if value is not None and not math.isinf(value):
-            said.append(f"{name} {figure.relation} {number(value)}{SI[figure.dimension]}".replace("  ", " "))
+            said.append(f"{name} {figure.relation} {number_text(value)}{SI[figure.dimension]}".replace("  ", " "))
     return "  ".join([where, *said])
 
 
 def _dynamics(dynamics: ir.Dynamics) -> str:
-    speed = f"{number(dynamics.lowest_speed)}.." if dynamics.may_be_restless else "<= "
+    speed = f"{number_text(dynamics.lowest_speed)}.." if dynamics.may_be_restless else "<= "
     values = [(limit, getattr(dynamics, limit.setting)) for limit in dynamics.limits]
-    limits = [f" {each.setting} <= {number(value)}{SI[each.dimension]}" for each, value in values if value < math.inf]
-    return f"{dynamics.word} speed {speed}{number(dynamics.top_speed)} m/s{''.join(limits)}"
+    limits = [
+        f" {each.setting} <= {number_text(value)}{SI[each.dimension]}" for each, value in values if value < math.inf
+    ]
+    return f"{dynamics.word} speed {speed}{number_text(dynamics.top_speed)} m/s{''.join(limits)}"
 
 
 def _place(place: ir.Place) -> str:
@@ -277,11 +281,11 @@ def _place(place: ir.Place) -> str:
 def _graph(graph: ir.Graph) -> str:
     match graph:
         case ir.Proximity():
-            return f"proximity {number(graph.radius)} m{_pair_ranges(graph)}"
+            return f"proximity {number_text(graph.radius)} m{_pair_ranges(graph)}"
         case ir.Sight():
-            return f"sight {number(graph.radius)} m{_pair_ranges(graph)}"
+            return f"sight {number_text(graph.radius)} m{_pair_ranges(graph)}"
         case ir.BeaconCover():
-            return f"beacons {', '.join(map(vector, graph.beacons))} within {number(graph.radius)} m"
+            return f"beacons {', '.join(map(vector, graph.beacons))} within {number_text(graph.radius)} m"
         case _:
             assert_never(graph)
 
@@ -293,7 +297,7 @@ def _weight(weight: ir.Weight) -> str:
 
 def _pair_ranges(graph: ir.Graph) -> str:
     return "".join(
-        f", {indices(sorted(each.senders))} to {indices(sorted(each.receivers))} {number(each.radius)} m"
+        f", {indices(sorted(each.senders))} to {indices(sorted(each.receivers))} {number_text(each.radius)} m"
         for each in graph.ranges
     )
 
@@ -302,24 +306,24 @@ def _formation(formation: ir.Formation) -> Iterator[str]:
     total = "total " if formation.total else ""
     yield (
         f"formation {formation.name} = {formation.kind} of {indices(formation.agents)}"
-        f" {total}tolerance {number(formation.tolerance)} m"
+        f" {total}tolerance {number_text(formation.tolerance)} m"
     )
     for edge in formation.edges:
         match edge.target:
             case tuple() as offset:
                 yield f"  {edge.first} to {edge.second}: {vector(offset)}"
             case distance:
-                yield f"  {edge.first} to {edge.second}: {number(distance)} m"
+                yield f"  {edge.first} to {edge.second}: {number_text(distance)} m"
 
 
 def _resource(resource: ir.Resource) -> str:
-    parts = [f"start {number(resource.start)}", f"capacity {number(resource.capacity)}"]
+    parts = [f"start {number_text(resource.start)}", f"capacity {number_text(resource.capacity)}"]
     parts += [
-        f"drain {number(drain)} per {unit}"
+        f"drain {number_text(drain)} per {unit}"
         for drain, unit in ((resource.per_second, "s"), (resource.per_metre, "m"))
         if drain
     ]
-    parts += [f"refill {number(refill.per_second)} per s in {refill.region.name}" for refill in resource.refills]
+    parts += [f"refill {number_text(refill.per_second)} per s in {refill.region.name}" for refill in resource.refills]
     return f"resource {resource.name} of {indices(resource.agents)} {', '.join(parts)}"
 
 

@@ -139,12 +139,12 @@ def tight(node: ast.Quantity) -> str:
     return _sum(node, _FACTOR)
 
 
-def point(node: ast.Point) -> str:
+def point_text(node: ast.Point) -> str:
     return f"({', '.join(map(loose, node.coordinates))})"
 
 
 def points(nodes: tuple[ast.Point, ...]) -> str:
-    return ", ".join(map(point, nodes))
+    return ", ".join(map(point_text, nodes))
 
 
 def _sum(node: ast.Quantity, binding: int = _SUM) -> str:
@@ -192,14 +192,14 @@ def _declaration(node: ast.Declaration) -> str:
         case ast.Time(_, step, horizon):
             return f"time step {tight(step)}, horizon {tight(horizon)}"
         case ast.World(_, low, high):
-            return f"world {point(low)} to {point(high)}"
+            return f"world {point_text(low)} to {point_text(high)}"
         case ast.Region(_, name, shape):
             return f"region {named(name)} = {_shape(shape)}"
         case ast.Obstacle(_, name, shape, motion, growth):
             grows = "" if growth is None else f" uncertain {tight(growth)}"
             return f"obstacle {named(name)} = {_shape(shape)}{_motion(motion)}{grows}"
         case ast.Beacon(_, name, position):
-            return f"beacon {named(name)} = {point(position)}"
+            return f"beacon {named(name)} = {point_text(position)}"
         case ast.Team(_, name, size, items):
             head = f"agent {named(name)}" if size is None else f"team {named(name)}[{loose(size)}]"
             return "\n".join([head + " {", *(f"  {_item(item)}" for item in items), "}"])
@@ -241,7 +241,7 @@ def _declaration(node: ast.Declaration) -> str:
 def _file_option(node: ast.FileOption) -> str:
     match node.value:
         case ast.Point():
-            return f"{node.word} {point(node.value)}"
+            return f"{node.word} {point_text(node.value)}"
         case words:
             return f"{node.word} " + ", ".join(f'"{each}"' if node.word == "layer" else each for each in words)
 
@@ -281,13 +281,13 @@ def _shape(node: ast.Shape, binding: int = 0) -> str:
         case ast.Name():
             return named(node)
         case ast.Box(_, low, high, height):
-            return f"box {point(low)} to {point(high)}{_height(height)}"
+            return f"box {point_text(low)} to {point_text(high)}{_height(height)}"
         case ast.Disc(_, centre, radius, height):
-            return f"disc at {point(centre)} radius {tight(radius)}{_height(height)}"
+            return f"disc at {point_text(centre)} radius {tight(radius)}{_height(height)}"
         case ast.Ball(_, centre, radius):
-            return f"ball at {point(centre)} radius {tight(radius)}"
+            return f"ball at {point_text(centre)} radius {tight(radius)}"
         case ast.Cylinder(_, centre, radius, height):
-            return f"cylinder at {point(centre)} radius {tight(radius)}{_height(height)}"
+            return f"cylinder at {point_text(centre)} radius {tight(radius)}{_height(height)}"
         case ast.Polygon(_, corners, height):
             return f"polygon {points(corners)}{_height(height)}"
         case ast.Combined(_, operator, left, right):
@@ -307,7 +307,7 @@ def _motion(node: ast.Motion | None) -> str:
         case None:
             return ""
         case ast.Moving(_, velocity, unit):
-            return f" moving {point(velocity)}" + ("" if unit is None else f" {unit}")
+            return f" moving {point_text(velocity)}" + ("" if unit is None else f" {unit}")
         case ast.Along(_, waypoints):
             return " along " + ", ".join(
                 f"({loose(waypoint.time)}: {', '.join(map(loose, waypoint.offset))})" for waypoint in waypoints
@@ -359,9 +359,9 @@ def _places(node: ast.Places) -> str:
         case ast.AtPoints(_, at):
             return f"at {points(at)}"
         case ast.OnLine(_, first, last):
-            return f"line {point(first)} to {point(last)}"
+            return f"line {point_text(first)} to {point_text(last)}"
         case ast.OnGrid(_, low, high):
-            return f"grid {point(low)} to {point(high)}"
+            return f"grid {point_text(low)} to {point_text(high)}"
         case ast.AtListed(_, file):
             return f'from "{file.path}"'
         case _:

@@ -17,7 +17,7 @@ from missionc.ir.kernel.walk import children, postorder
 def show(kernel: k.Kernel, mission: Mission) -> str:
     """Every node of the kernel, then its requirements and preferences."""
     goals = kernel.goals
-    words = Words(mission)
+    words = KernelWords(mission)
     lines: list[str] = []
     names: dict[k.Node, str] = {}
     for node in postorder(goal.formula for goal in goals):
@@ -43,7 +43,7 @@ def _inline(node: k.Node) -> bool:
             return False
 
 
-class Words:
+class KernelWords:
     """How a node is written, given how those below it are."""
 
     def __init__(self, mission: Mission) -> None:
@@ -73,9 +73,9 @@ class Words:
             case k.ReachNode(graph, _, _, hops):
                 return f"{below[0]} {_every(node)}reach {hops} hops on {self.graph(graph)} {below[1]}"
             case k.RouteNode(graph, _, _, low, high):
-                return f"{below[0]} {_every(node)}route {metres(low, high)} on {self.graph(graph)} {below[1]}"
+                return f"{below[0]} {_every(node)}route {metres_text(low, high)} on {self.graph(graph)} {below[1]}"
             case k.PathLength(graph, agent, low, high):
-                return f"path to {self.agent(agent)} {metres(low, high)} on {self.graph(graph)}"
+                return f"path to {self.agent(agent)} {metres_text(low, high)} on {self.graph(graph)}"
             case k.At(agent):
                 return f"at {self.agent(agent)} {below[0]}"
             case _:
@@ -90,16 +90,16 @@ class Words:
         return graph.name if declared.agents == agents else f"{graph.name} over {', '.join(map(self.agent, agents))}"
 
     def angle(self, value: float) -> str:
-        return f"{number(value)} rad"
+        return f"{number_text(value)} rad"
 
     def inequality(self, terms: tuple[tuple[float, str], ...], constant: float, sign: str) -> str:
-        parts = [word if weight == 1 else f"{number(weight)}*{word}" for weight, word in terms]
-        return f"({' + '.join([*parts, number(constant)])} {sign} 0)"
+        parts = [word if weight == 1 else f"{number_text(weight)}*{word}" for weight, word in terms]
+        return f"({' + '.join([*parts, number_text(constant)])} {sign} 0)"
 
 
 def asked(weight: float | None) -> str:
     """A requirement, which has no weight, or a preference."""
-    return "require" if weight is None else f"prefer[{number(weight)}]"
+    return "require" if weight is None else f"prefer[{number_text(weight)}]"
 
 
 def _every(node: k.NeighbourNode | k.ReachNode | k.RouteNode) -> str:
@@ -110,9 +110,9 @@ def window(low: int, high: int | None) -> str:
     return f"[{low}..{'end' if high is None else high}]"
 
 
-def metres(low: float, high: float) -> str:
-    return f"{number(low)}..{'' if math.isinf(high) else number(high)} m"
+def metres_text(low: float, high: float) -> str:
+    return f"{number_text(low)}..{'' if math.isinf(high) else number_text(high)} m"
 
 
-def number(value: float) -> str:
+def number_text(value: float) -> str:
     return f"{value:.12g}"

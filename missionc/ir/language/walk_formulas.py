@@ -65,10 +65,10 @@ def as_written(formula: ir.Formula) -> tuple[ir.Formula, ...]:
 @once
 def formulas(mission: ir.Mission) -> tuple[ir.Formula, ...]:
     """All that the mission's goals are made of, bottom up."""
-    return tuple(bottom_up(goal.formula for goal in goals(mission)))
+    return tuple(formulas_bottom_up(goal.formula for goal in goals(mission)))
 
 
-def bottom_up(
+def formulas_bottom_up(
     roots: Iterable[ir.Formula], below: Callable[[ir.Formula], tuple[ir.Formula, ...]] = operands
 ) -> list[ir.Formula]:
     """Every formula below the roots and the roots themselves, once each, operands before the formulas that use them."""

@@ -24,7 +24,7 @@ def nodes_at_most(length: Length, most: int) -> int:
     return (most + 1) * (4 + alike * (3 + 2 * alike))
 
 
-def within(length: Length, through: Node, end: Node, most: int) -> Node:
+def weight_within(length: Length, through: Node, end: Node, most: int) -> Node:
     """A route over ``through`` agents to an ``end`` that weighs at most so much in all."""
     graph, weight, span = length.graph, length.weight, length.span
     assert weight is not None
@@ -42,7 +42,7 @@ def within(length: Length, through: Node, end: Node, most: int) -> Node:
     return made[most]
 
 
-def at_least(length: Length, through: Node, end: Node, low: int, high: int) -> Node:
+def weight_at_least(length: Length, through: Node, end: Node, low: int, high: int) -> Node:
     """Likewise a route that weighs at least ``low``, above 0, in all: it visits no agent twice.
 
     Up to where it weighs so much the agents left behind are told apart; the rest is over the others, and a walk
@@ -55,7 +55,7 @@ def at_least(length: Length, through: Node, end: Node, low: int, high: int) -> N
     @cache
     def rest(behind: frozenset[int], most: int) -> Node:
         outside = Not(Is(behind, span), span)
-        return within(length, All((through, outside), span), All((end, outside), span), most)
+        return weight_within(length, All((through, outside), span), All((end, outside), span), most)
 
     @cache
     def leaving(behind: frozenset[int], spent: int) -> Node:
@@ -135,7 +135,7 @@ def measured_in_metres(length: Length) -> bool:
 def up_to(length: Length, through: Node, end: Node, most: int, span: Span) -> Node:
     """A route over ``through`` agents to an ``end`` of at most so many hops, or so much weight."""
     if length.weight is not None:
-        return within(length, through, end, most)
+        return weight_within(length, through, end, most)
     return Reach(length.graph, through, end, min(most, most_hops(length)), span)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from missionc.base.trace import Plan, Trace
 from missionc.ir import Graph, Mission
-from missionc.ir.language.margins.links import all_links, pieces
+from missionc.ir.language.margins.links import all_links, link_pieces
 from missionc.ir.language.margins.resources import flag_truths, levels
 from missionc.ir.pair_ranges import directed
 from missionc.output.json_layout import compact, document, listed, record
@@ -72,7 +72,7 @@ def _edges(graph: Graph, trace: Trace) -> list[list[list[int]]]:
     members = np.array(graph.agents, dtype=np.int64)
     one_way = directed(graph)
     edges: list[list[list[int]]] = []
-    for piece in pieces(trace.position.shape[1], len(members)):
+    for piece in link_pieces(trace.position.shape[1], len(members)):
         for links in all_links(graph, trace.position[:, piece]):
             linked = links > 0
             pairs = members[np.argwhere(linked if one_way else np.triu(linked))]

@@ -37,7 +37,7 @@ from missionc.output.report.requirement_lanes import HARMS, HELPS, OPEN
 from missionc.output.report.world_data import world_data
 from missionc.verification.monitoring.live import session
 from missionc.verification.monitoring.live.samples import StepState
-from missionc.verification.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 
 MOST_MEMBERS = 200
 """Agents of a graph whose links are drawn: those of more are a tangle, and take their time."""
@@ -249,7 +249,7 @@ MOST_COLUMNS = 2000
 
 MOST_NEWS = 200
 
-EFFECT = {Verdict.SATISFIED: HELPS, Verdict.VIOLATED: HARMS, Verdict.OPEN: OPEN}
+EFFECT = {LiveVerdict.SATISFIED: HELPS, LiveVerdict.VIOLATED: HARMS, LiveVerdict.OPEN: OPEN}
 
 Tone = Literal["plain", "good", "risk", "bad"]
 
@@ -326,9 +326,9 @@ class FlightRecord:
                     f"{number}, if everybody goes on as planned", "risk" if margin < 0 else "plain", step * seconds
                 )
             case session.Change(step, standing, unit):
-                if standing.verdict is not Verdict.OPEN:
+                if standing.verdict is not LiveVerdict.OPEN:
                     self._since[self._index(standing.name)] = step * seconds
-                if step or standing.verdict is not Verdict.OPEN or standing.at_risk:
+                if step or standing.verdict is not LiveVerdict.OPEN or standing.at_risk:
                     self.tell(*_change(standing, unit, seconds), step * seconds)
             case session.Presence(step, missing, back):
                 if missing:
@@ -480,14 +480,14 @@ def _now(judged: session.Judged, since: list[float], seconds: float) -> dict[str
 def _change(standing: Standing, unit: str, seconds: float) -> tuple[str, Tone]:
     """A verdict that changed, as a sentence."""
     match standing.verdict:
-        case Verdict.VIOLATED:
+        case LiveVerdict.VIOLATED:
             least = "" if not math.isfinite(standing.most) else f"; at most {decimals(standing.most)} {unit}".rstrip()
             return f"{standing.name} is lost: violated for good{least}", "bad"
-        case Verdict.SATISFIED:
+        case LiveVerdict.SATISFIED:
             return f"{standing.name} is satisfied for good", "good"
-        case Verdict.OPEN if standing.at_risk:
+        case LiveVerdict.OPEN if standing.at_risk:
             return f"{standing.name} is at risk: lost a step from now, if everybody goes on like this", "risk"
-        case Verdict.OPEN:
+        case LiveVerdict.OPEN:
             return f"{standing.name} is open, decided by {standing.decided_by * seconds:g} s", "plain"
 
 

@@ -18,7 +18,7 @@ from missionc.output.folder.ownership import cannot_write, exists, reason, shown
 
 
 @dataclass(frozen=True, slots=True)
-class Output:
+class WrittenPath:
     """A file that is to be written, or a folder that is to be written as a whole; ``flag`` names another."""
 
     flag: str
@@ -26,7 +26,7 @@ class Output:
     folder: bool = False
 
 
-def overlapping(outputs: Sequence[Output], inputs: Iterable[Path]) -> Diagnostic | None:
+def overlapping(outputs: Sequence[WrittenPath], inputs: Iterable[Path]) -> Diagnostic | None:
     """What forbids the first of these outputs; absent where they can be written side by side.
 
     A folder that is written as a whole may not hold what is read, nor another
@@ -57,7 +57,7 @@ def within(path: Path, folder: Path) -> bool:
     )
 
 
-def _of_inputs(output: Output, inputs: Sequence[Path]) -> Diagnostic | None:
+def _of_inputs(output: WrittenPath, inputs: Sequence[Path]) -> Diagnostic | None:
     if output.folder and os.path.exists(output.path) and within(Path.cwd(), output.path):
         return exists(output.path, ", and this command runs in it")
     for read in inputs:
@@ -73,7 +73,7 @@ def _of_inputs(output: Output, inputs: Sequence[Path]) -> Diagnostic | None:
     return None
 
 
-def _of_outputs(output: Output, others: Iterable[Output]) -> Diagnostic | None:
+def _of_outputs(output: WrittenPath, others: Iterable[WrittenPath]) -> Diagnostic | None:
     for other in others:
         if other.folder and within(output.path, other.path):
             return cannot_write(
@@ -89,5 +89,5 @@ def _same(one: Path, other: Path) -> bool:
     return within(one, other) and within(other, one)
 
 
-def _elsewhere(output: Output) -> str:
+def _elsewhere(output: WrittenPath) -> str:
     return f"another {'folder' if output.folder else 'file'} with `{output.flag}`"

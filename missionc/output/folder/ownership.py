@@ -136,7 +136,7 @@ def remove_folders(folder: Path, files: Iterable[str]) -> None:
             (folder / name).rmdir()
 
 
-def listed(manifest: bytes) -> Ours | None:
+def listed_files(manifest: bytes) -> Ours | None:
     """The folder as its manifest has it; None where that is not one of the compiler's."""
     try:
         says = parse_record(manifest, MANIFEST_SCHEMA)
@@ -156,7 +156,7 @@ def _judged(folder: Path) -> Ours | Foreign:
     if MANIFEST not in names:
         return Foreign(f" and holds no `{MANIFEST}`, so it is not the compiler's", tuple(map(_quoted, names)))
     content = read_bytes(folder / MANIFEST, MANIFEST, Limits().trace_bytes, FOLDER_UNREADABLE)
-    ours = None if isinstance(content, Diagnostic) else listed(content)
+    ours = None if isinstance(content, Diagnostic) else listed_files(content)
     if ours is None:
         return Foreign(f", and its `{MANIFEST}` is not one of the compiler's", tuple(map(_quoted, names)))
     listing = islice(entries(folder), MOST_LOOKED_AT)

@@ -32,7 +32,7 @@ from pathlib import Path
 
 from missionc.base.strict_json import parse_record
 from missionc.output.folder.file_names import MANIFEST
-from missionc.output.folder.ownership import Ours, listed, ownership, remove, remove_folders
+from missionc.output.folder.ownership import Ours, listed_files, ownership, remove, remove_folders
 from missionc.output.folder.walk_folder import entries
 
 NAME = re.compile(r"\.missionc-([0-9a-f]{16})")
@@ -184,7 +184,7 @@ def _recover(path: Path) -> None:
             if not os.path.lexists(target) or not isinstance(owner, Ours) or not remove(left.old, owner):
                 left.put_back()
         manifest = left.new / MANIFEST
-        says = listed(manifest.read_bytes()) if manifest.is_file() else None
+        says = listed_files(manifest.read_bytes()) if manifest.is_file() else None
         left.clear(says.files if says else ())
     finally:
         os.close(handle)

@@ -29,7 +29,7 @@ from missionc.geometry.curves.piecewise_polynomials import motion, values
 from missionc.geometry.displacement import displaced
 from missionc.ir import Agent, Mission, Obstacle, Path, Shape, World
 from missionc.output.plot.plot_roadmap import draw_roadmap, roadmap_entry
-from missionc.output.plot.silhouette import View, draw_shape, inner_point
+from missionc.output.plot.silhouette import View, draw_shape, silhouette_point
 from missionc.output.region_roles import region_roles
 from missionc.verification.plan.obstacle_bodies import solid
 
@@ -60,7 +60,7 @@ def name_place(world: World, view: View, shape: Shape, name: str, letter: float,
         letter: the size of its font, metres.
         paths: (agents, points, 2), metres, across and up.
     """
-    middle = inner_point(world, view, shape)
+    middle = silhouette_point(world, view, shape)
     if world.dimension > 2:
         return middle
     wide, high = LETTER * letter * len(name), LINE * letter
@@ -88,7 +88,7 @@ class _Use:
     agents: list[int]
 
 
-def lanes(paths: Array, gap: float) -> Array:
+def lane_lines(paths: Array, gap: float) -> Array:
     """How far to shift each vertex of each path.
 
     Args:
@@ -362,7 +362,7 @@ def _draw_obstacle(
     body: dict[str, Any] = {"fc": OBSTACLE, "ec": OBSTACLE, "lw": 0.8, "zorder": 2, **_see_through(view)}
     draw_shape(axes, world, view, obstacle.shape, away, obstacle.grown(since), **body)
     if view.up == 1:
-        across, up = inner_point(world, view, obstacle.shape)
+        across, up = silhouette_point(world, view, obstacle.shape)
         words, size = (obstacle.name.partition("[")[2].rstrip("]"), 4.5) if crowded else (obstacle.name, 7.5)
         _name(axes, (across + float(away[0]), up + float(away[1])), words, "white", size)
     if obstacle.constant or moment is not None:
@@ -379,7 +379,7 @@ def _draw_obstacle(
 def _draw_track(axes: Axes, mission: Mission, view: View, obstacle: Obstacle, path: Path) -> None:
     """Where the obstacle goes, and an arrow halfway."""
     last = mission.step * mission.steps
-    start = inner_point(mission.world, view, obstacle.shape)
+    start = silhouette_point(mission.world, view, obstacle.shape)
     times = sorted({0.0, last, *(time for time in path.times if 0 < time < last)})
     track = np.array([displaced(obstacle, time, mission.dimension) for time in times])
     axes.plot(
@@ -406,7 +406,7 @@ def draw_agents(axes: Axes, mission: Mission, trace: Trace, view: View) -> None:
     tracks = _tracks(mission, trace)[..., (view.across, view.up)]
     steps = trace.position[..., (view.across, view.up)]
     if not crowd and tracks.shape == steps.shape:
-        tracks = tracks + lanes(steps, LANE * _metres_per_point(axes))
+        tracks = tracks + lane_lines(steps, LANE * _metres_per_point(axes))
     if not crowd and steps.shape[1] <= MOST_DOTS:
         dots = np.unique(np.round(steps.reshape(-1, 2), 6), axis=0)
         axes.plot(*dots.T, ls="", marker="o", ms=3.2, mfc=INK, mec="white", mew=0.5, zorder=5, clip_on=False)
@@ -463,7 +463,7 @@ def _name(axes: Axes, place: tuple[float, float], name: str, colour: str, size: 
     axes.annotate(name, place, fontsize=size, color=colour, bbox=halo, zorder=8, **centred)
 
 
-def entries(mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> list[Line2D | Patch]:
+def legend_entries(mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> list[Line2D | Patch]:
     """The entries of a map's legend."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -493,5 +493,10 @@ def entries(mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> list[Line2D
 def _legend(axes: Axes, mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> None:
     place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0}
     axes.legend(
-        handles=entries(mission, roadmaps), frameon=False, fontsize=8.5, handlelength=2.4, labelspacing=0.45, **place
+        handles=legend_entries(mission, roadmaps),
+        frameon=False,
+        fontsize=8.5,
+        handlelength=2.4,
+        labelspacing=0.45,
+        **place,
     )

@@ -13,7 +13,7 @@ from missionc.geometry.curves.piecewise_polynomials import motion, values
 from missionc.ir import Mission
 from missionc.ir.language.margins.links import all_links
 from missionc.output.plot.figure_request import WIDTHS, FigureRequest
-from missionc.output.plot.plot import INK, MOST_NAMED, PAD, draw_agents, draw_view, entries, style
+from missionc.output.plot.plot import INK, MOST_NAMED, PAD, draw_agents, draw_view, legend_entries, style
 from missionc.output.plot.plot_roadmap import draw_roadmap
 from missionc.output.plot.silhouette import View
 
@@ -50,7 +50,7 @@ def draw_strip(
     across = high[0] - low[0] + 2 * pad
     heights = [high[view.up] - low[view.up] + 2 * pad for view in views]
     map_wide = wide / columns - 0.35
-    handles = [*entries(mission, roadmaps)]
+    handles = [*legend_entries(mission, roadmaps)]
     if request.at:
         handles = [each for each in handles if each.get_label() not in ("finish", f"every {mission.step:g} s")]
     if request.at and mission.graphs:

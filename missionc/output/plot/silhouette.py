@@ -46,7 +46,7 @@ def draw_shape(
     axes.contour(x, y, depth, levels=[grown], colors=[style["ec"]], **line)
 
 
-def inner_point(world: World, view: View, shape: Shape) -> tuple[float, float]:
+def silhouette_point(world: World, view: View, shape: Shape) -> tuple[float, float]:
     """A point well inside the silhouette, for its name."""
     match shape:
         case Box(low, high):

@@ -22,7 +22,7 @@ from missionc.geometry.columns import FLOOR
 from missionc.geometry.curves.piecewise_polynomials import curves_of
 from missionc.ir import Formation, Graph, Mission
 from missionc.ir.kernel.nodes import Kernel
-from missionc.ir.language.margins.links import all_links, pieces
+from missionc.ir.language.margins.links import all_links, link_pieces
 from missionc.ir.language.margins.predicate_margins import formation_margin
 from missionc.ir.pair_ranges import directed
 from missionc.output.documents.whole_flight_json import phases_on_the_clock
@@ -188,7 +188,9 @@ def _graph(graph: Graph, position: Array, there: Flags) -> dict[str, Any]:
     steps = position.shape[1]
     runs = [np.zeros((0, 4), dtype=np.int64)]
     if len(members):
-        linked = np.concatenate([all_links(graph, position[:, piece]) > 0 for piece in pieces(steps, len(members))])
+        linked = np.concatenate(
+            [all_links(graph, position[:, piece]) > 0 for piece in link_pieces(steps, len(members))]
+        )
         every = np.ones((len(members), len(members)), dtype=np.bool_)
         first, second = np.nonzero(every & ~np.eye(len(members), dtype=np.bool_) if one_way else np.triu(every, 1))
         seen = there[members]

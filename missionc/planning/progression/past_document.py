@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from missionc.base.strict_json import NotJsonError, is_number, parse_record
+from missionc.base.strict_json import NotJsonError, is_finite_number, parse_record
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
 from missionc.planning.progression.stretches import Stretch
@@ -162,7 +162,7 @@ def _names(value: object) -> bool:
 
 
 def _is_within(value: object, magnitude: float) -> bool:
-    return is_number(value) and abs(value) <= magnitude
+    return is_finite_number(value) and abs(value) <= magnitude
 
 
 def _array(value: object, dimensions: int, magnitude: float) -> Array | None:

@@ -33,7 +33,7 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces, polynomials
 from missionc.output.folder.file_names import flights_in
 from missionc.tools.closed_loop.reports import Report
 from missionc.verification.monitoring.live.session import Session
-from missionc.verification.monitoring.live.verdicts import Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict
 from missionc.verification.monitoring.read_trace import read_flown
 
 
@@ -263,7 +263,7 @@ class GroundStation:
                 self._follow(name, report)
         assert self.session is not None
         for standing in self.session.standings[: self.session.requirements]:
-            bad = standing.at_risk or standing.verdict is Verdict.VIOLATED
+            bad = standing.at_risk or standing.verdict is LiveVerdict.VIOLATED
             if bad and standing.name not in self.risky:
                 self.risky.add(standing.name)
                 self.causes.append(f"`{standing.name}` is {'at risk' if standing.at_risk else 'lost'}")

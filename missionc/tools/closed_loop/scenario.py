@@ -19,7 +19,7 @@ from missionc.base.diagnostics.code import SCENARIO_UNUSABLE
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
-from missionc.base.strict_json import is_number
+from missionc.base.strict_json import is_finite_number
 from missionc.flight.simulation.trial_bounds import MOST_CLOCK_ERROR, MOST_WIND
 
 MOST_EVENTS = 100
@@ -129,7 +129,7 @@ def _number(source: Source, table: Any, name: str, key: str, most: float, findin
         findings += [finding] if not findings or findings[-1].message != finding.message else []
         return 0.0
     value = table.get(key, 0.0)
-    if not is_number(value) or not 0 <= value <= most:
+    if not is_finite_number(value) or not 0 <= value <= most:
         findings.append(_wrong(source, _line(source, key), f"`{key}` is a number from 0 to {most:g}"))
         return 0.0
     return float(value)
@@ -141,13 +141,13 @@ def _event(entry: Any, agents: tuple[str, ...]) -> Event | str:
     if len(kinds) != 1 or set(entry) - {"at", "to", *kinds}:
         return "an event has `at` and one of `lose`, `slow` (with `to`) and `change`"
     at, to, what = entry.get("at"), entry.get("to", HALF), entry[kinds[0]]
-    if not is_number(at) or not 0 <= at <= LONGEST:
+    if not is_finite_number(at) or not 0 <= at <= LONGEST:
         return f"`at` of an event is a time in seconds, from 0 to {LONGEST:g}"
     if not isinstance(what, str) or not what:
         return f"`{kinds[0]}` of an event is a text"
     if kinds[0] != "change" and what not in agents:
         return f"the mission has no agent `{what}`"
-    if not (is_number(to) and 0 < to <= 1) or ("to" in entry and kinds != ["slow"]):
+    if not (is_finite_number(to) and 0 < to <= 1) or ("to" in entry and kinds != ["slow"]):
         return "`to`, the share of its top speed that one has left, is more than 0 and at most 1"
     return Event(float(at), **{kinds[0]: what}, to=float(to) if kinds == ["slow"] else 1.0)
 

@@ -350,7 +350,7 @@ class _Outputs:
         by_values = groups(grid.combinations, ordered)
         table = results_table.Table(grid.names, ordered.values())
         files = {results_table.CSV: table.csv()}
-        if results_table.missing() is None:
+        if results_table.missing_writer() is None:
             files[results_table.PARQUET] = table.parquet()
         files[PAGE] = sweep_html(self._page(by_values, comparisons))
         wrong = [write_inside(folder, name, content) for name, content in files.items()]

@@ -21,7 +21,7 @@ FLOWN = "flown"
 RECORDS = "flights.json"
 
 
-def carry_out(request: TrialRequest) -> RunResult:
+def fly_trials(request: TrialRequest) -> RunResult:
     """Fly them.
 
     Raises:
@@ -33,4 +33,4 @@ def carry_out(request: TrialRequest) -> RunResult:
         raise ValueError(f"the mission cannot be read: {checked}")
     texts = flights_in(mission.agents, request.files)
     trials = run(mission, kernel, [polynomials(texts[agent.name]) for agent in mission.agents], request.trial)
-    return RunResult(FLOWN, {}, {}, ((RECORDS, flights_journal.written(trials.flights, request.curves)),))
+    return RunResult(FLOWN, {}, {}, ((RECORDS, flights_journal.flights_text(trials.flights, request.curves)),))

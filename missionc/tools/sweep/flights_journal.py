@@ -35,7 +35,7 @@ from missionc.tools.sweep.append_journal import LARGEST, Journal, locked
 from missionc.verification.certificate import Check
 
 
-def written(flights: Iterable[Flight], curves: bool) -> bytes:
+def flights_text(flights: Iterable[Flight], curves: bool) -> bytes:
     """The records; every number reads back as the same double.
 
     Args:
@@ -44,7 +44,7 @@ def written(flights: Iterable[Flight], curves: bool) -> bytes:
     return json.dumps([_record(each, curves) for each in flights], separators=(",", ":")).encode("ascii")
 
 
-def read(content: bytes, trace: Trace) -> list[Flight]:
+def parse_flights(content: bytes, trace: Trace) -> list[Flight]:
     """The flights of some records; ``trace`` stands for the states of each."""
     return read_flights(parse_json(content, finite=False), trace)
 

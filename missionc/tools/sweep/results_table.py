@@ -209,7 +209,7 @@ class Table:
         return sink.getvalue()
 
 
-def missing() -> Diagnostic | None:
+def missing_writer() -> Diagnostic | None:
     """What to say where no Parquet can be written; absent where it can."""
     if find_spec("pyarrow"):
         return None

@@ -85,7 +85,7 @@ def versions_here() -> dict[str, str]:
     return {**versions(), "python": platform.python_version()}
 
 
-def written(result: RunResult) -> str:
+def run_answer_text(result: RunResult) -> str:
     """The text of a result, on one line."""
     files = sent({name: zlib.compress(content) for name, content in result.files})
     return _text(
@@ -110,7 +110,7 @@ def with_usage(text: str, seconds: float, size: int) -> str:
     return one_line(document)
 
 
-def read(text: str) -> Answer:
+def read_run_answer(text: str) -> Answer:
     """The answer in a text.
 
     Raises:

@@ -93,7 +93,7 @@ class Request:
     engines: tuple[str, ...] = ()
 
 
-def written(request: Request) -> str:
+def run_request_text(request: Request) -> str:
     """The text of a request, on one line."""
     settings = request.settings
     document = {
@@ -109,7 +109,7 @@ def written(request: Request) -> str:
     return run_answer.one_line(document)
 
 
-def read(text: str) -> Request:
+def read_run_request(text: str) -> Request:
     """The request in a text of ``written``.
 
     Raises:

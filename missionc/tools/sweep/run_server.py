@@ -65,13 +65,13 @@ def _answer(text: str, requests: int) -> str:
 def _carry_out_run(text: str) -> RunResult:
     from missionc.tools.sweep.carry_out_run import carry_out
 
-    return carry_out(run_request.read(text))
+    return carry_out(run_request.read_run_request(text))
 
 
 def _carry_out_trials(text: str) -> RunResult:
-    from missionc.tools.sweep.carry_out_trials import carry_out
+    from missionc.tools.sweep.carry_out_trials import fly_trials
 
-    return carry_out(trial_request.read(text))
+    return fly_trials(trial_request.read_trial_request(text))
 
 
 KINDS: dict[str, Callable[[str], RunResult]] = {
@@ -148,7 +148,7 @@ def _alone(alive: int, requests: int) -> None:
 
 def _carried_out(text: str, carry_out: Callable[[str], RunResult]) -> str:
     try:
-        return run_answer.written(carry_out(text))
+        return run_answer.run_answer_text(carry_out(text))
     except MemoryError:
         return run_answer.failed("there was not enough memory for the run")
     except Exception as error:

@@ -364,7 +364,7 @@ def run_sweep(
     again: Counter[Run] = Counter()
 
     def give(run: Run) -> None:
-        text = run_request.written(Request(settings, dict(run.values), run.seed, engines.get(run.values, ())))
+        text = run_request.run_request_text(Request(settings, dict(run.values), run.seed, engines.get(run.values, ())))
         future = pool.submit(text)
         under_way.add(future)
         future.add_done_callback(lambda done: answers.put((run, done)))
@@ -409,18 +409,18 @@ def run_sweep(
 
 def _row(run: Run, done: Future[str], settings: Settings) -> Row | Diagnostic:
     """What came back: a row, or why nothing more will."""
-    answer = received(done, settings.versions)
+    answer = received_answers(done, settings.versions)
     return answer if isinstance(answer, Diagnostic) else Row(run, answer.result, answer.host)
 
 
-def received(done: Future[str], asked: Mapping[str, str]) -> Answer | Diagnostic:
+def received_answers(done: Future[str], asked: Mapping[str, str]) -> Answer | Diagnostic:
     """What a worker answered, an error among others; or why no worker will answer.
 
     Args:
         asked: the versions that were asked for.
     """
     try:
-        answer = run_answer.read(done.result())
+        answer = run_answer.read_run_answer(done.result())
     except CancelledError:
         return lost("it no longer knows of the runs it was given")
     except (ValueError, KeyError, TypeError) as error:

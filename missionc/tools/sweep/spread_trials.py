@@ -31,7 +31,7 @@ from missionc.tools.replay.simulate_folder import fly_here
 from missionc.tools.sweep import flights_journal, run_answer, run_sweep, trial_request
 from missionc.tools.sweep.carry_out_trials import FLOWN, RECORDS
 from missionc.tools.sweep.flights_journal import FlightsJournal
-from missionc.tools.sweep.run_sweep import Pool, received
+from missionc.tools.sweep.run_sweep import Pool, received_answers
 from missionc.tools.sweep.trial_request import TrialRequest
 
 MOST_TOGETHER = 1000
@@ -135,13 +135,13 @@ class SpreadTrials:
             raise failed
 
     def _flights(self, future: Future[str], part: Trial, shown: Trials) -> list[Flight]:
-        answer = received(future, run_answer.versions_here())
+        answer = received_answers(future, run_answer.versions_here())
         if isinstance(answer, Diagnostic):
             raise NotFlown(answer)
         if answer.result.outcome != FLOWN:
             raise NotFlown(run_sweep.not_done(str(answer.result.values.get("says"))))
         records = dict(answer.result.files)[RECORDS]
-        flights = flights_journal.read(records, shown.flights[0].trace)
+        flights = flights_journal.parse_flights(records, shown.flights[0].trace)
         wrong = self.journal.add(part.first, records, flights) if self.journal else None
         if wrong:
             raise NotFlown(wrong)
@@ -166,7 +166,7 @@ class SpreadTrials:
     def _request(self, opened: OutputFolder, trial: Trial) -> str:
         versions = run_answer.versions_here()
         request = TrialRequest(self._manifest(opened), self._files(opened), trial, self.limits, self.curves, versions)
-        return trial_request.written(request)
+        return trial_request.trial_request_text(request)
 
 
 def _gaps(numbers: range, there: Container[int]) -> list[range]:

@@ -36,7 +36,7 @@ class TrialRequest:
     versions: Mapping[str, str]
 
 
-def written(request: TrialRequest) -> str:
+def trial_request_text(request: TrialRequest) -> str:
     """The text of a request, on one line."""
     document = {
         "schema": SCHEMA,
@@ -52,7 +52,7 @@ def written(request: TrialRequest) -> str:
     return run_answer.one_line(document)
 
 
-def read(text: str) -> TrialRequest:
+def read_trial_request(text: str) -> TrialRequest:
     """The request in a text of ``written``.
 
     Raises:

@@ -19,7 +19,7 @@ from missionc.ir.kernel.nodes import Goal, Kernel
 from missionc.ir.kernel.walk import postorder
 from missionc.verification.between.counterexample import Search, agents_of, sentence, stretch
 from missionc.verification.between.interval_sets import Motion
-from missionc.verification.between.truth_over_time import Evaluation
+from missionc.verification.between.truth_over_time import TruthOverTime
 from missionc.verification.certificate import Between, Certificate, Verdict
 from missionc.verification.monitoring.monitor import truths
 
@@ -43,11 +43,11 @@ def verify_between(mission: Mission, kernel: Kernel, trace: Trace, files: Mappin
 def between_steps(mission: Mission, kernel: Kernel, trace: Trace, curves: Curves) -> tuple[Between, ...]:
     """Every requirement that the trace satisfies at its steps, along curves that pass through its states."""
     at_steps = truths([goal.formula for goal in kernel.requirements], mission, trace)
-    evaluation = Evaluation(Motion(mission, curves, trace))
+    evaluation = TruthOverTime(Motion(mission, curves, trace))
     return tuple(_judged(goal, evaluation, trace) for goal in kernel.requirements if bool(at_steps[goal.formula][0, 0]))
 
 
-def _judged(goal: Goal, evaluation: Evaluation, trace: Trace) -> Between:
+def _judged(goal: Goal, evaluation: TruthOverTime, trace: Trace) -> Between:
     motion = evaluation.motion
     known = evaluation.of(goal.formula)
     signal = known[goal.formula][0]

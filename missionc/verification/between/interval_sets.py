@@ -239,12 +239,12 @@ def throughout(body: Signal, low: int, high: int | None, end: int) -> Signal:
     return sometime(body.denied, low, high, end).denied
 
 
-def until(hold: Signal, goal: Signal, low: int, high: int | None, end: int) -> Signal:
+def until_over_time(hold: Signal, goal: Signal, low: int, high: int | None, end: int) -> Signal:
     """``goal`` at some moment of the window, and ``hold`` at every moment from now up to, not at, that one."""
     return Signal(_until(hold.sure, goal.sure, low, high, end), _never_until(hold.never, goal.never, low, high, end))
 
 
-def looking_back(measure: Callable[..., Signal], *parts: Signal, low: int, high: int, end: int) -> Signal:
+def looking_back_over(measure: Callable[..., Signal], *parts: Signal, low: int, high: int, end: int) -> Signal:
     """``sometime``, ``throughout`` or ``until`` with time reversed; before 0 the last of the parts is never so.
 
     Args:

@@ -25,7 +25,7 @@ from missionc.ir.kernel.analysis import agents_asked, steps_ahead
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import Atom, NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.ir.kernel.walk import looks_back, postorder
-from missionc.ir.language.margins.links import pieces
+from missionc.ir.language.margins.links import link_pieces
 from missionc.ir.pair_ranges import directed
 from missionc.verification.between.atoms import RESOLUTION, atom_signals, link_signals
 from missionc.verification.between.interval_sets import (
@@ -34,11 +34,11 @@ from missionc.verification.between.interval_sets import (
     Signal,
     Spans,
     asked_until,
-    looking_back,
+    looking_back_over,
     of_parts,
     sometime,
     throughout,
-    until,
+    until_over_time,
 )
 from missionc.verification.monitoring import graph_routes
 from missionc.verification.monitoring.logic import TRUTH
@@ -73,12 +73,14 @@ def links_of(graph: Graph, motion: Motion) -> Links:
     return Links(members, first.astype(np.int64), second.astype(np.int64), one_way, tuple(signals))
 
 
-def nearby(links: Links, body: Sequence[Signal], motion: Motion) -> list[Signal]:
+def linked_pairs(links: Links, body: Sequence[Signal], motion: Motion) -> list[Signal]:
     """When ``body`` holds at some agent linked to each member."""
     return _judged(links, (body,), motion, lambda view: graph_routes.nearby(view.linked, view.operands[0]))
 
 
-def reach(hops: int, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion) -> list[Signal]:
+def reach_over_time(
+    hops: int, links: Links, through: Sequence[Signal], end: Sequence[Signal], motion: Motion
+) -> list[Signal]:
     """When each member has a route of at most so many links."""
     return _judged(
         links,
@@ -114,7 +116,7 @@ def route(
     if low > 0:
         return _judged(links, (through, end), motion, longer, metres=True)
     if math.isinf(high):
-        return reach(links.members.size, links, through, end, motion)
+        return reach_over_time(links.members.size, links, through, end, motion)
     return _judged(links, (through, end), motion, shorter, metres=True)
 
 
@@ -159,7 +161,7 @@ def _judged(
     while cell.size:
         left -= cell.size
         halve = np.zeros(cell.size, dtype=np.bool_)
-        for part in pieces(cell.size, links.members.size):
+        for part in link_pieces(cell.size, links.members.size):
             lengths, spare = _lengths(links, low[part], high[part], motion) if metres else _none(links, cell[part])
             seen, hoped = (_view(links, tables, way, cell[part], lengths) for way in (0, 1))
             yes, no = judge(replace(seen, spare=spare)), ~judge(replace(hoped, spare=-spare))
@@ -263,7 +265,7 @@ Signals: TypeAlias = dict[int, Signal]
 """When a formula holds at each agent that it is asked of."""
 
 
-class Evaluation(Domain[Signals]):
+class TruthOverTime(Domain[Signals]):
     """The domain of signals along one motion; those of predicates and links are worked out once."""
 
     def __init__(self, motion: Motion) -> None:
@@ -314,19 +316,19 @@ class Evaluation(Domain[Signals]):
 
     def window(self, node: WindowNode, body: Signals) -> Signals:
         if looks_back(node):
-            back = partial(looking_back, sometime, **_window_back(node), end=self.end)
+            back = partial(looking_back_over, sometime, **_window_back(node), end=self.end)
             return self._dual(node.every, partial(self._each, back), body)
         measure = throughout if node.every else sometime
         return self._each(lambda body: measure(body, *_window(node), self.end), body)
 
     def until(self, node: UntilNode, hold: Signals, end: Signals) -> Signals:
         if looks_back(node):
-            back = partial(looking_back, until, **_window_back(node), end=self.end)
+            back = partial(looking_back_over, until_over_time, **_window_back(node), end=self.end)
             return self._dual(node.every, partial(self._each, back), hold, end)
         last = last_asked(self.ahead[node.hold], self.end)
 
         def some(hold: Signal, end: Signal) -> Signal:
-            return until(asked_until(last, hold, self.end), end, *_window(node), self.end)
+            return until_over_time(asked_until(last, hold, self.end), end, *_window(node), self.end)
 
         return self._dual(node.every, partial(self._each, some), hold, end)
 
@@ -335,13 +337,13 @@ class Evaluation(Domain[Signals]):
 
     def neighbour(self, node: NeighbourNode, body: Signals) -> Signals:
         def some(body: Signals) -> Signals:
-            return {OTHERS: self.nowhere} | self._of_members(node.graph, nearby, body)
+            return {OTHERS: self.nowhere} | self._of_members(node.graph, linked_pairs, body)
 
         return self._dual(node.every, some, body)
 
     def reach(self, node: ReachNode, through: Signals, end: Signals) -> Signals:
         def some(through: Signals, end: Signals) -> Signals:
-            return end | self._of_members(node.graph, partial(reach, node.hops), through, end)
+            return end | self._of_members(node.graph, partial(reach_over_time, node.hops), through, end)
 
         return self._dual(node.every, some, through, end)
 

@@ -27,7 +27,7 @@ from missionc.verification.certificate import CERTAIN, ROUNDING
 from missionc.verification.flight.flight_curves import ALLOWANCE, Flight, extent, growing, seen_from
 from missionc.verification.plan.obstacle_bodies import solid
 from missionc.verification.proof.branch_and_bound import Bounds, Claim, Judge, everyone, of_agents
-from missionc.verification.proof.proof_boxes import at_least, between, far_from_origin
+from missionc.verification.proof.proof_boxes import at_least_in_box, between_bounds, far_from_origin
 
 
 def clear_of(shape: Shape, dimension: int, need: Array) -> Judge:
@@ -201,7 +201,7 @@ def world(mission: Mission, flight: Flight) -> Claim:
     detail = "every centre is inside it throughout"
     if inset.any():
         detail += ", by the fence inset and the tracking margin of its vehicle"
-    judge = between(low, high)
+    judge = between_bounds(low, high)
     level = flight.position[:, :, : mission.dimension]
     curve = of_agents(level)
     return Claim(
@@ -324,7 +324,7 @@ def _of_pairs(
             least, greatest = lowered(least * shortest), raised(greatest * shortest)
         return far_from_origin(least, greatest, most[pair])
 
-    judge, times = at_least(need.ravel(), pieces // need.shape[1]), flight.times
+    judge, times = at_least_in_box(need.ravel(), pieces // need.shape[1]), flight.times
     return Claim(f"flown {name}", "all pairs", unit, ROUNDING, detail, pairs, times, curve, judge, CERTAIN, far)
 
 

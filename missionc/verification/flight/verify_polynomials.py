@@ -28,7 +28,7 @@ from missionc.verification.flight.joint_claims import downwash, obstacles, separ
 from missionc.verification.monitoring.monitor import monitor
 from missionc.verification.plan.requirements_at_steps import check_requirements
 from missionc.verification.proof.branch_and_bound import Claim, Judge, branch_and_bound, everyone, of_agents
-from missionc.verification.proof.proof_boxes import Boxes, at_most, between, boxes_of, in_band, upright
+from missionc.verification.proof.proof_boxes import Boxes, at_most, between_bounds, boxes_of, in_band, upright
 
 GRAVITY = 9.81
 """m/s², as the firmware has it."""
@@ -72,7 +72,7 @@ def limits(mission: Mission, flight: Flight) -> list[Claim]:
     low = np.array([agent.vehicle.height.low for agent in mission.agents])
     high = np.array([agent.vehicle.height.high for agent in mission.agents])
     chosen = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
-    judge = between(_of_items(flight, low[chosen])[:, None], _of_items(flight, high[chosen])[:, None])
+    judge = between_bounds(_of_items(flight, low[chosen])[:, None], _of_items(flight, high[chosen])[:, None])
     detail = "every vehicle is in its band of heights"
     claims.append(_claim(flight, "height", "m", detail, chosen, flight.position[:, :, [2]], judge))
     return [claim for claim in claims if claim.items]

@@ -13,7 +13,7 @@ from missionc.ir import Graph, Mission, Predicate
 from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
-from missionc.ir.language.margins.links import all_links, pieces
+from missionc.ir.language.margins.links import all_links, link_pieces
 from missionc.ir.language.margins.predicate_margins import margin
 from missionc.verification.monitoring import graph_routes, temporal_windows
 from missionc.verification.monitoring.logic import Logic, Values
@@ -151,7 +151,7 @@ class Evaluation(Domain[Values]):
         shape = (len(self._agents()), self.steps)
         result = np.broadcast_to(outside, shape).copy()
         spread = [np.broadcast_to(value, shape)[members] for value in below]
-        for piece in pieces(self.steps, len(members)) if members else ():
+        for piece in link_pieces(self.steps, len(members)) if members else ():
             result[members, piece] = measure(piece, *(value[:, piece].T for value in spread)).T
         return result
 

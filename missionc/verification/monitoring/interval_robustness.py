@@ -33,14 +33,14 @@ MOST_MEMBERS, MOST_ROUTES = 200, 7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Interval:
+class RobustnessInterval:
     """(agents, 2) each, or 1 in place of the agents where it is about the team: metres."""
 
     least: Array
     most: Array
 
 
-class Intervals(Domain[Interval]):
+class Intervals(Domain[RobustnessInterval]):
     """The domain of robustness intervals; ``position`` and ``radius`` bound where agents are at the two steps."""
 
     def __init__(self, mission: Mission, atlas: Atlas) -> None:
@@ -53,15 +53,15 @@ class Intervals(Domain[Interval]):
         trace = Trace(mission.step, self.position, still, np.zeros(self.radius.shape))
         self.least, self.most = (Evaluation(ROBUSTNESS, mission, trace) for _ in range(2))
         self.graphs: set[Graph] = set()
-        self.predicates: dict[Predicate, Interval] = {}
+        self.predicates: dict[Predicate, RobustnessInterval] = {}
         self.worst: dict[tuple[Formation, int], FormationEdge] = {}
 
-    def of(self, roots: Iterable[Node]) -> dict[Node, Interval]:
+    def of(self, roots: Iterable[Node]) -> dict[Node, RobustnessInterval]:
         """The intervals of the formulas and of all below them; none where there are too many to look at."""
         roots = tuple(roots)
         return {} if more_than(MOST_NODES, roots) else evaluate(postorder(roots), self)
 
-    def links(self, graph: Graph) -> Interval:
+    def links(self, graph: Graph) -> RobustnessInterval:
         """(2, members, members) each, metres."""
         if graph not in self.graphs:
             members = list(graph.agents)
@@ -73,7 +73,7 @@ class Intervals(Domain[Interval]):
             for side, sign in ((self.least, -1.0), (self.most, 1.0)):
                 side.links[graph] = decided_at_border(links + sign * change, is_open=True)
             self.graphs.add(graph)
-        return Interval(self.least.links[graph], self.most.links[graph])
+        return RobustnessInterval(self.least.links[graph], self.most.links[graph])
 
     def worst_edge(self, formation: Formation, column: int) -> FormationEdge:
         """The edge of a formation that is furthest from as it should be, in the middle of the places."""
@@ -83,67 +83,73 @@ class Intervals(Domain[Interval]):
             self.worst[formation, column] = edges[int(np.argmin(margins))]
         return self.worst[formation, column]
 
-    def atom(self, predicate: Predicate, holds: bool) -> Interval:
+    def atom(self, predicate: Predicate, holds: bool) -> RobustnessInterval:
         if predicate not in self.predicates:
             self.predicates[predicate] = self._of_predicate(predicate)
         return self.predicates[predicate] if holds else _denied(self.predicates[predicate])
 
-    def member(self, agents: frozenset[int], holds: bool) -> Interval:
+    def member(self, agents: frozenset[int], holds: bool) -> RobustnessInterval:
         return self._each(lambda side: side.member(agents, holds))
 
-    def meet(self, parts: Sequence[Interval]) -> Interval:
+    def meet(self, parts: Sequence[RobustnessInterval]) -> RobustnessInterval:
         return self._each(lambda side, *below: side.meet(below), *parts)
 
-    def join(self, parts: Sequence[Interval]) -> Interval:
+    def join(self, parts: Sequence[RobustnessInterval]) -> RobustnessInterval:
         return self._each(lambda side, *below: side.join(below), *parts)
 
-    def at_least(self, count: int, parts: Sequence[Interval]) -> Interval:
+    def at_least(self, count: int, parts: Sequence[RobustnessInterval]) -> RobustnessInterval:
         return self._each(lambda side, *below: side.at_least(count, below), *parts)
 
-    def at(self, agent: int, body: Interval) -> Interval:
+    def at(self, agent: int, body: RobustnessInterval) -> RobustnessInterval:
         return self._each(lambda side, below: side.at(agent, below), body)
 
-    def window(self, node: WindowNode, body: Interval) -> Interval:
+    def window(self, node: WindowNode, body: RobustnessInterval) -> RobustnessInterval:
         if node.every:
             return _denied(self._sometime(_denied(body), node.low, node.high))
         return self._sometime(body, node.low, node.high)
 
-    def until(self, node: UntilNode, hold: Interval, end: Interval) -> Interval:
+    def until(self, node: UntilNode, hold: RobustnessInterval, end: RobustnessInterval) -> RobustnessInterval:
         if node.every:
             return _denied(self._until(_denied(hold), _denied(end), node.low, node.high))
         return self._until(hold, end, node.low, node.high)
 
-    def neighbour(self, node: NeighbourNode, body: Interval) -> Interval:
+    def neighbour(self, node: NeighbourNode, body: RobustnessInterval) -> RobustnessInterval:
         return self._linked(node.graph, node.every, lambda side, body: side.neighbour(node, body), body)
 
-    def reach(self, node: ReachNode, through: Interval, end: Interval) -> Interval:
+    def reach(self, node: ReachNode, through: RobustnessInterval, end: RobustnessInterval) -> RobustnessInterval:
         return self._linked(node.graph, node.every, lambda side, *below: side.reach(node, *below), through, end)
 
-    def route(self, node: RouteNode, through: Interval, end: Interval) -> Interval:
+    def route(self, node: RouteNode, through: RobustnessInterval, end: RobustnessInterval) -> RobustnessInterval:
         return self._measured(node.graph, node.every, lambda side, *below: side.route(node, *below), through, end)
 
-    def path_length(self, node: PathLength, holds: bool) -> Interval:
+    def path_length(self, node: PathLength, holds: bool) -> RobustnessInterval:
         return self._measured(node.graph, not holds, lambda side: side.path_length(node, holds))
 
-    def _each(self, value: Callable[..., Values], *below: Interval, denied: bool = False) -> Interval:
+    def _each(
+        self, value: Callable[..., Values], *below: RobustnessInterval, denied: bool = False
+    ) -> RobustnessInterval:
         """The least by what is least below, and the most by what is most: all is monotone.
 
         Args:
             denied: the more links there are, the less the value.
         """
         fewest, widest = (self.most, self.least) if denied else (self.least, self.most)
-        return Interval(
+        return RobustnessInterval(
             _spread(value(fewest, *(each.least for each in below))),
             _spread(value(widest, *(each.most for each in below))),
         )
 
-    def _linked(self, graph: Graph, every: bool, value: Callable[..., Values], *below: Interval) -> Interval:
+    def _linked(
+        self, graph: Graph, every: bool, value: Callable[..., Values], *below: RobustnessInterval
+    ) -> RobustnessInterval:
         if len(graph.agents) > MOST_MEMBERS:
             return self._unknown()
         self.links(graph)
         return self._each(value, *below, denied=every)
 
-    def _measured(self, graph: Graph, every: bool, value: Callable[..., Values], *below: Interval) -> Interval:
+    def _measured(
+        self, graph: Graph, every: bool, value: Callable[..., Values], *below: RobustnessInterval
+    ) -> RobustnessInterval:
         """A length is that of the places in the middle, and stands for no others."""
         unknown = self._unknown()
         if len(graph.agents) > MOST_ROUTES:
@@ -151,36 +157,38 @@ class Intervals(Domain[Interval]):
         interval = self._linked(graph, every, value, *below)
         exact = (self.radius[list(graph.agents)] == 0).all(axis=0)
         least, most = (decided_at_border(each, is_open=every) for each in (interval.least, interval.most))
-        return Interval(np.where(exact, least, unknown.least), np.where(exact, most, unknown.most))
+        return RobustnessInterval(np.where(exact, least, unknown.least), np.where(exact, most, unknown.most))
 
-    def _unknown(self) -> Interval:
-        return Interval(np.full(self.radius.shape, -np.inf), np.full(self.radius.shape, np.inf))
+    def _unknown(self) -> RobustnessInterval:
+        return RobustnessInterval(np.full(self.radius.shape, -np.inf), np.full(self.radius.shape, np.inf))
 
-    def _of_predicate(self, predicate: Predicate) -> Interval:
+    def _of_predicate(self, predicate: Predicate) -> RobustnessInterval:
         if predicate.reads_past or predicate.reads_heading:
             return self._unknown()
         value = np.atleast_2d(margin(predicate, self.mission, self.least.trace))
         change = predicate.rate(_Reach(self.mission.dimension, self.radius))
         least, most = (decided_at_border(each, predicate.open_border) for each in (value - change, value + change))
-        return Interval(least, most)
+        return RobustnessInterval(least, most)
 
     def columns(self, low: int, high: int | None, column: int) -> tuple[list[int], bool]:
         """The known steps in a window that stands at one of them, and whether it holds no others."""
         return columns(self.mission.steps, low, high, column)
 
-    def _sometime(self, body: Interval, low: int, high: int | None) -> Interval:
+    def _sometime(self, body: RobustnessInterval, low: int, high: int | None) -> RobustnessInterval:
         least, most = (np.empty_like(body.most) for _ in range(2))
         for column in (FIRST, LAST):
             known, whole = self.columns(low, high, column)
             least[:, column] = body.least[:, known].max(axis=1, initial=-np.inf)
             most[:, column] = body.most[:, known].max(axis=1, initial=-np.inf) if whole else np.inf
-        return Interval(least, most)
+        return RobustnessInterval(least, most)
 
-    def _until(self, hold: Interval, end: Interval, low: int, high: int | None) -> Interval:
+    def _until(
+        self, hold: RobustnessInterval, end: RobustnessInterval, low: int, high: int | None
+    ) -> RobustnessInterval:
         at_some = self._sometime(end, low, high)
         if low < 0:
             # What holds now has held since now, whatever was before.
-            return Interval(end.least if high == 0 else np.full_like(at_some.most, -np.inf), at_some.most)
+            return RobustnessInterval(end.least if high == 0 else np.full_like(at_some.most, -np.inf), at_some.most)
         if high == 0:
             return at_some
         # Whatever comes later, the left side has to hold now.
@@ -190,7 +198,7 @@ class Intervals(Domain[Interval]):
         most[:, LAST] = np.where(high is None, at_some.most[:, LAST], np.inf)
         least = np.broadcast_to(end.least if low == 0 else np.full((1, 2), -np.inf), most.shape).copy()
         least[:, LAST] = np.where(high is None, at_some.least[:, LAST], -np.inf)
-        return Interval(least, most)
+        return RobustnessInterval(least, most)
 
 
 class _Reach:
@@ -229,8 +237,8 @@ def _around(place: Place | None, atlas: Atlas) -> tuple[tuple[float, ...], float
     return tuple(middle.tolist()), float(np.linalg.norm(np.array(high) - middle))
 
 
-def _denied(one: Interval) -> Interval:
-    return Interval(-one.most, -one.least)
+def _denied(one: RobustnessInterval) -> RobustnessInterval:
+    return RobustnessInterval(-one.most, -one.least)
 
 
 def _spread(value: Values) -> Array:

@@ -20,7 +20,7 @@ from missionc.ir import Graph, Mission
 from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, NeighbourNode, Node, PathLength, ReachNode, RouteNode
 from missionc.ir.kernel.walk import children, postorder
-from missionc.ir.language.margins.links import all_links, pieces
+from missionc.ir.language.margins.links import all_links, link_pieces
 from missionc.ir.pair_ranges import directed
 from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import TRUTH, Values
@@ -88,7 +88,7 @@ class Witnesses:
             agents, steps = self.shape
             whole = np.zeros((steps, agents, agents), dtype=np.bool_)
             members = np.array(graph.agents, dtype=np.int64)
-            for piece in pieces(steps, len(members)) if len(members) else ():
+            for piece in link_pieces(steps, len(members)) if len(members) else ():
                 whole[np.ix_(np.arange(steps)[piece], members, members)] = (
                     all_links(graph, self.trace.position[:, piece]) > 0
                 )

@@ -32,7 +32,7 @@ def check_obstacles(mission: Mission, curves: Curves, tolerance: float = CONTACT
     return [_check(mission, curves, around, obstacle, tolerance) for obstacle in mission.obstacles]
 
 
-def seen_from(curves: Curves, obstacle: Obstacle) -> Curves:
+def relative_to(curves: Curves, obstacle: Obstacle) -> Curves:
     """The motion as the obstacle sees it: with its shape at rest."""
     match obstacle.motion:
         case Still():
@@ -86,7 +86,7 @@ def margins(
         around: the corners of the boxes around the motions.
         ceiling: margins above it are of no interest; absent: only the least of all is.
     """
-    seen = seen_from(curves, obstacle)
+    seen = relative_to(curves, obstacle)
     low, high = around if seen is curves else extents(seen)
     agents, pieces, *shape = seen.coefficients.shape
     distance = solid(obstacle.shape, mission.dimension)

@@ -106,7 +106,7 @@ FINEST = 2.0**-40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Parts:
+class BoxParts:
     """Parts that cover every item of a claim, in order of item and time.
 
     Args:
@@ -127,7 +127,7 @@ class Parts:
     moment: float
 
 
-def branch_and_bound(claim: Claim, enough: float = np.inf) -> Parts:
+def branch_and_bound(claim: Claim, enough: float = np.inf) -> BoxParts:
     """Parts that prove the least margin to the claim's gap, or only that it is at least ``enough``."""
     far, unseen = _nearest_last(claim)
     waiting: list[tuple[Indices, Array, Array, Enclosed | None]] = []
@@ -161,7 +161,7 @@ def branch_and_bound(claim: Claim, enough: float = np.inf) -> Parts:
             _joined(waiting)
     item, begin, width, lower = (np.concatenate(column) for column in zip(*done, strict=True))
     order = np.lexsort((begin, item))
-    return Parts(item[order], begin[order], width[order], lower[order], least, worst, moment)
+    return BoxParts(item[order], begin[order], width[order], lower[order], least, worst, moment)
 
 
 def _nearest_last(claim: Claim) -> tuple[Array, list[Indices]]:

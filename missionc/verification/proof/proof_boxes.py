@@ -17,7 +17,7 @@ import numpy as np
 from missionc.base.trace import Array
 from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, lowered, root_above, root_below
 from missionc.geometry.curves.piecewise_polynomials import Indices
-from missionc.verification.proof.branch_and_bound import Bounds, Claim, Judge, Parts
+from missionc.verification.proof.branch_and_bound import Bounds, BoxParts, Claim, Judge
 
 FAR = 2.0
 """A margin beyond which nobody asks more precisely how far is far."""
@@ -26,7 +26,7 @@ ANGLE = 1e-14
 """Rad: more than an arc tangent of doubles errs."""
 
 
-def at_least(need: Array, pieces: int = 1) -> Judge:
+def at_least_in_box(need: Array, pieces: int = 1) -> Judge:
     """How much longer the vector is than ``need``, (items,), or (items / pieces,) where it is the same in all pieces.
 
     The box that holds the control points tells those that are far; only of the others is the square looked at.
@@ -61,7 +61,7 @@ def at_most(limit: Array) -> Judge:
     return judge
 
 
-def between(low: Array, high: Array) -> Judge:
+def between_bounds(low: Array, high: Array) -> Judge:
     """How far every coordinate is from its bounds: (items, dim) twice."""
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
@@ -76,7 +76,7 @@ def between(low: Array, high: Array) -> Judge:
 
 def in_band(low: Array, high: Array) -> Judge:
     """How far the vector's length is from the ends of a band: (items,) twice."""
-    longer, shorter = at_least(low), at_most(high)
+    longer, shorter = at_least_in_box(low), at_most(high)
 
     def judge(item: Indices, curve: Enclosed) -> Bounds:
         least, most = longer(item, curve), shorter(item, curve)
@@ -145,7 +145,7 @@ def stated(bound: float) -> float:
     return (floor(bound * 1e9) - 1) / 1e9
 
 
-def boxes_of(claim: Claim, parts: Parts) -> Boxes:
+def boxes_of(claim: Claim, parts: BoxParts) -> Boxes:
     """Whole pieces of a subject that follow each other become one box."""
     subject, piece = np.divmod(parts.item, claim.pieces)
     whole = parts.width == 1.0

@@ -34,7 +34,7 @@ from missionc.ir.kernel.walk import postorder
 from missionc.ir.language.margins.predicate_margins import margin
 from missionc.ir.language.operator import Operator
 from missionc.ir.language.operators import OPERATORS, by_name
-from missionc.ir.language.walk_formulas import asks_the_past, bottom_up
+from missionc.ir.language.walk_formulas import asks_the_past, formulas_bottom_up
 from missionc.ir.lower.expand import expand
 from missionc.verification.monitoring.monitor import robustness
 from tests import reference
@@ -86,7 +86,7 @@ def agrees(case: Case, formula: ir.Formula) -> None:
     monitored = robustness(kernel.requirements[0].formula, mission, case.trace)
     number = reference.Meaning(case.run, number=True)
     # What looks back is spelt out for where it is asked, at step 0.
-    last = 1 if any(map(asks_the_past, bottom_up([formula]))) else case.run.last + 1
+    last = 1 if any(map(asks_the_past, formulas_bottom_up([formula]))) else case.run.last + 1
     last = min(last, case.run.last + 1 - reference.ahead(formula))
     for agent in range(len(found)):
         for step in range(last):

@@ -13,7 +13,7 @@ import z3
 
 from missionc import ir
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.paper.ask_solver import links_between, problem
+from missionc.backends.smt.paper.ask_solver import node_links, problem
 from missionc.backends.smt.paper.encode import Encoding
 from missionc.backends.smt.paper.specify import specify
 from missionc.backends.smt.roadmap.roadmap import Roadmap
@@ -89,7 +89,7 @@ def reached(through: str, end: str, low: int, high: int) -> str:
 def encoding_of(meant: ir.Mission, prms: tuple[Roadmap, ...], collisions: object = ()) -> Encoding:
     """Of the first requirement alone."""
     spec = specify(replace(meant, requirements=meant.requirements[:1]), prms)
-    return Encoding(problem(spec, prms, [links_between(graph, prms) for graph in spec.graphs], list(collisions)))  # type: ignore[call-overload]
+    return Encoding(problem(spec, prms, [node_links(graph, prms) for graph in spec.graphs], list(collisions)))  # type: ignore[call-overload]
 
 
 def model_of(encoding: Encoding) -> np.ndarray | None:

@@ -21,7 +21,7 @@ from missionc.frontend.checks.check_horizons import check_horizons
 from missionc.frontend.checks.check_requirements import check_requirements
 from missionc.frontend.checks.check_world import check_world
 from missionc.ir.language.operators import by_name
-from missionc.ir.language.walk_formulas import bottom_up
+from missionc.ir.language.walk_formulas import formulas_bottom_up
 from missionc.ir.lower.expand import expand
 from missionc.verification.monitoring.monitor import truths
 from tests import reference
@@ -69,7 +69,7 @@ def test_nothing_is_called_impossible_that_a_run_does_and_nothing_vacuous_that_a
 @given(cases(), st.data())
 def test_two_requirements_contradict_only_where_no_run_has_both(case: Case, data: st.DataObject) -> None:
     """The second is made of the first one's own parts, so that the two often speak of the same predicates."""
-    parts = [part for part in bottom_up((case.formula,)) if isinstance(part, ir.Holds | ir.Apply)]
+    parts = [part for part in formulas_bottom_up((case.formula,)) if isinstance(part, ir.Holds | ir.Apply)]
     assume(parts)
     part = data.draw(st.sampled_from(parts))
     beside = ir.AtLeastOf("some", 1, case.run.mission.teams[0], part, SPAN)

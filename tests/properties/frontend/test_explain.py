@@ -18,7 +18,7 @@ from missionc.frontend.explain.window_diagram import WIDTH, draw, windows
 from missionc.frontend.resolve.show_ir import show_formula
 from missionc.ir.language.operator import Bounds
 from missionc.ir.language.operators import OPERATORS, by_name
-from missionc.ir.language.walk_formulas import bottom_up, goals, reaches_back
+from missionc.ir.language.walk_formulas import formulas_bottom_up, goals, reaches_back
 from tests.support.random_flight_missions import random_mission
 from tests.support.random_runs import BASE, FIELD, SPAN, Case, cases, mission_of
 from tests.support.resolved_missions import mission as resolved
@@ -117,7 +117,7 @@ def test_the_windows_drawn_reach_as_far_as_the_formula_looks(case: Case) -> None
         assert 0 <= span.first[0] <= span.last[0] <= mission.steps
         assert 0 <= span.first[1] <= span.last[1] <= mission.steps
         assert span.looks <= mission.steps
-    parts = bottom_up([case.formula])
+    parts = formulas_bottom_up([case.formula])
     if any(map(reaches_back, parts)):  # a window before the start is not drawn, nor what is looked at in it
         assert looks <= total
     elif not any(isinstance(part, ir.Apply) and _to_the_end(part.bounds) for part in parts):

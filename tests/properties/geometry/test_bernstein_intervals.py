@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc.geometry.curves.bernstein_intervals import Enclosed, derivative, from_powers, root_above, root_below
-from missionc.verification.proof.proof_boxes import at_least, at_most
+from missionc.verification.proof.proof_boxes import at_least_in_box, at_most
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 PLAIN = st.floats(-16, 16, width=32)
@@ -160,9 +160,9 @@ def test_a_distance_that_is_one_ulp_short_is_not_enough(vector: tuple[float, ...
     powers = np.array([[[number * scale, 0.0] for number in vector]])
     curve, first = from_powers(powers, np.array([[1.0]])), np.array([0])
     length = scale * float(np.sqrt(sum(number**2 for number in vector)))
-    lower, upper, _ = at_least(np.array([np.nextafter(length, np.inf)]))(first, curve)
+    lower, upper, _ = at_least_in_box(np.array([np.nextafter(length, np.inf)]))(first, curve)
     assert lower[0] < 0
     assert upper[0] == pytest.approx(0.0, abs=1e-12 * scale)
     assert at_most(np.array([np.nextafter(length, 0.0)]))(first, curve)[0][0] < 0
-    assert at_least(np.array([length * (1 - 1e-12)]))(first, curve)[0][0] > 0
+    assert at_least_in_box(np.array([length * (1 - 1e-12)]))(first, curve)[0][0] > 0
     assert at_most(np.array([length * (1 + 1e-12)]))(first, curve)[0][0] > 0

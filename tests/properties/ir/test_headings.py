@@ -20,7 +20,7 @@ from missionc.ir.language.margins.predicate_margins import margin
 from missionc.ir.language.operators import by_name
 from missionc.ir.lower.expand import expand
 from missionc.verification.between.interval_sets import STEP, Motion
-from missionc.verification.between.truth_over_time import Evaluation
+from missionc.verification.between.truth_over_time import TruthOverTime
 from missionc.verification.monitoring.monitor import robustness, truth
 from tests import reference
 from tests.support.random_runs import MAST, SPAN, leaves, mission_of, positions, run_of, trace_of
@@ -112,7 +112,7 @@ def test_between_the_steps_an_agent_faces_where_it_did_and_a_beacon_moves_past(t
     kernel, _ = expand(mission)
     assert kernel is not None
     node = kernel.requirements[0].formula
-    signal = Evaluation(Motion(mission, motion(mission, trace), trace)).of(node)[node][0]
+    signal = TruthOverTime(Motion(mission, motion(mission, trace), trace)).of(node)[node][0]
     meaning = reference.Meaning(run_of(mission, trace), number=True)
     assert isinstance(formula.predicate, ir.Facing)
     decided = 0

@@ -96,7 +96,9 @@ def documents() -> Mapping[str, tuple[bytes, Callable[[bytes, Path], object]]]:
     begins = {name: np.zeros((5, 4)) for name in NAMES}
     past = past_json(Past((Flown(Stretch(STATES, (), (), {NAMES[0]: 0.5}, begins), NAMES, 1.0, {"a": "b"}, begins),)))
     row = Row(RUN, RunResult("planned", {"seconds": 1.5, "says": ""}, {"nodes": 3}))
-    lines = flights_journal._first(IDENTITY) + b'\n{"first":1,"flights":%s}\n' % flights_journal.written([FLOWN], False)
+    lines = flights_journal._first(IDENTITY) + b'\n{"first":1,"flights":%s}\n' % flights_journal.flights_text(
+        [FLOWN], False
+    )
     pose = {
         "timestamp": {"sec": 5, "nsec": 7},
         "pose": {"position": dict.fromkeys("xyz", 1.0), "orientation": dict.fromkeys("xyzw", 0.5)},

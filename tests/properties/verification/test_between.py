@@ -29,13 +29,13 @@ from missionc.verification.between.interval_sets import (
     Motion,
     Signal,
     Spans,
-    looking_back,
+    looking_back_over,
     of_parts,
     sometime,
     throughout,
-    until,
+    until_over_time,
 )
-from missionc.verification.between.truth_over_time import Evaluation
+from missionc.verification.between.truth_over_time import TruthOverTime
 from missionc.verification.monitoring.evaluate import Evaluation as Truth
 from missionc.verification.monitoring.logic import TRUTH, Values
 from missionc.verification.monitoring.monitor import truths
@@ -118,7 +118,7 @@ def test_what_is_sure_of_until_is_so(
         end = 2 * LONG if open_end else now + 2 * high
         return any(goal[1][then] and all(hold[1][now:then]) for then in range(now + 2 * low, end + 1))
 
-    found = until(hold[0], goal[0], low, None if open_end else high, LONG)
+    found = until_over_time(hold[0], goal[0], low, None if open_end else high, LONG)
     agrees(found, fact, LONG - (low if open_end else high))
 
 
@@ -128,14 +128,14 @@ def test_what_is_sure_of_the_past_is_so(
     hold: tuple[Signal, list[bool]], goal: tuple[Signal, list[bool]], window: tuple[int, int]
 ) -> None:
     low, high = window
-    of_goal = partial(looking_back, sometime, low=low, high=high, end=LONG)
+    of_goal = partial(looking_back_over, sometime, low=low, high=high, end=LONG)
 
     def moments(now: int) -> range:
         return range(max(now - 2 * high, 0), now - 2 * low + 1)
 
     agrees(of_goal(goal[0]), lambda now: any(goal[1][then] for then in moments(now)), LONG)
     agrees(of_goal(goal[0].denied).denied, lambda now: all(goal[1][then] for then in moments(now)), LONG)
-    found = looking_back(until, hold[0], goal[0], low=low, high=high, end=LONG)
+    found = looking_back_over(until_over_time, hold[0], goal[0], low=low, high=high, end=LONG)
     agrees(
         found,
         lambda now: any(goal[1][then] and all(hold[1][then + 1 : now + 1]) for then in moments(now)),
@@ -159,7 +159,7 @@ def test_what_is_known_of_every_moment_decides_every_window(
     for found in (
         sometime(whole, low, high, LONG),
         throughout(whole, low, high, LONG),
-        until(whole, whole, low, high, LONG),
+        until_over_time(whole, whole, low, high, LONG),
     ):
         assert has(found.sure, 0)
         assert has(found.sure, 2 * (LONG - high))
@@ -219,7 +219,7 @@ def judged(case: Case, trace: Trace) -> tuple[Signal, Flags]:
     kernel, findings = expand(mission)
     assert kernel is not None, findings
     formula = kernel.requirements[0].formula
-    signal = Evaluation(Motion(mission, motion(mission, trace))).of(formula)[formula][0]
+    signal = TruthOverTime(Motion(mission, motion(mission, trace))).of(formula)[formula][0]
     slow = replace(mission, step=Seconds(1 / FINER), steps=Steps(steps * FINER))
     found = FinerTruth(slow, finer(trace), formula).values((formula,))[formula]
     return signal, np.broadcast_to(found, (size, steps * FINER + 1))[0]

@@ -18,9 +18,9 @@ from missionc.verification.plan.obstacle_bodies import solid
 from missionc.verification.proof import branch_and_bound as search
 from missionc.verification.proof.branch_and_bound import Claim, Judge, branch_and_bound
 from missionc.verification.proof.proof_boxes import (
-    at_least,
+    at_least_in_box,
     at_most,
-    between,
+    between_bounds,
     bound_on,
     boxes_of,
     fault,
@@ -108,7 +108,7 @@ def test_lengths_are_kept_and_limited(seed: int, order: int) -> None:
     own = flight(seed)
     length = np.linalg.norm(sampled(curves_of(own, order)), axis=-1).reshape(12, -1)
     some = np.full(12, 2.0)
-    assert_sound(claim_of(own, at_least(some), order), length - 2.0)
+    assert_sound(claim_of(own, at_least_in_box(some), order), length - 2.0)
     assert_sound(claim_of(own, at_most(some), order), 2.0 - length)
     assert_sound(claim_of(own, in_band(some, some * 3), order), np.minimum(length - 2.0, 6.0 - length))
 
@@ -119,7 +119,7 @@ def test_bounds_are_kept(seed: int) -> None:
     own = flight(seed)
     low, high = np.full((12, 3), 4.0), np.full((12, 3), 6.5)
     where = sampled(curves_of(own)).reshape(12, -1, 3)
-    assert_sound(claim_of(own, between(low, high)), np.minimum(where - 4.0, 6.5 - where).min(axis=-1))
+    assert_sound(claim_of(own, between_bounds(low, high)), np.minimum(where - 4.0, 6.5 - where).min(axis=-1))
 
 
 @settings(max_examples=25)

@@ -22,7 +22,7 @@ from missionc.ir.language.operator import Operator
 from missionc.ir.language.operators import OPERATORS
 from missionc.ir.lower.expand import expand
 from missionc.verification.monitoring.end_columns import FIRST, LAST
-from missionc.verification.monitoring.interval_robustness import Interval, Intervals
+from missionc.verification.monitoring.interval_robustness import Intervals, RobustnessInterval
 from missionc.verification.monitoring.monitor import robustness
 from tests import reference
 from tests.support.random_runs import BASE, SPAN, Case, cases, mission_of
@@ -124,12 +124,12 @@ def test_a_point_leaves_no_room() -> None:
 
 INF = float("inf")
 ONE, OTHER = Is(frozenset((0,))), Is(frozenset((1,)))
-BODY = Interval(np.array([[1.0, -2.0]]), np.array([[3.0, 5.0]]))
+BODY = RobustnessInterval(np.array([[1.0, -2.0]]), np.array([[3.0, 5.0]]))
 """Worth 1 to 3 at the first step, and -2 to 5 at the last."""
-END = Interval(np.array([[-4.0, -1.0]]), np.array([[2.0, 6.0]]))
+END = RobustnessInterval(np.array([[-4.0, -1.0]]), np.array([[2.0, 6.0]]))
 
 
-def between(known: Interval) -> list[tuple[float, float]]:
+def between(known: RobustnessInterval) -> list[tuple[float, float]]:
     """The interval at the first and at the last step."""
     return list(zip(known.least[0].tolist(), known.most[0].tolist(), strict=True))
 

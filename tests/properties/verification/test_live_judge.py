@@ -21,7 +21,7 @@ from missionc.ir.language.operator import Operator
 from missionc.ir.language.operators import OPERATORS, by_name
 from missionc.ir.lower.expand import expand
 from missionc.verification.monitoring.live.judge import LiveJudge
-from missionc.verification.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 from missionc.verification.monitoring.monitor import monitor
 from tests import reference
 from tests.support.random_runs import (
@@ -75,13 +75,13 @@ def standings(mission: ir.Mission, kernel: Kernel, trace: Trace) -> list[tuple[S
 def assert_fits(standing: Standing, judgement: Judgement) -> None:
     """What was said of a goal is so, now that all is known."""
     assert standing.least - CLOSE <= judgement.robustness <= standing.most + CLOSE
-    if standing.verdict is not Verdict.OPEN:
-        assert judgement.satisfied is (standing.verdict is Verdict.SATISFIED)
+    if standing.verdict is not LiveVerdict.OPEN:
+        assert judgement.satisfied is (standing.verdict is LiveVerdict.SATISFIED)
 
 
 def assert_final(standing: Standing, judgement: Judgement) -> None:
     """What is said after the last step is what the offline monitor says."""
-    assert standing.verdict is (Verdict.SATISFIED if judgement.satisfied else Verdict.VIOLATED)
+    assert standing.verdict is (LiveVerdict.SATISFIED if judgement.satisfied else LiveVerdict.VIOLATED)
     assert standing.least == standing.most == pytest.approx(judgement.robustness, abs=1e-12)
 
 
@@ -118,11 +118,11 @@ def check(case: Case, speed: float, seed: int) -> None:
     for step, standing in enumerate(along):
         assert_fits(standing, judgement)
         assert standing.decided_by <= case.run.last
-        assert standing.decided_by >= step or standing.verdict is not Verdict.OPEN
+        assert standing.decided_by >= step or standing.verdict is not LiveVerdict.OPEN
         if step:
             assert along[step - 1].least <= standing.least + CLOSE
             assert standing.most <= along[step - 1].most + CLOSE
-            assert along[step - 1].verdict in (Verdict.OPEN, standing.verdict)
+            assert along[step - 1].verdict in (LiveVerdict.OPEN, standing.verdict)
         for _ in range(3):
             other = continued(case.trace, step, generator, speed)
             assert_fits(standing, monitor(mission, kernel, other).requirements[0])
@@ -180,7 +180,7 @@ def test_the_last_verdict_is_that_of_the_reference(case: Case) -> None:
     run = run_of(mission, case.trace)
     (last,) = standings(mission, kernel, case.trace)[-1]
     formula = mission.requirements[0].formula
-    assert (last.verdict is Verdict.SATISFIED) == reference.truth(formula, run, 0, 0)
+    assert (last.verdict is LiveVerdict.SATISFIED) == reference.truth(formula, run, 0, 0)
     expected = reference.robustness(formula, run, 0, 0)
     assert math.isclose(last.least, expected, rel_tol=0.0, abs_tol=1e-9) or last.least == expected
 

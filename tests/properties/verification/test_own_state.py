@@ -20,7 +20,7 @@ from missionc.ir.kernel.normal_form import negated
 from missionc.ir.language.operators import by_name
 from missionc.ir.lower.expand import expand
 from missionc.verification.between.interval_sets import STEP, Motion
-from missionc.verification.between.truth_over_time import Evaluation
+from missionc.verification.between.truth_over_time import TruthOverTime
 from missionc.verification.monitoring.monitor import robustness, truth
 from tests import reference
 from tests.support.random_runs import (
@@ -101,7 +101,7 @@ def test_between_the_steps_a_flag_stays_and_a_resource_changes_evenly(data: st.D
     kernel, findings = expand(mission)
     assert kernel is not None, findings
     node = kernel.requirements[0].formula
-    signal = Evaluation(Motion(mission, motion(mission, trace), trace)).of(node)[node][0]
+    signal = TruthOverTime(Motion(mission, motion(mission, trace), trace)).of(node)[node][0]
     run = run_of(mission, trace)
     for spans, wanted in ((signal.sure, True), (signal.never, False)):
         for low, high in spans:

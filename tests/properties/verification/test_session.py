@@ -16,7 +16,7 @@ from missionc.base.units import Steps
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.language.operators import by_name
 from missionc.verification.monitoring.live.session import Session
-from missionc.verification.monitoring.live.verdicts import Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict
 from missionc.verification.monitoring.monitor import monitor
 from missionc.verification.monitoring.read_trace import read_trace
 from tests.properties.verification.test_live_judge import asked, assert_final, assert_fits, slowed
@@ -73,12 +73,12 @@ def streams(draw: st.DrawFn) -> Stream:
 
 def judged(stream: Stream, lines: list[str]) -> Session:
     """The session at the end of the stream. A verdict for good was never another one, and is the recorded one."""
-    session, said = Session(stream.mission, stream.kernel, wait=stream.wait), Verdict.OPEN
+    session, said = Session(stream.mission, stream.kernel, wait=stream.wait), LiveVerdict.OPEN
     for line in [*lines, ""]:
         list(session.feed(line) if line else session.finish())
         for standing in session.standings:
             assert_fits(standing, stream.judgement)
-            assert said in (Verdict.OPEN, standing.verdict)
+            assert said in (LiveVerdict.OPEN, standing.verdict)
             said = standing.verdict
     return session
 

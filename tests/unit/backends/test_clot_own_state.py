@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.api import Budget, NotFound
-from missionc.backends.clot.backend import BACKEND, Run
+from missionc.backends.clot.backend import BACKEND, TransportRun
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.own_state_stays import with_stays
@@ -76,10 +76,10 @@ require asked: {require}
 """
 
 
-def begun(require: str) -> tuple[Run, WarmStart]:
+def begun(require: str) -> tuple[TransportRun, WarmStart]:
     """What the first attempt of a mission begins with."""
     mission, kernel = checked(text(require))
-    run = Run(mission, kernel, Options(), Budget(deadline=math.inf))
+    run = TransportRun(mission, kernel, Options(), Budget(deadline=math.inf))
     return run, run.begun(0, np.random.default_rng(0))
 
 
@@ -94,7 +94,7 @@ def stops(start: WarmStart) -> list[tuple[int, str]]:
     ]
 
 
-def trace_of(run: Run, start: WarmStart) -> Trace:
+def trace_of(run: TransportRun, start: WarmStart) -> Trace:
     made = splines(run.mission)
     return trace(run.mission, made, made.through(start.motion))
 

@@ -18,7 +18,7 @@ import torch
 
 from missionc.backends import load
 from missionc.backends.api import Budget, NotFound, Planned, Progress
-from missionc.backends.clot.backend import BACKEND, Run
+from missionc.backends.clot.backend import BACKEND, TransportRun
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
@@ -375,7 +375,7 @@ def small_round(in_one_batch: bool) -> list[list[Candidate]]:
     mission, kernel = checked(OPEN)
     way = preset("paper", 8)
     way = replace(way, transport=replace(way.transport, iterations=6), slack=100.0)
-    begun = Run(mission, kernel, Options(), Budget(time.monotonic() + 60)).begun(0, np.random.default_rng(0))
+    begun = TransportRun(mission, kernel, Options(), Budget(time.monotonic() + 60)).begun(0, np.random.default_rng(0))
     first = FirstMotions(mission, begun.key, None, None, Geodesics(mission), 1.5, follows=True)
     goals = tuple(wanted.formula for wanted in build(kernel).requirements)
     coupled = couplings(mission, kernel, begun.key[0].position)

@@ -23,7 +23,7 @@ pytest.importorskip("torch")
 from missionc.backends import load
 from missionc.backends.api import Attempt, CutShort, NotFound, Progress, Reason, Report, ignore
 from missionc.backends.clot import backend as clot
-from missionc.backends.clot.backend import Run
+from missionc.backends.clot.backend import TransportRun
 from missionc.backends.clot.run import parallel_attempts
 from missionc.backends.clot.run.child_processes import Say, children
 from missionc.backends.clot.run.run_state import Nearest, Reached
@@ -103,7 +103,7 @@ def gap_by_two() -> tuple[Compiled, tuple[Progress, ...]]:
 def no_early_plan(monkeypatch: pytest.MonkeyPatch) -> None:
     """No attempt finds a plan before the first that searches from the best schedule so far, which is the fourth."""
     monkeypatch.setattr(clot, "SEARCH_EVERY", 4)
-    judged = Run.judged
+    judged = TransportRun.judged
 
     def strict(run, polished, made, begun):  # type: ignore[no-untyped-def]
         if run.account.sizes["attempts"] >= clot.SEARCH_EVERY:
@@ -113,7 +113,7 @@ def no_early_plan(monkeypatch: pytest.MonkeyPatch) -> None:
         run.consider(Nearest(polished.control, float(run.account.sizes["attempts"] % 3), *came_of), come_to)
         return None
 
-    monkeypatch.setattr(Run, "judged", strict)
+    monkeypatch.setattr(TransportRun, "judged", strict)
 
 
 # --------------------------------------------------------------- the same bytes
@@ -242,7 +242,7 @@ def test_no_child_is_left_behind() -> None:
 
 
 def test_a_killed_child_leaves_the_mission_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Run, "attempt", lambda run, number: os.kill(os.getpid(), signal.SIGKILL))
+    monkeypatch.setattr(TransportRun, "attempt", lambda run, number: os.kill(os.getpid(), signal.SIGKILL))
     found = compiled(ROW, 2)
     assert isinstance(found.outcome, NotFound)
     assert found.outcome.reason is Reason.MEMORY
@@ -252,7 +252,7 @@ def test_a_killed_child_leaves_the_mission_undecided(monkeypatch: pytest.MonkeyP
 def test_a_defect_in_a_child_is_a_coded_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(Run, "attempt", lambda run, number: number // 0)
+    monkeypatch.setattr(TransportRun, "attempt", lambda run, number: number // 0)
     (tmp_path / "row.mission").write_text(ROW)
     assert (
         app.main(["compile", str(tmp_path / "row.mission"), "--backend", "clot", "--processes", "2"])
@@ -267,14 +267,14 @@ def test_a_defect_in_a_child_is_a_coded_one(
 @pytest.fixture
 def slow_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first attempt takes all the time there is."""
-    attempt = Run.attempt
+    attempt = TransportRun.attempt
 
-    def slow(run: Run, number: int) -> Reached | None:
+    def slow(run: TransportRun, number: int) -> Reached | None:
         while number == 0 and run.in_time():
             time.sleep(0.05)
         return attempt(run, number)
 
-    monkeypatch.setattr(Run, "attempt", slow)
+    monkeypatch.setattr(TransportRun, "attempt", slow)
 
 
 @pytest.fixture
@@ -320,13 +320,13 @@ def test_a_signal_ends_the_wait_for_an_earlier_attempt(monkeypatch: pytest.Monke
 def test_without_a_plan_the_time_limit_gives_the_best_candidate(
     end_time: Callable[[], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    consider = Run.consider
+    consider = TransportRun.consider
 
-    def consider_the_last(run: Run, nearest: Nearest, come_to: Attempt) -> None:
+    def consider_the_last(run: TransportRun, nearest: Nearest, come_to: Attempt) -> None:
         consider(run, nearest, come_to)
         end_time()
 
-    monkeypatch.setattr(Run, "consider", consider_the_last)
+    monkeypatch.setattr(TransportRun, "consider", consider_the_last)
     outcome = compiled(NEVER, 2).outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.TIME

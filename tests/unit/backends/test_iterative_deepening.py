@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.backends.smt.prioritized.iterative_deepening import FIRST, deepened, within
+from missionc.backends.smt.prioritized.iterative_deepening import FIRST, deepened, within_horizon
 from missionc.ir.kernel.nodes import All, Always, At, Eventually, Is, Node, Until, WindowNode
 
 HERE = Is(frozenset((0,)))
@@ -28,10 +28,10 @@ def test_what_waits_for_nothing_is_asked_for_once() -> None:
 
 def test_a_window_without_end_ends_with_the_mission() -> None:
     formula = All((At(0, Until(HERE, HERE, 1, None)),))
-    shorter = within(formula, FIRST, 100)
+    shorter = within_horizon(formula, FIRST, 100)
     assert isinstance(shorter, All)
     (part,) = shorter.parts
     assert isinstance(part, At)
     assert isinstance(part.body, Until)
     assert (part.body.low, part.body.high) == (1, 1 + FIRST)
-    assert within(formula, 60, 100) is formula
+    assert within_horizon(formula, 60, 100) is formula

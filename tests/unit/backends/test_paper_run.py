@@ -12,7 +12,7 @@ import z3
 from missionc import ir
 from missionc.backends.api import NotFound, Reason
 from missionc.backends.options import Options
-from missionc.backends.smt.paper.ask_solver import links_between, problem
+from missionc.backends.smt.paper.ask_solver import node_links, problem
 from missionc.backends.smt.paper.encode import Encoding
 from missionc.backends.smt.paper.specify import specify
 from missionc.base.continuous_time import ContinuousTime
@@ -118,7 +118,7 @@ def test_until_includes_its_last_step_and_a_route_has_a_link_and_escape_needs_no
     prms = tuple(replace(prm, moves=np.array([[0, 1]]), starts=(np.array([0]),)) for prm in both)
     spec = specify(meant, prms)
     solver = z3.Solver()
-    solver.add(*Encoding(problem(spec, prms, [links_between(graph, prms) for graph in spec.graphs], [])).plan())
+    solver.add(*Encoding(problem(spec, prms, [node_links(graph, prms) for graph in spec.graphs], [])).plan())
     assert (solver.check() == z3.sat) == satisfied
 
 

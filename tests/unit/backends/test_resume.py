@@ -22,7 +22,7 @@ pytest.importorskip("torch")
 from missionc.backends import load
 from missionc.backends.api import NotFound, Reason, Snapshot
 from missionc.backends.clot import backend as clot
-from missionc.backends.clot.backend import Run
+from missionc.backends.clot.backend import TransportRun
 from missionc.backends.clot.run.run_state import Nearest
 from missionc.backends.options import Options
 from missionc.base.continuous_time import ContinuousTime
@@ -108,17 +108,17 @@ def test_a_hybrid_run_is_taken_up_too() -> None:
 def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Some attempts are a search from the best schedule so far; here none before the first of those may succeed."""
     monkeypatch.setattr(clot, "SEARCH_EVERY", 4)
-    judged = Run.judged
+    judged = TransportRun.judged
 
     def strict(run, polished, made, begun):  # type: ignore[no-untyped-def]
         if run.account.sizes["attempts"] >= clot.SEARCH_EVERY:
             return judged(run, polished, made, begun)
         come_to = clot.attempt(run.mission, run.kernel, made)
         nearest = Nearest(polished.control, polished.shortfall, begun.number, begun.motion)
-        run.best = run.best or clot.Candidate(nearest, come_to)
+        run.best = run.best or clot.RunCandidate(nearest, come_to)
         return None
 
-    monkeypatch.setattr(Run, "judged", strict)
+    monkeypatch.setattr(TransportRun, "judged", strict)
     kept: list[bytes] = []
     whole = compiled(PAIR, keep=kept.append)
     assert {words(each)["number"] for each in kept} == set(range(clot.SEARCH_EVERY))

@@ -21,7 +21,7 @@ from websockets.sync.client import connect
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.cli.studio.session import COLOURS, words
+from missionc.cli.studio.session import COLOURS, session_words
 from missionc.frontend.syntax.tokens import WORDS
 from missionc.tools.language_server.open_text import Outline
 from missionc.tools.language_server.scene.scene import scene
@@ -358,7 +358,7 @@ def test_every_number_that_a_drag_may_edit_reads_as_what_is_drawn(subtests: pyte
 
 def test_every_kind_of_word_has_a_colour() -> None:
     assert {word.says for word in WORDS} == COLOURS.keys()
-    assert words()["kinds"]["G"] == words()["kinds"]["always"]
+    assert session_words()["kinds"]["G"] == session_words()["kinds"]["always"]
 
 
 # --------------------------------------------------------------------- the command

@@ -15,7 +15,7 @@ import pytest
 from missionc.cli.app import main
 from missionc.cli.compile_request import CompileRequest, check
 from missionc.cli.watch.file_changes import Saves
-from missionc.cli.watch.live_page import Live
+from missionc.cli.watch.live_page import LivePage
 from missionc.cli.watch.loop import _begin
 from missionc.cli.watch.planner_process import Planner
 from missionc.cli.watch.watched_missions import Missions
@@ -226,7 +226,7 @@ def test_a_folder_that_a_stopped_plan_has_written_is_the_watch_s_own_and_another
             orders.append(request)
 
     def begun(request: CompileRequest, ours: set[Path]) -> bool:
-        _begin(request, Missions(["a.mission"], lambda: [check(request)]), Listed(), Live("a.mission"), ours)
+        _begin(request, Missions(["a.mission"], lambda: [check(request)]), Listed(), LivePage("a.mission"), ours)
         return orders[-1].force
 
     ours: set[Path] = set()
@@ -247,7 +247,7 @@ def news(address: str) -> str:
 
 
 def test_the_page_is_for_this_machine_and_for_who_means_it() -> None:
-    with Live("a.mission") as live:
+    with LivePage("a.mission") as live:
         assert live.address.startswith("http://127.0.0.1:")
         assert asked(live.address)[0] == 200
         assert asked(live.address, "attacker.example")[0] == 403
@@ -256,14 +256,14 @@ def test_the_page_is_for_this_machine_and_for_who_means_it() -> None:
 
 @pytest.mark.parametrize("path", ["plan.json", "../../etc/passwd", "report.html/..", "%2e%2e/setup"])
 def test_nothing_but_the_report_is_served(path: str) -> None:
-    with Live("a.mission") as live:
+    with LivePage("a.mission") as live:
         live.tell("planned", report=b"<p>report")
         assert asked(live.address + path)[0] == 404
         assert asked(live.address + "report.html?3") == (200, "<p>report")
 
 
 def test_a_page_that_is_open_hears_of_what_is_new() -> None:
-    with Live("a.mission") as live, urllib.request.urlopen(live.address + "news", timeout=30) as stream:
+    with LivePage("a.mission") as live, urllib.request.urlopen(live.address + "news", timeout=30) as stream:
         first = json.loads(stream.readline().decode().removeprefix("data: "))
         assert first == {"mission": "a.mission", "state": "checking", "says": "", "report": 0}
         stream.readline()

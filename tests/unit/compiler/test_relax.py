@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from missionc.base.source import Source
 from missionc.compiler.front_end import Checked, check
 from missionc.compiler.relax import relax_world
-from missionc.compiler.relax.conflict_targets import ConflictTargets, Way, conflict_targets
+from missionc.compiler.relax.conflict_targets import ConflictTarget, ConflictTargets, conflict_targets
 from missionc.compiler.relax.edits import Edit, changes, edited
 from missionc.compiler.relax.relaxation_parameters import RelaxationParameter
 from missionc.compiler.relax.search_relaxations import Bracket
@@ -124,7 +124,7 @@ def test_a_number_moves_the_way_that_asks_for_less(formula: str, change: str) ->
 
 def test_what_is_to_be_kept_away_from_does_not_grow() -> None:
     found = checked(RICH + "require away: every drone: always[0, T] not fire\n")
-    assert asks(found).regions == {"fire": Way.LESS}
+    assert asks(found).regions == {"fire": ConflictTarget.LESS}
     assert not any("fire" in each for each in said(found))
 
 

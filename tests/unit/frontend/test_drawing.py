@@ -20,7 +20,7 @@ from missionc.base.diagnostics.map_error import MapError
 from missionc.base.limits import Limits
 from missionc.frontend.maps.drawing import drawing
 from missionc.frontend.maps.dxf.areas import SAGITTA
-from missionc.frontend.maps.feature import Circle, Place
+from missionc.frontend.maps.feature import Circle, MapPoint
 from missionc.frontend.maps.read_map import Reading
 from missionc.ir.place_files import LeftOut
 from tests.support.random_drawings import DOWN, asked, polygons_of, text_of
@@ -96,7 +96,7 @@ def test_the_points_of_beacons_are_mirrored_as_well() -> None:
     space.add_blockref("mast", (6, 2), dxfattribs={"xscale": -1})
     space.add_circle((0, 0), 1)
     reading = read(document, "beacon")
-    assert [feature.shape for feature in reading.features] == [Place((5, 3))]
+    assert [feature.shape for feature in reading.features] == [MapPoint((5, 3))]
     assert reading.left_out == (LeftOut("CIRCLE", "not a point", 1),)
 
 

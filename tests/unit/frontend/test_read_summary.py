@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from missionc.base.source import Source, Span
-from missionc.frontend.maps.feature import Area, Circle, Feature, Place
+from missionc.frontend.maps.feature import Area, Circle, Feature, MapPoint
 from missionc.frontend.maps.read_map import Reading, count_left_out
 from missionc.ir.place_files import LeftOut, ReadSummary
 
 SPAN = Span(Source("a.dxf", ""), 0, 0)
 
 
-def feature(shape: Area | Circle | Place) -> Feature:
+def feature(shape: Area | Circle | MapPoint) -> Feature:
     return Feature("", shape, SPAN, SPAN)
 
 
 def test_extents_enclose_areas_discs_and_points() -> None:
     square = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))
-    features = [feature(Area(((square,),))), feature(Circle((5, 5), 2)), feature(Place((-1, 3, 9)))]
+    features = [feature(Area(((square,),))), feature(Circle((5, 5), 2)), feature(MapPoint((-1, 3, 9)))]
     assert Reading(features).summary() == ReadSummary(3, (), ((-1, 0), (7, 7)))
 
 

@@ -193,7 +193,7 @@ def test_a_long_trace_is_judged_in_pieces_to_the_same_numbers(monkeypatch: pytes
     trace, graph = random_trace(4, 20), graphs_of(4)[0]
     whole = algebraic_connectivity(graph, trace)
     monkeypatch.setattr(links, "ELEMENTS", 48)
-    assert len(list(links.pieces(21, 4))) == 7
+    assert len(list(links.link_pieces(21, 4))) == 7
     assert algebraic_connectivity(graph, trace).tolist() == whole.tolist()
 
 

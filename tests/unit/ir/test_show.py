@@ -30,7 +30,7 @@ from missionc.ir.kernel.nodes import (
     Route,
     Until,
 )
-from missionc.ir.kernel.show import Words, asked, metres, show
+from missionc.ir.kernel.show import KernelWords, asked, metres_text, show
 from tests.support.random_runs import BASE, SPAN, graphs_of, mission_of
 
 RADIO = graphs_of(3)[0]
@@ -64,7 +64,7 @@ F = Is(frozenset((0,)))
     ids=lambda each: each if isinstance(each, str) else "",
 )
 def test_every_node_has_its_words(node: Node, words: str) -> None:
-    assert Words(mission_of(3, 4)).of(node, ("a", "b")) == words
+    assert KernelWords(mission_of(3, 4)).of(node, ("a", "b")) == words
 
 
 def test_what_is_no_leaf_has_a_name_that_whoever_needs_it_says() -> None:
@@ -72,7 +72,7 @@ def test_what_is_no_leaf_has_a_name_that_whoever_needs_it_says() -> None:
     shared, always = Any((inside, Not(F))), All(())
     goals = Goal("both", All((shared, Always(shared, 0, 1), always)), SPAN), Goal("some", Any(()), SPAN, 0.5)
     lines = show(Kernel(goals[:1], goals[1:]), mission_of(3, 4)).splitlines()
-    word = Words(mission_of(3, 4)).of(inside, ())
+    word = KernelWords(mission_of(3, 4)).of(inside, ())
     assert lines == [
         f"%1 = any({word}, not is(drone[0]))",
         "%2 = always [0..1] %1",
@@ -84,9 +84,9 @@ def test_what_is_no_leaf_has_a_name_that_whoever_needs_it_says() -> None:
 
 def test_a_weight_and_a_length_have_at_most_twelve_digits() -> None:
     assert (asked(None), asked(1 / 3)) == ("require", "prefer[0.333333333333]")
-    assert (metres(0.1 + 0.2, 1e9), metres(2.0, math.inf)) == ("0.3..1000000000 m", "2.. m")
+    assert (metres_text(0.1 + 0.2, 1e9), metres_text(2.0, math.inf)) == ("0.3..1000000000 m", "2.. m")
 
 
 def test_an_inequality_has_its_weights_but_for_one() -> None:
     terms = (1.0, "x"), (2.5, "y"), (-1.0, "z")
-    assert Words(mission_of(3, 4)).inequality(terms, -4.0, ">=") == "(x + 2.5*y + -1*z + -4 >= 0)"
+    assert KernelWords(mission_of(3, 4)).inequality(terms, -4.0, ">=") == "(x + 2.5*y + -1*z + -4 >= 0)"

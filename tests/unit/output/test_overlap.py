@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from missionc.cli.app import main
-from missionc.output.folder.overlap import Output, overlapping
+from missionc.output.folder.overlap import WrittenPath, overlapping
 from tests.support.output_folders import content, written
 from tests.support.small_missions import SMALL
 
@@ -101,7 +101,7 @@ def test_an_export_does_not_replace_what_it_is_made_of(folder: Path, capsys: Cap
 
 def test_a_run_may_be_kept_in_the_file_that_it_goes_on_from_and_no_other_input_is_a_folder_s(tmp_path: Path) -> None:
     inputs = [tmp_path / "a.mission"]
-    outputs = [Output("-o", tmp_path / "out", True), Output("--checkpoint", tmp_path / "run.npz")]
+    outputs = [WrittenPath("-o", tmp_path / "out", True), WrittenPath("--checkpoint", tmp_path / "run.npz")]
     assert overlapping(outputs, inputs) is None
     refused = overlapping(outputs, [*inputs, tmp_path / "run.npz"])
     assert refused is not None
@@ -110,5 +110,7 @@ def test_a_run_may_be_kept_in_the_file_that_it_goes_on_from_and_no_other_input_i
 
 def test_names_that_no_file_can_have_are_refused_and_no_defect() -> None:
     for name in ("a\0b", "\ud800", "a" * 300, "a/" * 2500):
-        refused = overlapping([Output("-o", Path(name), True), Output("--plot", Path(name) / "a.svg")], [Path("b")])
+        refused = overlapping(
+            [WrittenPath("-o", Path(name), True), WrittenPath("--plot", Path(name) / "a.svg")], [Path("b")]
+        )
         assert refused is not None

@@ -13,8 +13,8 @@ import pytest
 from missionc import ir
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.output.plot.plot import COLOURS, lanes, name_place, plot
-from missionc.output.plot.silhouette import View, inner_point
+from missionc.output.plot.plot import COLOURS, lane_lines, name_place, plot
+from missionc.output.plot.silhouette import View, silhouette_point
 from missionc.verification.plan.obstacle_bodies import solid
 from tests.support.legal_plans import SPAN, mission_of, moving, still, straight, wandering
 
@@ -74,7 +74,7 @@ def test_a_name_stands_inside_its_shape() -> None:
     world = ir.World((0.0, 0.0), (10.0, 10.0), SPAN)
     ring = ir.Difference(ir.Disc((5.0, 5.0), 3.0), ir.Disc((5.0, 5.0), 2.0))
     for shape in (CUT, ring, ir.Box((1.0, 1.0), (2.0, 2.0))):
-        place = inner_point(world, View(0, 1), shape)
+        place = silhouette_point(world, View(0, 1), shape)
         assert solid(shape, 2)(straight([[place, place]]).position[0])[0] < 0
 
 
@@ -96,7 +96,7 @@ def test_a_name_that_finds_no_room_stays_in_the_middle() -> None:
 def test_paths_along_the_same_segment_lie_beside_each_other() -> None:
     shared = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]
     paths = np.array([shared, shared[::-1], [[0.0, 5.0], [1.0, 5.0], [1.0, 5.0]]])
-    shifts = lanes(paths, 0.1)
+    shifts = lane_lines(paths, 0.1)
     assert shifts[0] == pytest.approx(np.array([[0.0, -0.05]] * 3))
     assert shifts[1] == pytest.approx(np.array([[0.0, 0.05]] * 3))
     assert not shifts[2].any()
@@ -104,7 +104,7 @@ def test_paths_along_the_same_segment_lie_beside_each_other() -> None:
 
 def test_a_path_keeps_its_side_around_a_corner() -> None:
     corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0], [0.0, 1.0]]
-    shifts = lanes(np.array([corner, corner]), 0.2)
+    shifts = lane_lines(np.array([corner, corner]), 0.2)
     # Outside of the bend all the way, by a little less at the corners.
     assert shifts[0, 0] == pytest.approx([0.0, -0.1])
     assert shifts[0, 1] == pytest.approx([0.05, -0.05])

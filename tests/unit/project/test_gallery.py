@@ -23,7 +23,7 @@ from missionc.frontend.syntax.read_file import unread
 from missionc.ir.dynamics import DYNAMICS
 from missionc.ir.language.operators import OPERATORS
 from missionc.ir.language.predicates import PREDICATES
-from missionc.ir.language.walk_formulas import bottom_up, goals
+from missionc.ir.language.walk_formulas import formulas_bottom_up, goals
 
 FILES = files()
 EMPTY_WORDS = (convention_examples.ESCAPE_AT_ONCE, convention_examples.ITSELF, convention_examples.COUNTS_ITSELF)
@@ -48,7 +48,9 @@ def mission_of(path: Path) -> ir.Mission:
 
 
 def formulas() -> list[ir.Formula]:
-    return [formula for path in FILES for formula in bottom_up(goal.formula for goal in goals(mission_of(path)))]
+    return [
+        formula for path in FILES for formula in formulas_bottom_up(goal.formula for goal in goals(mission_of(path)))
+    ]
 
 
 def test_a_mission_has_no_finding_and_the_name_of_its_file(subtests: pytest.Subtests) -> None:
@@ -84,7 +86,9 @@ def test_no_requirement_says_less_than_it_seems_to(subtests: pytest.Subtests) ->
                 assert [trap.name for trap in traps if trap in EMPTY_WORDS] == []
                 if convention_examples.ALONE in traps:
                     # Surrounded by nobody is surrounded, too: somebody is asked for as well.
-                    words = {each.operator.name for each in bottom_up([goal.formula]) if isinstance(each, ir.Apply)}
+                    words = {
+                        each.operator.name for each in formulas_bottom_up([goal.formula]) if isinstance(each, ir.Apply)
+                    }
                     assert words & {"count", "somewhere"}
 
 

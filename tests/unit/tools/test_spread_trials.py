@@ -19,7 +19,7 @@ from missionc.flight.simulation.trials import Trial
 from missionc.output.documents.simulation_json import simulation_record
 from missionc.tools.replay.simulate_folder import Simulated, simulate
 from missionc.tools.sweep import flights_journal, run_answer, spread_trials, trial_request
-from missionc.tools.sweep.carry_out_trials import carry_out
+from missionc.tools.sweep.carry_out_trials import fly_trials
 from missionc.tools.sweep.flights_journal import FlightsJournal
 from missionc.tools.sweep.run_sweep import Pool
 from missionc.tools.sweep.spread_trials import NotFlown, SpreadTrials
@@ -38,7 +38,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def answer_to(text: str) -> str:
     """What a worker answers, without a process of its own."""
-    return run_answer.written(carry_out(trial_request.read(text)))
+    return run_answer.run_answer_text(fly_trials(trial_request.read_trial_request(text)))
 
 
 def record(simulated: Simulated) -> dict[str, object]:
@@ -91,7 +91,7 @@ def fly(
     """Fly with a journal; ``asked`` hears of the first flight of each request, and only so many are answered."""
 
     def answer(text: str) -> str:
-        asked.append(trial_request.read(text).trial.first)
+        asked.append(trial_request.read_trial_request(text).trial.first)
         return answer_to(text) if len(asked) <= most else run_answer.failed("no more")
 
     with flights_journal.opened(file) as journal, ThreadPoolExecutor(1) as executor:
@@ -133,7 +133,7 @@ def test_a_journal_that_does_not_fit_is_left_as_it_is(folder: Path, tmp_path: Pa
     alone = simulate(folder, Trial())
     assert alone.trials is not None
     like = alone.trials.flights[0]
-    file, flights = tmp_path / "flights.jsonl", flights_journal.written([like], False)
+    file, flights = tmp_path / "flights.jsonl", flights_journal.flights_text([like], False)
     assert begun(file, like) is None
     first = file.read_bytes()
     line = b'{"first":1,"flights":%s}\n' % flights

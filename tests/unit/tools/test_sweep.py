@@ -132,12 +132,12 @@ def test_a_request_and_an_answer_are_texts_that_read_back_the_same() -> None:
     flights = Flights(3, {"wind": 0.5}, (("drone[0]", 2.0),))
     settings = Settings({"a.mission": b"\xff\n"}, {"T": "3 s"}, options=Options(margin=0.1), flights=flights, keep=True)
     request = Request(settings, {"N": "3"}, 7, ("smt",))
-    text = run_request.written(request)
+    text = run_request.run_request_text(request)
     assert "\n" not in text
     assert text.isascii()
-    assert run_request.read(text) == request
+    assert run_request.read_run_request(text) == request
     result = RunResult("planned", {"seconds": 1.5, "says": "ä\n"}, {"nodes": 3}, (("plan.json", b"\x00"),))
-    answer = run_answer.read(run_answer.with_usage(run_answer.written(result), 2.0, 1 << 20))
+    answer = run_answer.read_run_answer(run_answer.with_usage(run_answer.run_answer_text(result), 2.0, 1 << 20))
     assert answer.result.files == result.files
     assert answer.result.values == {**result.values, "cpu_seconds": 2.0, "peak_bytes": 1 << 20}
 
@@ -150,7 +150,7 @@ def processes() -> Iterator[RunProcesses]:
 
 
 def answered(processes: RunProcesses, settings: Settings, seed: int = 0) -> run_answer.Answer:
-    return run_answer.read(processes.answer_to(run_request.written(Request(settings, {}, seed))))
+    return run_answer.read_run_answer(processes.answer_to(run_request.run_request_text(Request(settings, {}, seed))))
 
 
 def test_every_outcome_is_told_from_the_others(processes: RunProcesses) -> None:
@@ -165,7 +165,7 @@ def test_every_outcome_is_told_from_the_others(processes: RunProcesses) -> None:
     assert answered(processes, replace(small, time_limit=1e-9)).result.outcome == "undecided"
     other = answered(processes, replace(small, versions={"missionc": "0"}))
     assert other.versions["missionc"] != "0"
-    assert "cannot be read" in str(run_answer.read(processes.answer_to("{}")).result.values["says"])
+    assert "cannot be read" in str(run_answer.read_run_answer(processes.answer_to("{}")).result.values["says"])
 
 
 def test_a_run_that_is_killed_is_an_error_and_one_whose_process_dies_is_done_by_another(

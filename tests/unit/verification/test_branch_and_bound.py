@@ -14,8 +14,8 @@ from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.verification.proof import branch_and_bound as search
 from missionc.verification.proof.branch_and_bound import (
     Bounds,
+    BoxParts,
     Claim,
-    Parts,
     branch_and_bound,
     everyone,
     failing_pieces,
@@ -59,7 +59,7 @@ def from_a_point(item: Indices, begin: Array, end: Array) -> tuple[Array, Array,
     )
 
 
-def rows(parts: Parts) -> list[tuple[float, ...]]:
+def rows(parts: BoxParts) -> list[tuple[float, ...]]:
     """Item, begin, width and bound of each."""
     columns = parts.item, parts.begin, parts.width, parts.lower
     return [tuple(row) for row in np.column_stack(columns).round(9).tolist()]
@@ -171,7 +171,7 @@ def test_in_whatever_chunks_parts_cover_every_item(monkeypatch: pytest.MonkeyPat
 FAR = np.array([5.0, 1.0, 7.0, 3.0, 8.0, 2.0, 6.0, 4.0])
 
 
-def looked_at(monkeypatch: pytest.MonkeyPatch, few: int, claim: Claim, asked: list[list[int]]) -> Parts:
+def looked_at(monkeypatch: pytest.MonkeyPatch, few: int, claim: Claim, asked: list[list[int]]) -> BoxParts:
     asked.clear()
     with monkeypatch.context() as patched:
         patched.setattr(search, "FEW", few)

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from missionc.base.strict_json import is_number
+from missionc.base.strict_json import is_finite_number
 from missionc.verification.compare_documents import close, difference, is_version, same_text, shown
 
 
@@ -87,8 +87,8 @@ def test_two_numbers_are_close_within_a_share_of_what_was_computed_and_of_one_at
 
 
 def test_a_number_is_finite_and_no_truth() -> None:
-    assert all(map(is_number, (0, -1, 1.5)))
-    assert not any(map(is_number, (True, False, math.nan, math.inf, "1", None, [])))
+    assert all(map(is_finite_number, (0, -1, 1.5)))
+    assert not any(map(is_finite_number, (True, False, math.nan, math.inf, "1", None, [])))
 
 
 @pytest.mark.parametrize(

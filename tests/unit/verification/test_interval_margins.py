@@ -10,7 +10,14 @@ import pytest
 
 from missionc.geometry.curves.bernstein_intervals import Enclosed
 from missionc.verification.proof.branch_and_bound import Bounds, Judge
-from missionc.verification.proof.proof_boxes import at_least, at_most, between, far_from_origin, in_band, upright
+from missionc.verification.proof.proof_boxes import (
+    at_least_in_box,
+    at_most,
+    between_bounds,
+    far_from_origin,
+    in_band,
+    upright,
+)
 
 
 def curves(*points: Sequence[Sequence[float]], radius: float = 0.0) -> Enclosed:
@@ -35,35 +42,35 @@ NEAR = [(4.0, 0.0), (3.0, 3.0)]
 
 def test_a_length_is_kept_by_the_box_around_a_curve_or_by_its_square() -> None:
     need = np.array([1.0, 2.0, 0.5])
-    found = asked(at_least(need), [2, 1, 0], curves(FAR, NEAR, NEAR[::-1]))
+    found = asked(at_least_in_box(need), [2, 1, 0], curves(FAR, NEAR, NEAR[::-1]))
     close(found, [29.5, math.sqrt(12) - 2.0, math.sqrt(12) - 1.0], [29.5, 2.0, 3.0], [0.0, 0.0, 1.0])
 
 
 def test_a_need_may_be_the_same_in_all_pieces_of_a_subject() -> None:
-    found = asked(at_least(np.array([1.0, 2.0]), 3), [2, 3], curves(FAR, FAR))
+    found = asked(at_least_in_box(np.array([1.0, 2.0]), 3), [2, 3], curves(FAR, FAR))
     close(found, [29.0, 28.0], [29.0, 28.0], [0.0, 0.0])
 
 
 def test_a_box_is_better_where_a_curve_is_long() -> None:
     """(3, -9) to (3, 9): squared 90, -72 and 90, but 3 m aside."""
-    found = asked(at_least(np.array([1.5])), [0], curves([(3.0, -9.0), (3.0, 9.0)]))
+    found = asked(at_least_in_box(np.array([1.5])), [0], curves([(3.0, -9.0), (3.0, 9.0)]))
     close(found, [1.5], [math.sqrt(90) - 1.5], [0.0])
 
 
 def test_of_who_is_far_by_its_box_the_square_is_not_looked_at() -> None:
     """Which would say of (40, 10) to (10, 40), more than 10 m off each way, that it is 28.3 m off."""
-    found = asked(at_least(np.array([1.0, 13.0])), [0, 1], curves(*[[(40.0, 10.0), (10.0, 40.0)]] * 2))
+    found = asked(at_least_in_box(np.array([1.0, 13.0])), [0, 1], curves(*[[(40.0, 10.0), (10.0, 40.0)]] * 2))
     close(found, [math.sqrt(200) - 1.0, math.sqrt(800) - 13.0], [math.sqrt(1700) - 1, math.sqrt(1700) - 13], [0.0, 0.0])
 
 
 def test_what_points_may_be_off_is_taken_off_a_length_and_added_to_what_is_seen() -> None:
-    found = asked(at_least(np.array([1.0])), [0], curves(NEAR, radius=0.125))
+    found = asked(at_least_in_box(np.array([1.0])), [0], curves(NEAR, radius=0.125))
     squares = 12 - (2 * 4 + 0.125) * 0.125 - (2 * 3 + 0.125) * 0.125
     close(found, [math.sqrt(squares) - 1.0], [math.hypot(4.125, 0.125) - 1.0], [0.0])
-    found = asked(at_least(np.array([1.0])), [0], curves(FAR, radius=0.125))
+    found = asked(at_least_in_box(np.array([1.0])), [0], curves(FAR, radius=0.125))
     close(found, [29.875 - 1.0], [math.hypot(30.125, 0.125) - 1.0], [0.0])
     # Of a line through the origin nothing is less than nothing.
-    found = asked(at_least(np.array([1.0])), [0], curves([(0.0, -9.0), (0.0, 9.0)]))
+    found = asked(at_least_in_box(np.array([1.0])), [0], curves([(0.0, -9.0), (0.0, 9.0)]))
     close(found, [-1.0], [8.0], [0.0])
 
 
@@ -101,11 +108,11 @@ def test_a_length_is_limited_by_the_largest_point_of_its_square() -> None:
 
 def test_every_coordinate_is_between_its_bounds() -> None:
     low, high = np.array([[0.0, 0.0], [9.0, 9.0], [1.0, -9.0]]), np.array([[9.0, 9.0], [9.0, 9.0], [9.0, 4.0]])
-    found = asked(between(low, high), [0, 2], curves(NEAR, NEAR))
+    found = asked(between_bounds(low, high), [0, 2], curves(NEAR, NEAR))
     close(found, [0.0, 1.0], [0.0, 1.0], [0.0, 1.0])
-    found = asked(between(low, high), [2], curves([(4.0, 0.0), (0.5, 3.5), (3.0, 3.0)], radius=0.125))
+    found = asked(between_bounds(low, high), [2], curves([(4.0, 0.0), (0.5, 3.5), (3.0, 3.0)], radius=0.125))
     close(found, [0.5 - 1.0 - 0.125], [1.0], [1.0])
-    found = asked(between(low, high), [2], curves([(3.0, 0.0), (3.0, 3.75), (8.5, 3.0)], radius=0.125))
+    found = asked(between_bounds(low, high), [2], curves([(3.0, 0.0), (3.0, 3.75), (8.5, 3.0)], radius=0.125))
     close(found, [0.25 - 0.125], [0.5], [1.0])
 
 

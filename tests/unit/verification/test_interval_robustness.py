@@ -27,7 +27,7 @@ from missionc.ir.kernel.nodes import (
     Route,
 )
 from missionc.verification.monitoring import interval_robustness
-from missionc.verification.monitoring.interval_robustness import Interval, Intervals
+from missionc.verification.monitoring.interval_robustness import Intervals, RobustnessInterval
 from tests.support.random_runs import SPAN, mission_of
 
 INF = math.inf
@@ -189,5 +189,5 @@ def test_the_edge_of_a_formation_that_is_furthest_off_is_named() -> None:
 
 def test_an_interval_has_a_column_for_each_end() -> None:
     found = intervals().of([EAST])[EAST]
-    assert isinstance(found, Interval)
+    assert isinstance(found, RobustnessInterval)
     assert found.least.shape == found.most.shape == (3, 2)

@@ -10,12 +10,12 @@ from missionc.verification.between.interval_sets import (
     asked_until,
     at_least,
     common,
-    looking_back,
+    looking_back_over,
     merged,
     of_parts,
     sometime,
     throughout,
-    until,
+    until_over_time,
 )
 
 NOTHING: Spans = ()
@@ -77,7 +77,7 @@ def test_a_window_without_an_end_is_open_until_the_end() -> None:
     ],
 )
 def test_until_holds_from_where_one_stretch_leads_to_its_end(hold: Spans, goal: Spans, low: int, found: Spans) -> None:
-    assert until(Signal(hold, ()), Signal(goal, ()), low, 2, 20) == Signal(found, ())
+    assert until_over_time(Signal(hold, ()), Signal(goal, ()), low, 2, 20) == Signal(found, ())
 
 
 @pytest.mark.parametrize(
@@ -103,12 +103,12 @@ def test_until_holds_from_where_one_stretch_leads_to_its_end(hold: Spans, goal: 
 def test_until_fails_from_where_its_end_is_absent_as_long_as_it_counts(
     fails: Spans, absent: Spans, low: int, high: int | None, found: Spans
 ) -> None:
-    assert until(Signal((), fails), Signal((), absent), low, high, 20) == Signal((), found)
+    assert until_over_time(Signal((), fails), Signal((), absent), low, high, 20) == Signal((), found)
 
 
 def test_what_was_some_time_ago() -> None:
     """From one to two ticks back."""
-    assert looking_back(sometime, Signal(((3, 4),), ((0, 1), (6, 10))), low=1, high=2, end=10) == Signal(
+    assert looking_back_over(sometime, Signal(((3, 4),), ((0, 1), (6, 10))), low=1, high=2, end=10) == Signal(
         ((4, 6),), ((0, 2), (8, 10))
     )
 
@@ -116,14 +116,14 @@ def test_what_was_some_time_ago() -> None:
 def test_before_the_beginning_there_is_nothing() -> None:
     """What may be so at 0 leaves the moments after 0 open: closed sets know no better."""
     open_at_0 = Signal(((8, 10),), ((1, 2),))
-    assert looking_back(sometime, open_at_0, low=1, high=2, end=10) == Signal(((9, 10),), ((0, 0), (3, 3)))
-    assert looking_back(sometime, Signal(((0, 0),), ()), low=1, high=2, end=10) == Signal(((1, 2),), ((0, 0),))
+    assert looking_back_over(sometime, open_at_0, low=1, high=2, end=10) == Signal(((9, 10),), ((0, 0), (3, 3)))
+    assert looking_back_over(sometime, Signal(((0, 0),), ()), low=1, high=2, end=10) == Signal(((1, 2),), ((0, 0),))
 
 
 def test_what_has_held_since() -> None:
     hold, goal = Signal(((3, 9),), ((10, 10),)), Signal(((2, 3),), ((0, 1), (5, 10)))
     # Since 3 or before until 7, four ticks later; from 10 on nothing holds any more, nor up to 1.
-    assert looking_back(until, hold, goal, low=0, high=4, end=10) == Signal(((2, 7),), ((0, 1), (9, 10)))
+    assert looking_back_over(until_over_time, hold, goal, low=0, high=4, end=10) == Signal(((2, 7),), ((0, 1), (9, 10)))
 
 
 def test_what_is_asked_up_to_a_moment_stands_in_nobodys_way_after_it() -> None:

@@ -197,9 +197,9 @@ def test_distances_are_at_least_what_bodies_keep() -> None:
 def test_distances_to_places_and_errors_of_edges() -> None:
     assert holds(VIEW.to_beacon(replace(MAST, position=(1.0, 2.0))), math.hypot(0.5, 2.0), math.hypot(1.0, 2.0))
     assert holds(VIEW.outside(replace(BASE, shape=Disc((0.0, 3.0), 1.0))), 2.0, math.hypot(0.5, 3.0) - 1)
-    assert holds(VIEW.amiss(ir.FormationEdge(1, 0, 6.0)), 1.0, 6.0 - math.hypot(2.5, 4.0))
-    assert holds(VIEW.amiss(ir.FormationEdge(1, 0, (3.0, 3.0))), 1.0, math.hypot(0.5, 1.0))
-    assert holds(VIEW.amiss(ir.FormationEdge(0, 1, (-3.0, -3.0))), 1.0, math.hypot(0.5, 1.0))
+    assert holds(VIEW.formation_error(ir.FormationEdge(1, 0, 6.0)), 1.0, 6.0 - math.hypot(2.5, 4.0))
+    assert holds(VIEW.formation_error(ir.FormationEdge(1, 0, (3.0, 3.0))), 1.0, math.hypot(0.5, 1.0))
+    assert holds(VIEW.formation_error(ir.FormationEdge(0, 1, (-3.0, -3.0))), 1.0, math.hypot(0.5, 1.0))
 
 
 def test_what_is_not_seen_is_an_error() -> None:

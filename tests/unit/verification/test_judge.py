@@ -32,7 +32,7 @@ from missionc.ir.predicates import Compare, Coordinate
 from missionc.verification.monitoring.live.columns import Columns
 from missionc.verification.monitoring.live.judge import LiveJudge, Parts
 from missionc.verification.monitoring.live.needed_steps import StepRange
-from missionc.verification.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 from missionc.verification.monitoring.monitor import robustness
 from tests.support.random_runs import SPAN, mission_of
 
@@ -92,7 +92,7 @@ def test_the_last_verdict_is_the_robustness_and_each_before_holds_it(name: str) 
             exact = float(robustness(formula, mission_of(2, last), trace)[0, 0])
             found = standings(formula, trace)
             assert (found[-1].least, found[-1].most) == (exact, exact), (last, seed)
-            assert found[-1].verdict is (Verdict.SATISFIED if exact > 0 else Verdict.VIOLATED)
+            assert found[-1].verdict is (LiveVerdict.SATISFIED if exact > 0 else LiveVerdict.VIOLATED)
             for before, after in pairwise(found):
                 assert before.least <= after.least <= after.most <= before.most
 

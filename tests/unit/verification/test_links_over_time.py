@@ -12,7 +12,7 @@ from missionc.base.units import Metres, Seconds
 from missionc.geometry.curves.piecewise_polynomials import Curves
 from missionc.verification.between import truth_over_time
 from missionc.verification.between.interval_sets import STEP, Motion, Signal
-from missionc.verification.between.truth_over_time import Links, links_of, nearby, reach, route
+from missionc.verification.between.truth_over_time import Links, linked_pairs, links_of, reach_over_time, route
 from tests.support.random_runs import SPAN, mission_of
 
 END = 2 * STEP
@@ -44,7 +44,7 @@ def test_a_neighbour_is_there_while_a_link_is_and_it_holds_there() -> None:
         (1, 2, Signal(((20, 30),), ((0, 18), (33, END)))),
     )
     body = [ALWAYS, NEVER, Signal(((0, 25),), ((28, END),))]
-    assert nearby(links, body, LEAVING) == [
+    assert linked_pairs(links, body, LEAVING) == [
         NEVER,
         Signal(((0, 10), (20, 25)), ((12, 18), (28, END))),
         NEVER,
@@ -54,9 +54,9 @@ def test_a_neighbour_is_there_while_a_link_is_and_it_holds_there() -> None:
 def test_links_of_one_way_lead_nowhere_back() -> None:
     there = Signal(((0, 10),), ((12, END),))
     body = [ALWAYS, NEVER, NEVER]
-    assert nearby(linked((0, 1, there), one_way=True), body, LEAVING) == [NEVER] * 3
-    assert nearby(linked((1, 0, there), one_way=True), body, LEAVING) == [NEVER, there, NEVER]
-    assert nearby(linked((1, 0, there)), body, LEAVING) == [NEVER, there, NEVER]
+    assert linked_pairs(linked((0, 1, there), one_way=True), body, LEAVING) == [NEVER] * 3
+    assert linked_pairs(linked((1, 0, there), one_way=True), body, LEAVING) == [NEVER, there, NEVER]
+    assert linked_pairs(linked((1, 0, there)), body, LEAVING) == [NEVER, there, NEVER]
 
 
 def test_a_route_has_no_more_links_than_asked_and_leads_over_who_lets_it() -> None:
@@ -64,8 +64,8 @@ def test_a_route_has_no_more_links_than_asked_and_leads_over_who_lets_it() -> No
     links = linked((0, 1, early), (1, 2, late))
     through, end = [ALWAYS, Signal(((0, 15),), ((17, END),)), NEVER], [NEVER, NEVER, ALWAYS]
     both = Signal(((10, 15),), ((0, 10), (17, END)))
-    assert reach(2, links, through, end, LEAVING) == [both, both, ALWAYS]
-    assert reach(1, links, through, end, LEAVING) == [NEVER, both, ALWAYS]
+    assert reach_over_time(2, links, through, end, LEAVING) == [both, both, ALWAYS]
+    assert reach_over_time(1, links, through, end, LEAVING) == [NEVER, both, ALWAYS]
 
 
 def test_a_route_is_short_enough_until_the_way_is_too_long() -> None:
@@ -143,4 +143,4 @@ def test_links_of_one_way_are_looked_at_both_ways() -> None:
 def test_one_agent_has_no_links() -> None:
     alone = links_of(ir.Proximity("radio", Metres(2.0), (1,), SPAN), LEAVING)
     assert (alone.first.size, alone.signals) == (0, ())
-    assert nearby(alone, [ALWAYS], LEAVING) == [NEVER]
+    assert linked_pairs(alone, [ALWAYS], LEAVING) == [NEVER]

@@ -12,7 +12,7 @@ from missionc.base.units import Metres
 from missionc.geometry.curves.piecewise_polynomials import Curves
 from missionc.ir import Box
 from missionc.verification.certificate import CERTAIN, CONTACT
-from missionc.verification.plan.clearances import check_obstacles, seen_from
+from missionc.verification.plan.clearances import check_obstacles, relative_to
 from tests.support.legal_plans import mission_of, moving, still
 
 TIMES, OFFSETS = (1.0, 2.5, 3.0, 6.0), ((0.0, 0.0), (3.0, 0.0), (3.0, 4.0), (-1.0, 4.0))
@@ -30,7 +30,7 @@ def place(curves: Curves, time: float) -> list[float]:
 @pytest.mark.parametrize("time", [0.0, 0.5, 1.0, 1.7, 2.0, 2.2, 2.5, 2.9, 3.0, 3.6, 4.0])
 def test_an_obstacle_sees_the_motion_from_where_it_is_at_each_time(time: float) -> None:
     offset = [np.interp(time, TIMES, axis) for axis in zip(*OFFSETS, strict=True)]
-    assert place(seen_from(CURVES, TRUCK), time) == pytest.approx(np.subtract(place(CURVES, time), offset))
+    assert place(relative_to(CURVES, TRUCK), time) == pytest.approx(np.subtract(place(CURVES, time), offset))
 
 
 def test_the_margin_of_what_moves_is_the_least_of_all_times() -> None:

@@ -15,7 +15,7 @@ from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.verification.certificate import Check
 from missionc.verification.flight import verify_polynomials
 from missionc.verification.flight.verify_polynomials import prove
-from missionc.verification.proof.branch_and_bound import Bounds, Claim, Parts, everyone
+from missionc.verification.proof.branch_and_bound import Bounds, BoxParts, Claim, everyone
 from missionc.verification.proof.proof_boxes import Boxes, bound_on, boxes_of, fault, stated
 from tests.support.legal_plans import mission_of
 
@@ -61,10 +61,10 @@ def test_bounds_are_stated_a_billionth_lower(bound: float, written: float) -> No
     assert stated(bound) <= bound
 
 
-def parts(*rows: tuple[int, float, float, float]) -> Parts:
+def parts(*rows: tuple[int, float, float, float]) -> BoxParts:
     """Parts, each by its item, begin, width and bound."""
     item, begin, width, lower = (np.array(column) for column in zip(*rows, strict=True))
-    return Parts(item, begin.astype(float), width.astype(float), lower.astype(float), 0.0, 0, 0.0)
+    return BoxParts(item, begin.astype(float), width.astype(float), lower.astype(float), 0.0, 0, 0.0)
 
 
 def test_whole_pieces_that_follow_each_other_are_one_box() -> None:

@@ -25,7 +25,7 @@ from missionc.verification.monitoring.live.session import (
     Session,
     Unusable,
 )
-from missionc.verification.monitoring.live.verdicts import Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict
 from tests.support.live_flights import FLIGHT, line
 
 TEXT = """mission flight
@@ -85,7 +85,7 @@ def test_the_first_step_tells_of_every_goal_and_later_ones_of_what_changes() -> 
         (0, "west", "open", False, "m", True, None),
         0,
     ]
-    assert (live.verdict, live.over, live.lines) == (Verdict.OPEN, False, 2)
+    assert (live.verdict, live.over, live.lines) == (LiveVerdict.OPEN, False, 2)
     assert fed(live, first(0.5, 4.25, 4.5), fast(0.5, (2, 1))) == [
         (1, "there", "satisfied", False, "m", False, None),
         1,
@@ -96,10 +96,10 @@ def test_the_first_step_tells_of_every_goal_and_later_ones_of_what_changes() -> 
         (2, "west", "violated", False, "m", True, None),
         2,
     ]
-    assert live.verdict is Verdict.OPEN
+    assert live.verdict is LiveVerdict.OPEN
     for time in (1.5, 2):
         fed(live, first(time, 4.25, 4.5), fast(time, (3.5, 1)))
-    assert (live.over, live.verdict) == (True, Verdict.SATISFIED)
+    assert (live.over, live.verdict) == (True, LiveVerdict.SATISFIED)
     assert live.notes() == ["drone[1] moved faster than the top speed"]
 
 
@@ -114,7 +114,7 @@ def test_a_goal_at_risk_is_told_before_it_is_lost() -> None:
         (3, "apart", "satisfied", False, "m", False, None),
         3,
     ]
-    assert live.verdict is Verdict.VIOLATED
+    assert live.verdict is LiveVerdict.VIOLATED
 
 
 def test_who_is_missing_is_told_and_who_is_back() -> None:
@@ -147,7 +147,7 @@ def test_a_state_between_samples_decides_nothing_for_good_while_a_sample_of_it_m
     assert fed(live, first(1, 6.8, 5)) == [(1, "keep", "violated", False, "m", False, None), 1]
     assert live.standings[0].most == pytest.approx(-0.8)
     fed(live, first(2, 5, 5), fast(2, (5.5, 5.5)))
-    assert (live.over, live.verdict) == (True, Verdict.VIOLATED)
+    assert (live.over, live.verdict) == (True, LiveVerdict.VIOLATED)
 
 
 def test_a_state_between_samples_is_taken_for_good_when_the_wait_is_over() -> None:
@@ -155,9 +155,9 @@ def test_a_state_between_samples_is_taken_for_good_when_the_wait_is_over() -> No
     fed(live, first(0, 5, 5), fast(0, (5.5, 5.5)), first(0.5, 5.9, 5), fast(1, (5.5, 5.5)))
     fed(live, first(1.5, 6.5, 5))
     # On the way it was at (6.2, 5), which a further sample may deny.
-    assert live.verdict is Verdict.OPEN
+    assert live.verdict is LiveVerdict.OPEN
     fed(live, fast(2, (5.5, 5.5)), first(2.25, 6.5, 5))
-    assert live.verdict is Verdict.OPEN
+    assert live.verdict is LiveVerdict.OPEN
     assert fed(live, first(2.5, 6.5, 5))[0] == (1, "keep", "violated", False, "m", False, None)
     assert (live.steps.closed, live.steps.settled) == (3, 2)
 
@@ -282,15 +282,15 @@ def test_who_turns_away_is_told_at_once() -> None:
 
 def test_all_requirements_together_stand_as_the_worst_of_them() -> None:
     live = session()
-    assert live.verdict is Verdict.OPEN
+    assert live.verdict is LiveVerdict.OPEN
     fed(live, first(0, 3, 3), fast(0, (2, 1)))
     standing = live.standings[0]
 
-    def stands(*verdicts: Verdict) -> Verdict:
+    def stands(*verdicts: LiveVerdict) -> LiveVerdict:
         live.standings = tuple(replace(standing, verdict=verdict) for verdict in verdicts)
         return live.verdict
 
-    satisfied, violated, opened = Verdict.SATISFIED, Verdict.VIOLATED, Verdict.OPEN
+    satisfied, violated, opened = LiveVerdict.SATISFIED, LiveVerdict.VIOLATED, LiveVerdict.OPEN
     assert stands(satisfied, satisfied, satisfied, violated) is satisfied
     assert stands(satisfied, opened, violated, opened) is violated
     assert stands(satisfied, satisfied, opened, satisfied) is opened

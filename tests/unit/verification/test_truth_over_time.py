@@ -34,7 +34,7 @@ from missionc.ir.kernel.nodes import (
 )
 from missionc.ir.predicates import Compare, Coordinate, DistanceBetween
 from missionc.verification.between.interval_sets import STEP, Motion, Signal
-from missionc.verification.between.truth_over_time import OTHERS, Evaluation, at, last_asked
+from missionc.verification.between.truth_over_time import OTHERS, TruthOverTime, at, last_asked
 from tests.support.random_runs import SPAN, mission_of
 
 END = 2 * STEP
@@ -61,7 +61,7 @@ FIRST, SECOND, ALL, NOBODY = (Is(frozenset(each)) for each in ((0,), (1,), (0, 1
 
 def of(node: Node, *agents: int, motion: Motion = MOTION) -> list[Signal]:
     """When it holds at each of these agents."""
-    known = Evaluation(motion).of(All(tuple(At(agent, node) for agent in agents)))[node]
+    known = TruthOverTime(motion).of(All(tuple(At(agent, node) for agent in agents)))[node]
     return [known[agent] for agent in agents]
 
 
@@ -73,7 +73,7 @@ def test_leaves_are_judged_at_each_agent() -> None:
 
 
 def test_a_predicate_is_worked_out_once_for_all_who_are_asked() -> None:
-    evaluation = Evaluation(MOTION)
+    evaluation = TruthOverTime(MOTION)
     for agents in ((0, 1), (1, 2)):
         known = evaluation.of(All(tuple(At(agent, BEYOND) for agent in agents)))[BEYOND]
         assert sorted(known) == list(agents)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, Unrolled, signed_predicate
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
-from missionc.backends.clot.optimise.route_pieces import Place, that_break, that_make
+from missionc.backends.clot.optimise.route_pieces import RoutePoint, that_break, that_make
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
 from missionc.ir.kernel.nodes import (
@@ -309,11 +309,11 @@ class _Run:
         if stretches:
             self.active.lengths[node] = sorted(stretches)
 
-    def _place(self, node: RouteNode, step: int) -> Place:
+    def _place(self, node: RouteNode, step: int) -> RoutePoint:
         agents = np.array(node.graph.agents, dtype=np.int64)
         here = self.position[agents, step]
         lengths = np.linalg.norm(here[:, None] - here[None], axis=-1)
         through, end = (self.value(part)[agents, step] for part in (node.through, node.end))
         closest = self.closest[np.ix_(agents, agents)]
         links = self.links[node.graph][step]
-        return Place(links, lengths, closest, through, end, node.low, node.high, directed(node.graph))
+        return RoutePoint(links, lengths, closest, through, end, node.low, node.high, directed(node.graph))

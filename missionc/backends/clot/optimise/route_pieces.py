@@ -35,7 +35,7 @@ end; of a route that it is shorter, or longer, than the bound for that."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class RoutePoint:
     """A graph at one step, for routes of ``low`` to ``high`` metres.
 
     Args:
@@ -59,7 +59,7 @@ class Place:
         return ("link", (one, other)) if self.one_way else ("link", (min(one, other), max(one, other)))
 
 
-def that_make(place: Place, start: int, worth: float) -> set[Piece]:
+def that_make(place: RoutePoint, start: int, worth: float) -> set[Piece]:
     """The pieces of the shortest route from a member that is worth as much as the best is."""
     route = _route(place, start, worth - ROUNDING)
     pieces: set[Piece] = {("end", route[-1:])}
@@ -72,7 +72,7 @@ def that_make(place: Place, start: int, worth: float) -> set[Piece]:
     return pieces
 
 
-def that_break(place: Place, start: int, worth: float) -> set[Piece]:
+def that_break(place: RoutePoint, start: int, worth: float) -> set[Piece]:
     """For each route from a member the best of what breaks it, where nothing chosen for another does.
 
     Args:
@@ -106,7 +106,7 @@ def that_break(place: Place, start: int, worth: float) -> set[Piece]:
     return pieces
 
 
-def _breaking(place: Place, route: Members, length: float) -> Iterator[tuple[float, Piece]]:
+def _breaking(place: RoutePoint, route: Members, length: float) -> Iterator[tuple[float, Piece]]:
     """Everything that breaks a route, and what it is worth."""
     yield place.end[route[-1]], ("end", route[-1:])
     for one, other in pairwise(route):
@@ -118,7 +118,7 @@ def _breaking(place: Place, route: Members, length: float) -> Iterator[tuple[flo
             yield place.low - length, ("shorter", route)
 
 
-def _route(place: Place, start: int, enough: float) -> Members:
+def _route(place: RoutePoint, start: int, enough: float) -> Members:
     """A route with all its parts worth ``enough``, by the shortest ways first."""
     ends = place.end >= enough
     if place.low <= 0 and ends[start]:
@@ -138,6 +138,6 @@ def _route(place: Place, start: int, enough: float) -> Members:
     raise AssertionError("no route is worth so much")
 
 
-def _metres(place: Place, usable: Flags) -> Array:
+def _metres(place: RoutePoint, usable: Flags) -> Array:
     """Lengths of the links that may be used, (members, members); infinite for others."""
     return np.where(usable & ~np.eye(len(usable), dtype=np.bool_), place.lengths, np.inf)

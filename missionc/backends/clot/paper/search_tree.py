@@ -112,12 +112,15 @@ class Tree:
         """
         others = self._alike.get(self.planned[parent] | {agent}, [])
         mine = {**self.motions[parent], agent: trajectory}
-        return [others[place] for place in near(mine, [self.motions[other] for other in others], delta)]
+        return [others[place] for place in similar_nodes(mine, [self.motions[other] for other in others], delta)]
 
     def twins(self, index: int, delta: float) -> list[int]:
         """The other nodes with the same agents and all motions closer than ``delta``. Source: [clot] IV-C.2."""
         others = [other for other in self._alike[self.planned[index]] if other != index]
-        return [others[place] for place in near(self.motions[index], [self.motions[other] for other in others], delta)]
+        return [
+            others[place]
+            for place in similar_nodes(self.motions[index], [self.motions[other] for other in others], delta)
+        ]
 
     def back_propagate(self, index: int, outcome: float, gamma: float) -> None:
         """An outcome just below a node counts there and at all its ancestors, a factor ``gamma`` for each edge.
@@ -148,7 +151,7 @@ class Tree:
         return psi
 
 
-def near(mine: dict[int, Array], others: Sequence[dict[int, Array]], delta: float) -> list[int]:
+def similar_nodes(mine: dict[int, Array], others: Sequence[dict[int, Array]], delta: float) -> list[int]:
     """Which of these joint motions, by place, are less than ``delta`` from this one of the same agents, metres.
 
     A joint motion has each agent's, (steps + 1, dim), metres.

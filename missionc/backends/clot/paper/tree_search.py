@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from missionc.backends.clot.paper.planning_sequence import Offers
-from missionc.backends.clot.paper.search_tree import Node, Tree, near
+from missionc.backends.clot.paper.search_tree import Node, Tree, similar_nodes
 from missionc.backends.clot.run.search_settings import SearchSettings
 from missionc.base.trace import Array
 
@@ -187,7 +187,9 @@ class TreeSearch:
         tree, distinct_leaves = self.tree, list[int]()
         order = -self.values() if self.settings.printed else np.array(tree.cost)
         for leaf in sorted(tree.leaves(self.agents), key=lambda node: (order[node], node)):
-            if not near(tree.motions[leaf], [tree.motions[other] for other in distinct_leaves], self.settings.delta):
+            if not similar_nodes(
+                tree.motions[leaf], [tree.motions[other] for other in distinct_leaves], self.settings.delta
+            ):
                 distinct_leaves.append(leaf)
         return tuple(map(self._solution, distinct_leaves))
 

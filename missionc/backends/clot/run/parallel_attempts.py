@@ -14,7 +14,7 @@ from typing import Protocol, TypeAlias
 
 from missionc.backends.api import Attempt, Budget, Snapshot, discard_snapshot, ignore
 from missionc.backends.clot.run.child_processes import Say, children
-from missionc.backends.clot.run.run_state import Candidate, Nearest, Reached, State, from_snapshot, to_snapshot
+from missionc.backends.clot.run.run_state import Nearest, Reached, RunCandidate, State, from_snapshot, to_snapshot
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.base.signals import defer_stop, stop_requested
@@ -24,7 +24,7 @@ from missionc.ir.kernel.nodes import Kernel
 MakeAttempt: TypeAlias = Callable[[int], Reached | None]
 
 
-class Run(Protocol):
+class WorkerRun(Protocol):
     """What is read and written here of a run (``backend.Run``)."""
 
     mission: Mission
@@ -33,7 +33,7 @@ class Run(Protocol):
     budget: Budget
     account: Account
     late: bool
-    best: Candidate | None
+    best: RunCandidate | None
     beside: dict[str, str]
     spare: tuple[int, Reached] | None
 
@@ -61,7 +61,7 @@ class AttemptResult:
 
 
 def run_parallel_attempts(
-    run: Run, numbers: range, attempt: MakeAttempt
+    run: WorkerRun, numbers: range, attempt: MakeAttempt
 ) -> Generator[float, float, tuple[int, Reached | None]]:
     """The first of these attempts that finds a plan, and that plan; or the attempt to go on with, and None.
 
@@ -103,7 +103,7 @@ def run_parallel_attempts(
     return number, None
 
 
-def _make(run: Run, attempt: MakeAttempt, number: int, say: Say) -> AttemptResult:
+def _make(run: WorkerRun, attempt: MakeAttempt, number: int, say: Say) -> AttemptResult:
     """In the child."""
     run.best, run.late, run.account = None, False, Account()
     run.budget = replace(run.budget, listen=ignore if run.budget.listen is ignore else say, keep=discard_snapshot)
@@ -114,7 +114,7 @@ def _make(run: Run, attempt: MakeAttempt, number: int, say: Say) -> AttemptResul
     return AttemptResult(to_snapshot(state, run.graph), best and best.attempt, run.account, run.late)
 
 
-def _take_in(run: Run, made: AttemptResult, state: State) -> tuple[Reached | None, bool]:
+def _take_in(run: WorkerRun, made: AttemptResult, state: State) -> tuple[Reached | None, bool]:
     """The plan, if there is one; and whether the attempts after this one began with what is known now."""
     run.late = run.late or made.late
     run.account.add(made.account)

@@ -40,7 +40,7 @@ class Nearest:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
+class RunCandidate:
     """A motion that is no plan, and what it comes to."""
 
     nearest: Nearest

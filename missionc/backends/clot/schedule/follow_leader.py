@@ -45,7 +45,7 @@ class File:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class FormationSlot:
     """Where some of a file are to be.
 
     Args:
@@ -96,7 +96,7 @@ def led(
     file: File,
     position: Array,
     asked: Sequence[int],
-    place: Place,
+    place: FormationSlot,
     geodesics: Geodesics,
     room: float,
 ) -> dict[int, Array] | None:
@@ -144,7 +144,7 @@ def parted(route: Array, share: float) -> tuple[Array, Array]:
 
 
 def _leaders(
-    file: File, position: Array, asked: Sequence[int], place: Place, geodesics: Geodesics, room: float
+    file: File, position: Array, asked: Sequence[int], place: FormationSlot, geodesics: Geodesics, room: float
 ) -> Array | None:
     """The leader's route by which the last of those asked gets into a place, behind all others."""
     behind = dict(zip(file.agents, file.behind.tolist(), strict=True))

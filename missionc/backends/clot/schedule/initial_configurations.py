@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from missionc.backends.clot.schedule.follow_leader import File, Place, files, led
+from missionc.backends.clot.schedule.follow_leader import File, FormationSlot, files, led
 from missionc.backends.clot.schedule.frame_geometry import depths_of, place_on, teams_of, turned_by
 from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
@@ -170,7 +170,7 @@ class FirstGuesses:
                 return None
         return found
 
-    def _place(self, region: Region, depth: float, room: float) -> Place:
+    def _place(self, region: Region, depth: float, room: float) -> FormationSlot:
         """A region as files look for it, metres inside its border where it is so deep."""
         cells = -np.asarray(signed_distance(np, region.shape, self.geodesics.points)).ravel()
         deep = min(depth, 0.9 * float(cells.max()))
@@ -181,7 +181,7 @@ class FirstGuesses:
         def nearest(start: Array) -> Array:
             return self._nearest(region, start, deep, room)
 
-        return Place(holds, nearest, cells >= deep)
+        return FormationSlot(holds, nearest, cells >= deep)
 
     def _nearest(self, region: Region, start: Array, depth: float, room: float) -> Array:
         """The point of a region that has so much room and is so deep in it, metres, and is the shortest way off."""

@@ -21,7 +21,7 @@ from missionc.backends.clot.schedule.mutex_literals import (
 from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.presence import PresenceConstraints
 from missionc.backends.clot.schedule.tasks import Option
-from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Run, Visit
+from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Visit, VisitRun
 from missionc.base.trace import Array
 from missionc.geometry.dynamics import can_wait, speeds
 from missionc.ir import Mission, Predicate
@@ -77,13 +77,13 @@ class Timetable:
     unhurried: float
     shaped: dict[tuple[tuple[Predicate, ...], bytes], Array]
 
-    def _run(self, visits: list[Visit], perturbed: PerturbedDistances, fixed: list[TimedLiterals]) -> Run:
+    def _run(self, visits: list[Visit], perturbed: PerturbedDistances, fixed: list[TimedLiterals]) -> VisitRun:
         """Each visit of an order as soon as can be."""
         step = self.mission.step
         where, free = self.starts.copy(), np.zeros(len(self.starts))
         since = [-1] * len(self.starts)
         number_of: dict[Key, int] = {}
-        sure, way, run = list(fixed), 0.0, Run()
+        sure, way, run = list(fixed), 0.0, VisitRun()
         for number, visit in enumerate(visits):
             low, high = visit.event.low * step, visit.event.high * step
             base = 0.0
@@ -221,7 +221,7 @@ class Timetable:
             if led:
                 yield from ((agent, np.mean(led, axis=0)) for agent in sorted(shape.others - going.keys()))
 
-    def _leg(self, agent: int, since: list[int], free: Array, run: Run, seconds: float, length: float) -> Leg:
+    def _leg(self, agent: int, since: list[int], free: Array, run: VisitRun, seconds: float, length: float) -> Leg:
         stays = 0.0 if since[agent] < 0 else float(free[agent]) - run.times[since[agent]]
         soonest, latest = length / float(self.speed[agent]), self._dawdled(agent, length, seconds)
         return Leg(since[agent], stays + seconds, stays + soonest, stays + latest)
@@ -288,7 +288,7 @@ class Timetable:
         least = float(speeds(self.mission.agents[agent].dynamics)[0])
         return max(seconds, length / least) if least > 0 else math.inf
 
-    def _at_steps(self, visits: list[Visit], run: Run, slower: float) -> tuple[Appointment, ...]:
+    def _at_steps(self, visits: list[Visit], run: VisitRun, slower: float) -> tuple[Appointment, ...]:
         """Visits at their soonest times, made so many times later; of whom nothing ties, halfway to the latest."""
         step = self.mission.step
         unhurried = run.times if slower <= 1 else self._unhurried(visits, run, slower)
@@ -317,7 +317,7 @@ class Timetable:
         """Whether nobody who comes for it is tied to anybody, nor kept in formation up to it."""
         return not self.tied or (bool(visit.agents) and self.tied.isdisjoint(visit.agents) and not visit.kept)
 
-    def _unhurried(self, visits: list[Visit], run: Run, slower: float) -> list[float]:
+    def _unhurried(self, visits: list[Visit], run: VisitRun, slower: float) -> list[float]:
         """Times of visits between the soonest and the latest that windows, ways and the horizon allow, seconds.
 
         Any mean of two solutions of a simple temporal network is one. Those of whom some are tied are so many times

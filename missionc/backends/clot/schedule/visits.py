@@ -110,7 +110,7 @@ class Leg(NamedTuple):
 
 
 @dataclass(slots=True)
-class Run:
+class VisitRun:
     """An order of visits as it comes out, each as soon as can be; ``legs``: for each visit those who come for it."""
 
     cost: float = 0.0

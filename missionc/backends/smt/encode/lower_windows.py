@@ -15,7 +15,7 @@ SHARED = 4
 """Windows share halves, quarters and so on where that saves so many times the literals."""
 
 
-class OfAgents(Protocol):
+class AgentWindows(Protocol):
     """Literals for formulas about agents: (cells,) twice, an agent and a step each, -> (cells,)."""
 
     def holds(self, node: Node, agents: Indices, steps: Indices) -> Literals: ...
@@ -27,7 +27,7 @@ Body = Callable[[Indices, Indices], Literals]
 class Windows:
     """Cells are pairs of an agent and a step, (cells,) each. Past the last step nothing holds."""
 
-    def __init__(self, of_agents: OfAgents, last: int, clauses: Clauses) -> None:
+    def __init__(self, of_agents: AgentWindows, last: int, clauses: Clauses) -> None:
         self.of_agents, self.last, self.clauses = of_agents, last, clauses
         self._spans: dict[tuple[Node, bool, int], dict[int, int]] = {}
 

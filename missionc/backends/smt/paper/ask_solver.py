@@ -29,11 +29,11 @@ Pairs: TypeAlias = list[tuple[int, int, list[list[int]]]]
 
 
 @dataclass(frozen=True, slots=True)
-class Unsatisfiable:
+class NoModel:
     """The encoding has no model."""
 
 
-def links_between(graph: Graph, prms: tuple[Roadmap, ...]) -> Pairs:
+def node_links(graph: Graph, prms: tuple[Roadmap, ...]) -> Pairs:
     """The timeless graph of a graphing function: which states of each two of its agents share an edge.
 
     Source:
@@ -76,7 +76,7 @@ def ask_solver(
     deadline: float,
     account: Account,
     encoded: Callable[[], None],
-) -> Indices | Unsatisfiable | Stopped:
+) -> Indices | NoModel | Stopped:
     """States of each agent at the steps that satisfy the encoding, (agents, steps + 1), if there are any.
 
     Args:
@@ -101,7 +101,7 @@ def ask_solver(
                 if "states" in answer:
                     return np.array(answer["states"])
                 if "refused" in answer:
-                    return Unsatisfiable()
+                    return NoModel()
                 if "gave_up" in answer:
                     memory = answer["gave_up"] == "memory"
                     return Stopped(Reason.MEMORY if memory else Reason.SOLVER, f"{answer['gave_up']}, in `{stage}`")

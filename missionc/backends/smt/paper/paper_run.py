@@ -22,7 +22,7 @@ from missionc.backends.acceptance import attempt
 from missionc.backends.api import Attempt, Budget, NotFound, Outcome, Planned, Progress, Reason
 from missionc.backends.run_account import Account
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.paper.ask_solver import Unsatisfiable, ask_solver, links_between, problem
+from missionc.backends.smt.paper.ask_solver import NoModel, ask_solver, node_links, problem
 from missionc.backends.smt.paper.build_prm import build_prms
 from missionc.backends.smt.paper.colliding_moves import colliding_moves
 from missionc.backends.smt.paper.specify import specify
@@ -55,7 +55,7 @@ def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart
     account.sizes["nodes"], account.sizes["states"] = nodes, sum(len(prm.position) for prm in prms)
     specification = specify(mission, prms)
     with account.stage("links"):
-        links = [links_between(graph, prms) for graph in specification.graphs]
+        links = [node_links(graph, prms) for graph in specification.graphs]
     collisions = []
     if apart:
         with account.stage("collisions"):
@@ -74,7 +74,7 @@ def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart
     )
     if isinstance(answer, Stopped):
         return not_found(answer.reason, answer.detail)
-    if isinstance(answer, Unsatisfiable):
+    if isinstance(answer, NoModel):
         return not_found(Reason.METHOD, f"on roadmaps of {nodes} nodes the encoding of [strel] has no model")
     trace = lift(answer, prms, mission)
     judged = attempt(mission, kernel, trace)

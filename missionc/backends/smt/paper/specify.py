@@ -19,7 +19,7 @@ from typing import Any, TypeAlias, assert_never
 from missionc import ir
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Roadmap
-from missionc.ir.language.walk_formulas import bottom_up
+from missionc.ir.language.walk_formulas import formulas_bottom_up
 
 Term: TypeAlias = list[Any]
 """A formula in JSON: the word of an operator, then the numbers of the formulas below it and its bounds."""
@@ -52,7 +52,7 @@ def specify(mission: ir.Mission, prms: tuple[Roadmap, ...]) -> Specification:
     """The conjunction of all requirements of a mission that has nothing which the logic of [strel] lacks."""
     spec, labels = Specification(), Labels(mission, prms)
     known: dict[ir.Formula, int] = {}
-    for formula in bottom_up(each.formula for each in mission.requirements):
+    for formula in formulas_bottom_up(each.formula for each in mission.requirements):
         known[formula] = _term(formula, known, spec, labels, mission.steps)
     spec.add("and", [known[each.formula] for each in mission.requirements])
     return spec

@@ -27,7 +27,7 @@ def deepened(formulas: Sequence[Node], steps: int) -> Iterator[list[Node]]:
     """
     longest = FIRST
     while 2 * longest <= steps:
-        shorter = [within(formula, longest, steps) for formula in formulas]
+        shorter = [within_horizon(formula, longest, steps) for formula in formulas]
         if same_objects(shorter, formulas):
             break
         yield shorter
@@ -35,7 +35,7 @@ def deepened(formulas: Sequence[Node], steps: int) -> Iterator[list[Node]]:
     yield list(formulas)
 
 
-def within(formula: Node, longest: int, steps: int) -> Node:
+def within_horizon(formula: Node, longest: int, steps: int) -> Node:
     """The formula, asked at the first step, with windows of ``eventually`` and ``until`` that are no longer than this.
 
     Itself where none is twice as long.
@@ -46,7 +46,7 @@ def within(formula: Node, longest: int, steps: int) -> Node:
             return formula if last - low < 2 * longest else replace(formula, high=low + longest)
         case At() | All() | Any() | AtLeast():
             below = tuple(children(formula))
-            inner = tuple(within(child, longest, steps) for child in below)
+            inner = tuple(within_horizon(child, longest, steps) for child in below)
             return formula if same_objects(inner, below) else rebuilt(formula, inner)
         case _:
             return formula

@@ -17,7 +17,7 @@ from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.prioritized.precedence import LATER
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.shorter_makespan import ShorterMakespan
-from missionc.backends.smt.prioritized.shorter_ways import metres_alone, shorter, travelled
+from missionc.backends.smt.prioritized.shorter_ways import metres_alone, path_length, shorter
 from missionc.backends.smt.refine.problem import Setting
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.backends.smt.sat.solve import Solvers
@@ -126,7 +126,7 @@ class PrioritizedPlan:
         """A joint motion of fewer metres in all; how many they are is noted."""
         assert self.planner is not None
         states = shorter(self.planner, states)
-        metres, least = travelled(self.planner, states), metres_alone(self.planner)
+        metres, least = path_length(self.planner, states), metres_alone(self.planner)
         known = ""
         if least is not None and metres - least < SAME:
             known = ", the least on this roadmap"

@@ -78,7 +78,7 @@ Letter: TypeAlias = "tuple[bool, ...]"
 """Whether each proposition holds at a step."""
 
 
-def joined(count: int, parts: Iterable[Residual]) -> Residual:
+def conjoined(count: int, parts: Iterable[Residual]) -> Residual:
     """So many of the parts or more, without what makes no difference."""
     left: set[Residual] = set()
     for part in parts:
@@ -104,7 +104,7 @@ def meet(parts: Iterable[Residual]) -> Residual:
         elif part is not True:
             left.add(part)
     strongest = _extreme(left, every=True)
-    return joined(len(strongest), strongest)
+    return conjoined(len(strongest), strongest)
 
 
 def join(parts: Iterable[Residual]) -> Residual:
@@ -119,7 +119,7 @@ def join(parts: Iterable[Residual]) -> Residual:
             left.add(part)
     weakest = _extreme(left, every=False)
     absorbed = {part for part in weakest if _conjuncts(part) & weakest - {part}}
-    return joined(1, weakest - absorbed)
+    return conjoined(1, weakest - absorbed)
 
 
 def _conjuncts(residual: Residual) -> frozenset[Residual]:
@@ -225,7 +225,7 @@ class Progression:
 def _combined(count: int, parts: Sequence[Residual]) -> Residual:
     if count == len(parts):
         return meet(parts)
-    return join(parts) if count == 1 else joined(count, parts)
+    return join(parts) if count == 1 else conjoined(count, parts)
 
 
 @dataclass(slots=True, eq=False)

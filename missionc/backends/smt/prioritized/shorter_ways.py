@@ -51,6 +51,6 @@ def metres_alone(planner: PrioritizedPlanner) -> float | None:
     return metres
 
 
-def travelled(planner: PrioritizedPlanner, states: Indices) -> float:
+def path_length(planner: PrioritizedPlanner, states: Indices) -> float:
     """The metres of a joint motion, (agents, steps + 1)."""
     return sum(planner.single_agent.metres(agent, way) for agent, way in enumerate(states))

@@ -79,7 +79,7 @@ def links_between(graph: Graph, position: Array) -> Links:
         order = _neighbours_together(position)
         levels = max(1, (len(position).bit_length() - 1) // 2)
         groups = _groups(order, levels)
-    sizes, linked = Places(graph, points, first, point).links(order, levels)
+    sizes, linked = LinkPlaces(graph, points, first, point).links(order, levels)
     return Links(np.concatenate([[0], np.cumsum(sizes)]), linked, groups, first[point])
 
 
@@ -91,7 +91,7 @@ def _linked_to_each(graph: Graph, points: Array, position: Array) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Places:
+class LinkPlaces:
     """Places and the points they are at.
 
     Args:

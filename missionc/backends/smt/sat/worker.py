@@ -305,7 +305,7 @@ def main() -> None:
     sys.path.append(folder)
     source, sink = sys.stdin.buffer, sys.stdout.buffer
     if name == "proof":
-        return prove(source, sink)
+        return refute_in_child(source, sink)
     try:
         serve(CaDiCaL() if name == "cadical" else Z3(seed, folder), source, sink)
     except MemoryError:
@@ -315,7 +315,7 @@ def main() -> None:
         send(sink, b"E", b"memory" if any(words in message for words in OUT_OF_MEMORY) else message.encode())
 
 
-def prove(source: BinaryIO, sink: BinaryIO) -> None:
+def refute_in_child(source: BinaryIO, sink: BinaryIO) -> None:
     solver = CaDiCaL(proof=True)
     solver.add_text(source.read())
     if solver.solve([])[0] == UNSAT:

@@ -109,7 +109,7 @@ OUTERMOST, NO_ISLANDS = 1, 2
 
 
 @dataclass(frozen=True, slots=True)
-class World:
+class DrawingFrame:
     """The mission's metres: a unit of the drawing, where its origin is, and how far anything may be from that."""
 
     unit: float
@@ -138,7 +138,7 @@ class World:
         return SAGITTA / max(self.unit * float(np.linalg.norm(axes, 2)), np.finfo(float).tiny)
 
 
-def disc_of(placed: Placed, shape: Shape, world: World) -> Circle | None:
+def disc_of(placed: Placed, shape: Shape, world: DrawingFrame) -> Circle | None:
     """The disc of a circle; None for another shape, and if the circle has become an ellipse."""
     arc = shape.lines[0][0] if placed.entity.dxftype() == "CIRCLE" else None
     if not isinstance(arc, Arc):
@@ -152,7 +152,7 @@ def disc_of(placed: Placed, shape: Shape, world: World) -> Circle | None:
     return Circle((float(x), float(y)), radius)
 
 
-def area_of(placed: Placed, shape: Shape, world: World, *, grown: bool) -> tuple[Area | None, list[Points]]:
+def area_of(placed: Placed, shape: Shape, world: DrawingFrame, *, grown: bool) -> tuple[Area | None, list[Points]]:
     """The area of a shape, and its lines that are open, (points, 2) each.
 
     Args:

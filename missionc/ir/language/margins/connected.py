@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from missionc.base.trace import Array, Trace
 from missionc.ir import Graph
-from missionc.ir.language.margins.links import all_links, pieces
+from missionc.ir.language.margins.links import all_links, link_pieces
 from missionc.ir.pair_ranges import directed
 
 Indices = NDArray[np.int64]
@@ -51,7 +51,7 @@ def spanning_tree(links: Array) -> tuple[Indices, Indices, Indices]:
     return first, second, worst
 
 
-def margin(graph: Graph, trace: Trace) -> Array:
+def connected_margin(graph: Graph, trace: Trace) -> Array:
     """The worst link of the best spanning tree: (steps + 1,), metres.
 
     In a proximity graph that is the radius minus the longest edge of the
@@ -78,7 +78,7 @@ def algebraic_connectivity(graph: Graph, trace: Trace) -> Array:
 def _by_pieces(measure: Callable[[Array], Array], graph: Graph, trace: Trace) -> Array:
     steps = trace.position.shape[1]
     return np.concatenate(
-        [measure(all_links(graph, trace.position[:, piece])) for piece in pieces(steps, len(graph.agents))]
+        [measure(all_links(graph, trace.position[:, piece])) for piece in link_pieces(steps, len(graph.agents))]
     )
 
 

@@ -11,7 +11,7 @@ from missionc.ir.distances.line_of_sight import clear_line
 from missionc.ir.distances.signed_distance import Array, Namespace, distance_between
 
 
-def margin(
+def link_margin_of(
     xp: Namespace,
     graph: Graph,
     reach: Array,

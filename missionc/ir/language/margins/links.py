@@ -45,7 +45,7 @@ def link_margin(
     reach: Array = ranges(graph, first, second)
     if xp is not np and graph.ranges:
         reach = first_position.new_tensor(reach)
-    return link.margin(xp, graph, reach, first_position, second_position)
+    return link.link_margin_of(xp, graph, reach, first_position, second_position)
 
 
 def are_linked(
@@ -53,13 +53,13 @@ def are_linked(
 ) -> trace.Flags:
     """Whether links lead from the first agents to the second: (..., dim) twice -> (...); sooner than by the margin."""
     reach = ranges(graph, first, second)
-    return np.asarray(link.margin(np, graph, reach, first_position, second_position, floor=0.0) > 0)
+    return np.asarray(link.link_margin_of(np, graph, reach, first_position, second_position, floor=0.0) > 0)
 
 
 def places_linked(graph: Graph, first_position: trace.Array, second_position: trace.Array) -> trace.Flags:
     """Whether whoever is at two places is linked, of a graph whose links have one range: (..., dim) twice -> (...)."""
     assert not graph.ranges, "whether two places are linked hangs on who is there"
-    return np.asarray(link.margin(np, graph, graph.radius, first_position, second_position, floor=0.0) > 0)
+    return np.asarray(link.link_margin_of(np, graph, graph.radius, first_position, second_position, floor=0.0) > 0)
 
 
 def all_links(graph: Graph, position: trace.Array) -> trace.Array:
@@ -81,7 +81,7 @@ def all_links(graph: Graph, position: trace.Array) -> trace.Array:
     return links
 
 
-def pieces(steps: int, members: int) -> Iterator[slice]:
+def link_pieces(steps: int, members: int) -> Iterator[slice]:
     """The steps 0 … ``steps - 1`` in pieces short enough to hold all links of so many agents at once."""
     size = max(1, ELEMENTS // max(1, members * members))
     return (slice(start, min(start + size, steps)) for start in range(0, steps, size))

@@ -126,7 +126,7 @@ class _AlongTrace(View):
         return np.array([agent.altitude for agent in self.mission.agents])[:, None]
 
     def weakest_link(self, graph: Graph) -> Array:
-        return connected.margin(graph, self.trace)
+        return connected.connected_margin(graph, self.trace)
 
     def level(self, resource: Resource) -> Array:
         return resources.levels(resource, self.trace)

@@ -22,11 +22,11 @@ from missionc.ir import Apply, Length, Truth
 from missionc.ir.kernel.nodes import All, Any, Is, Neighbour, Node, Not, Reach, Route
 from missionc.ir.language.operator import Bounds, Fixity, Operator, TooLarge, Use
 from missionc.ir.language.weighed_routes import (
-    at_least,
     measured_in_metres,
     no_hops,
     nodes_at_most,
     up_to,
+    weight_at_least,
     whole_bounds,
 )
 from missionc.ir.pair_ranges import lightest
@@ -56,7 +56,7 @@ def reach(use: Use, through: Node, end: Node) -> Node | TooLarge:
     if cost > use.room:
         return TooLarge(cost)
     if length.weight is not None:
-        return at_least(length, through, end, low, high)
+        return weight_at_least(length, through, end, low, high)
     return _some_links(use, through, end, low, high)
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from missionc.base.limits import Limits
-from missionc.base.strict_json import is_number, parse_json
+from missionc.base.strict_json import is_finite_number, parse_json
 from missionc.base.trace import Plan
 from missionc.compiler.provenance import texts
 from missionc.geometry.curves.piecewise_polynomials import Pieces, read, written
@@ -129,9 +129,9 @@ def _settled(data: Any, names: set[str], end: float) -> Any:
         _settled(other, names, end)
     rows = data.get("checks") if isinstance(data, dict) else None
     for row in rows if isinstance(rows, list) else []:
-        if isinstance(row, dict) and is_number(row.get("margin")) and abs(row["margin"]) <= NOISE:
+        if isinstance(row, dict) and is_finite_number(row.get("margin")) and abs(row["margin"]) <= NOISE:
             when, who = row.get("at"), row.get("agents")
-            if is_number(when) and 0 <= when <= end:
+            if is_finite_number(when) and 0 <= when <= end:
                 row["at"] = None
             if isinstance(who, list) and names.issuperset(map(str, who)):
                 row["agents"] = len(who)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from missionc.base.limits import Limits
-from missionc.base.strict_json import NotJsonError, is_number, parse_json, parse_record
+from missionc.base.strict_json import NotJsonError, is_finite_number, parse_json, parse_record
 from missionc.flight.simulation import engines
 from missionc.flight.simulation.disturbance import SETPOINTS_PER_SECOND
 from missionc.flight.simulation.engines import EngineError
@@ -66,7 +66,7 @@ def _pairs(claimed: object, made: list[Row]) -> list[tuple[Row, Row]]:
 def _tracking(claimed: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64]], same: float) -> Row:
     """With another moment at which the agent was as far off."""
     when = claimed.get("at")
-    if not is_number(when) or not 0 <= when * SETPOINTS_PER_SECOND <= error.size - 1:
+    if not is_finite_number(when) or not 0 <= when * SETPOINTS_PER_SECOND <= error.size - 1:
         return own
     sample = round(when * SETPOINTS_PER_SECOND)
     there = close(when, sample / SETPOINTS_PER_SECOND) and error[sample] >= own["most"] - same
@@ -76,9 +76,9 @@ def _tracking(claimed: Row, own: Row, error: np.ndarray[Any, np.dtype[np.float64
 def _room(claimed: Row, own: Row, mission: Mission, trials: Trials, same: float) -> Row:
     """With a margin as far below the least as a proof may fall short, and others who were as near at another moment."""
     margin, when, names = claimed.get("margin"), claimed.get("at"), claimed.get("agents")
-    if is_number(margin) and abs(margin - own["margin"]) <= same:
+    if is_finite_number(margin) and abs(margin - own["margin"]) <= same:
         own = {**own, "margin": margin}
-    if not is_number(when) or not 0 <= when <= trials.flown.times[-1] or not isinstance(names, list):
+    if not is_finite_number(when) or not 0 <= when <= trials.flown.times[-1] or not isinstance(names, list):
         return own
     own_names = [agent.name for agent in mission.agents if agent.name in names]
     if own_names != names or len(names) != len(own["agents"]):

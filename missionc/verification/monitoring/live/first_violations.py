@@ -10,7 +10,7 @@ from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.live.judge import LiveJudge
-from missionc.verification.monitoring.live.verdicts import Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict
 
 
 def first_violations(mission: Mission, kernel: Kernel, trace: Trace) -> dict[str, int]:
@@ -18,6 +18,6 @@ def first_violations(mission: Mission, kernel: Kernel, trace: Trace) -> dict[str
     judge, found = LiveJudge(mission, kernel), dict[str, int]()
     for step in range(trace.position.shape[1]):
         for standing in judge.advance(trace.position[:, step], trace.velocity[:, step], trace.heading[:, step]):
-            if standing.verdict is Verdict.VIOLATED:
+            if standing.verdict is LiveVerdict.VIOLATED:
                 found.setdefault(standing.name, step)
     return found

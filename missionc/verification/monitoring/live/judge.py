@@ -41,9 +41,9 @@ from missionc.verification.monitoring.live.atom_bounds import AtomBounds, Cells,
 from missionc.verification.monitoring.live.bounds import LEAST, LEASTS, MOST, MOSTS, denied, of_measure
 from missionc.verification.monitoring.live.columns import Columns
 from missionc.verification.monitoring.live.needed_steps import needed_steps, reaches_start
-from missionc.verification.monitoring.live.spatial import GraphHistory, Where, lengths_in_metres, neighbour, reach
+from missionc.verification.monitoring.live.spatial import GraphHistory, Where, lengths_in_metres, live_reach, neighbour
 from missionc.verification.monitoring.live.team_state import TeamState
-from missionc.verification.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 from missionc.verification.monitoring.live.windows import UntilWindow, Window
 
 
@@ -360,8 +360,8 @@ class LiveJudge:
         if not faster and (self.now < self.last or self.state.doubt.any()):
             least, most = max(least, self.bounds[number, 0]), min(most, self.bounds[number, 1])
         self.bounds[number] = least, most
-        verdict = Verdict.SATISFIED if least > 0 else Verdict.VIOLATED if most < 0 else Verdict.OPEN
-        is_open = verdict is Verdict.OPEN
+        verdict = LiveVerdict.SATISFIED if least > 0 else LiveVerdict.VIOLATED if most < 0 else LiveVerdict.OPEN
+        is_open = verdict is LiveVerdict.OPEN
         by = self._decided_by(goal.formula, 0) if is_open else self.now
         return Standing(goal.name, verdict, of_measure(least), of_measure(most), is_open and coasted < 0, by)
 
@@ -468,7 +468,7 @@ class LiveJudge:
             case k.NeighbourNode(graph):
                 return neighbour(node, self.histories[graph], below[0], where, self.agents)
             case k.ReachNode(graph):
-                return reach(node, self.histories[graph], below[0], below[1], where, self.agents)
+                return live_reach(node, self.histories[graph], below[0], below[1], where, self.agents)
             case k.RouteNode(graph):
                 return lengths_in_metres(node, True, self.histories[graph], tuple(below), where, self.agents)
             case k.PathLength(graph):

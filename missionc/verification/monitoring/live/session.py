@@ -37,7 +37,7 @@ from missionc.verification.monitoring.live.samples import (
     StepState,
     UnusableError,
 )
-from missionc.verification.monitoring.live.verdicts import Standing, Verdict
+from missionc.verification.monitoring.live.verdicts import LiveVerdict, Standing
 from missionc.verification.monitoring.logic import ROBUSTNESS, Values
 
 SHARE, SECONDS = 0.1, 6e-8
@@ -289,15 +289,21 @@ class Session:
         return self.steps.over
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> LiveVerdict:
         """How all requirements together stand, and the constraints, which last as long as the mission."""
         judged = {each.verdict for each in self.standings[: self.requirements]}
         if self.constraints is not None:
             kept = all_satisfied(self.constraints.constraints())
-            judged.add(Verdict.VIOLATED if kept is False else Verdict.SATISFIED if kept and self.over else Verdict.OPEN)
-        if Verdict.VIOLATED in judged:
-            return Verdict.VIOLATED
-        return Verdict.SATISFIED if self.standings and Verdict.OPEN not in judged else Verdict.OPEN
+            judged.add(
+                LiveVerdict.VIOLATED
+                if kept is False
+                else LiveVerdict.SATISFIED
+                if kept and self.over
+                else LiveVerdict.OPEN
+            )
+        if LiveVerdict.VIOLATED in judged:
+            return LiveVerdict.VIOLATED
+        return LiveVerdict.SATISFIED if self.standings and LiveVerdict.OPEN not in judged else LiveVerdict.OPEN
 
     def follow(self, plan: Trace | None) -> None:
         """Forecast by this plan, which has all of the mission's steps, from the next step on; None for no plan."""
@@ -360,7 +366,7 @@ class Session:
         assert self.latest is not None
         before, planned = self.standings, self.by_plan
         outrun = self._stand(state)
-        opened = [number for number, each in enumerate(self.standings) if each.verdict is Verdict.OPEN]
+        opened = [number for number, each in enumerate(self.standings) if each.verdict is LiveVerdict.OPEN]
         if self.forecast is not None and moved:
             self.by_plan = self.forecast.take(state, opened)
         else:
@@ -409,5 +415,5 @@ def _advanced(judge: LiveJudge, state: StepState) -> tuple[Standing, ...]:
     return judge.advance(state.position, state.velocity, state.heading, state.doubt)
 
 
-def _said(standing: Standing) -> tuple[Verdict, bool]:
+def _said(standing: Standing) -> tuple[LiveVerdict, bool]:
     return standing.verdict, standing.at_risk

@@ -11,7 +11,7 @@ from missionc.base.trace import Array
 from missionc.ir import Graph
 from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.kernel.nodes import NeighbourNode, PathLength, ReachNode, RouteNode
-from missionc.ir.language.margins.links import pieces
+from missionc.ir.language.margins.links import link_pieces
 from missionc.verification.monitoring import graph_routes
 from missionc.verification.monitoring.live.atom_bounds import AtomBounds
 from missionc.verification.monitoring.live.bounds import LEASTS, MOSTS, denied
@@ -64,7 +64,7 @@ def neighbour(node: NeighbourNode, history: GraphHistory, body: Array, where: Wh
     return _along(history, node.every, (body,), outside, where, agents, graph_routes.nearby)
 
 
-def reach(node: ReachNode, history: GraphHistory, through: Array, end: Array, where: Where, agents: int) -> Array:
+def live_reach(node: ReachNode, history: GraphHistory, through: Array, end: Array, where: Where, agents: int) -> Array:
     """Likewise of routes of so many links."""
 
     def measure(links: Array, through: Array, end: Array) -> Array:
@@ -152,7 +152,7 @@ def _along(
         inner = (np.broadcast_to(each, shape)[:, members][:, :, picked] for each in below)
         flat = [each.swapaxes(1, 2).reshape(-1, len(members)) for each in inner]
         rows = history.columns(where).reshape(-1, len(members), len(members))
-        parts = [measure(rows[at], *(each[at] for each in flat)) for at in pieces(len(rows), len(members))]
+        parts = [measure(rows[at], *(each[at] for each in flat)) for at in link_pieces(len(rows), len(members))]
         values = np.concatenate(parts).reshape(4, len(picked), len(members)).swapaxes(1, 2)
         # In the cells between the first and the last one holds what holds in the last.
         result[:, members] = values[:, :, np.searchsorted(picked, np.arange(where.columns))]

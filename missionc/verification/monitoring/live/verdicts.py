@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 
-class Verdict(Enum):
+class LiveVerdict(Enum):
     """What can be said of a goal by now; the first two are for good."""
 
     SATISFIED = "satisfied"
@@ -28,7 +28,7 @@ class Standing:
     """
 
     name: str
-    verdict: Verdict
+    verdict: LiveVerdict
     least: float
     most: float
     at_risk: bool
