@@ -108,7 +108,10 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("Performance", "docs/performance.md"),
                     Section(
                         "Decisions",
-                        (Page("What they are", "docs/decisions/README.md", "decisions/index.md"), *_each("decisions")),
+                        (
+                            Page("Decisions by topic", "docs/decisions/README.md", "decisions/index.md"),
+                            *_each("decisions"),
+                        ),
                     ),
                     Page("Contributing", "CONTRIBUTING.md"),
                     Page("Tests", "tests/README.md", "tests.md"),

@@ -18,6 +18,14 @@ def test_a_link_leads_to_a_file_and_to_a_heading_of_it() -> None:
     assert not dead, "\n".join(dead)
 
 
+def test_the_index_of_decisions_has_every_record_once() -> None:
+    home = ROOT / "docs" / "decisions"
+    listed = re.findall(
+        r"^- \[(\d{4})\]\((\1-[^)]+\.md)\): \S", (home / "README.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert sorted(file for _, file in listed) == sorted(path.name for path in home.glob("[0-9]*.md"))
+
+
 def dead_links(page: Path) -> list[str]:
     """Every link of a page that leads nowhere, with its line."""
     text = page.read_text(encoding="utf-8")
