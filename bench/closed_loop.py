@@ -178,7 +178,7 @@ def compiled(file: Path, folder: Path) -> float | None:
     if not isinstance(found.outcome, Verified):
         return None
     took = time.monotonic() - began
-    for name, content in found.outcome.files:
+    for name, content in found.outcome.files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
     return took

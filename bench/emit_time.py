@@ -55,7 +55,7 @@ whole = time.process_time() - begin
 certificate = getattr(outcome, "certificate", None)
 figures = certificate.figures if certificate else ()
 peaks = {figure.name: figure.value for figure in figures if figure.name.startswith("peak ")}
-files = sorted(content for name, content in getattr(outcome, "files", ()) if name.endswith(".csv"))
+files = sorted(content for name, content in dict(getattr(outcome, "files", {})).items() if name.endswith(".csv"))
 digest = hashlib.sha256(b"".join(files)).hexdigest() if files else ""
 print(json.dumps([type(outcome).__name__, spent, whole, peaks, digest]))
 """

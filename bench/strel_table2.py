@@ -98,7 +98,7 @@ def compiled_cell(cell: Cell, options: Options, limit: float = 600.0) -> Compile
     overrides = {"N": str(cell.agents), "T": f"{cell.window} s"}
     file = ROOT / "missions" / f"{cell.name}.mission"
     at_steps = missionc.ContinuousTime.AT_STEPS
-    return missionc.compile(file, overrides=overrides, options=options, throughout=at_steps, time_limit=limit)
+    return missionc.compile(file, overrides=overrides, options=options, continuous_time=at_steps, time_limit=limit)
 
 
 def spent(compiled: Compiled, report: Report) -> tuple[float, float, float, float]:

@@ -1,8 +1,9 @@
 """missionc: a compiler for multi-robot missions.
 
-``check`` finds what is wrong with a mission, ``compile`` turns it into a
-verified plan, ``monitor`` judges a trace. All three take and give values, and
-never print.
+``Mission`` builds a mission in Python. ``check`` finds what is wrong with a
+mission, ``compile`` turns it into a verified plan, ``monitor`` judges a trace;
+each takes a ``Mission``, a file or a text. All functions take and return
+values, and never print.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from missionc.base.diagnostics.model import Diagnostic
     from missionc.base.limits import Limits
     from missionc.base.source import Source
-    from missionc.compiler.driver import check, compile, monitor
     from missionc.compiler.front_end import Checked
     from missionc.compiler.graphs import link_graph, roadmap_graphs
     from missionc.compiler.results import (
@@ -35,82 +35,68 @@ if TYPE_CHECKING:
         Unverified,
         Verified,
     )
+    from missionc.frontend.builder.functions import (
+        ball,
+        box,
+        connected,
+        cylinder,
+        disc,
+        distance,
+        heading,
+        inside,
+        maximum,
+        minimum,
+        polygon,
+        state,
+        touches,
+    )
+    from missionc.frontend.builder.items import double_integrator, single_integrator, unicycle
+    from missionc.frontend.builder.mission import Mission
+    from missionc.frontend.builder.parts import Agents, Formula, Quantity, Region, Shape, formula, quantity, shape
     from missionc.frontend.syntax.lark_grammar import grammar
+    from missionc.tools.api.folders import export, plot, replan, report, simulate, verify
+    from missionc.tools.api.missions import check, compile, monitor
+    from missionc.tools.api.sweeps import sweep
 
+# fmt: off
 __all__ = [
-    "Alternative",
-    "Attempt",
-    "Blame",
-    "Change",
-    "Checked",
-    "Compiled",
-    "ContinuousTime",
-    "CutShort",
-    "Diagnostic",
-    "Explained",
-    "Impossible",
-    "InvalidMission",
-    "Limits",
-    "Monitored",
-    "NearMiss",
-    "NotFound",
-    "Options",
-    "Progress",
-    "Reason",
-    "Relaxation",
-    "Scope",
-    "Severity",
-    "Source",
-    "Trial",
-    "Unverified",
-    "Verified",
-    "Violation",
-    "__version__",
-    "check",
-    "compile",
-    "grammar",
-    "link_graph",
-    "monitor",
-    "roadmap_graphs",
+    "Agents", "Alternative", "Attempt", "Blame", "Change", "Checked", "Compiled", "ContinuousTime", "CutShort",
+    "Diagnostic", "Explained", "Formula", "Impossible", "InvalidMission", "Limits", "Mission", "Monitored",
+    "NearMiss", "NotFound", "Options", "Progress", "Quantity", "Reason", "Region", "Relaxation", "Scope", "Severity",
+    "Shape", "Source", "Trial", "Unverified", "Verified", "Violation", "__version__", "ball", "box", "check",
+    "compile", "connected", "cylinder", "disc", "distance", "double_integrator", "export", "formula", "grammar",
+    "heading", "inside", "link_graph", "maximum", "minimum", "monitor", "plot", "polygon", "quantity", "replan",
+    "report", "roadmap_graphs", "shape", "simulate", "single_integrator", "state", "sweep", "touches", "unicycle",
+    "verify",
 ]
+# fmt: on
 
 HOMES = {
-    "missionc.backends.api": (
-        "Attempt",
-        "CutShort",
-        "Violation",
-        "Impossible",
-        "NotFound",
-        "Progress",
-        "Reason",
-        "Scope",
-    ),
-    "missionc.backends.options": ("Options",),
-    "missionc.base.diagnostics.code": ("Severity",),
-    "missionc.base.diagnostics.model": ("Diagnostic",),
-    "missionc.compiler.driver": ("check", "compile", "monitor"),
-    "missionc.base.limits": ("Limits",),
-    "missionc.compiler.front_end": ("Checked",),
-    "missionc.compiler.results": (
-        "Alternative",
-        "Blame",
-        "Change",
-        "Compiled",
-        "Explained",
-        "Monitored",
-        "NearMiss",
-        "InvalidMission",
-        "Relaxation",
-        "Trial",
-        "Unverified",
-        "Verified",
-    ),
-    "missionc.base.source": ("Source",),
-    "missionc.compiler.graphs": ("link_graph", "roadmap_graphs"),
-    "missionc.base.continuous_time": ("ContinuousTime",),
-    "missionc.frontend.syntax.lark_grammar": ("grammar",),
+    home: names.split()
+    for home, names in {
+        "missionc.backends.api": "Attempt CutShort Impossible NotFound Progress Reason Scope Violation",
+        "missionc.backends.options": "Options",
+        "missionc.base.continuous_time": "ContinuousTime",
+        "missionc.base.diagnostics.code": "Severity",
+        "missionc.base.diagnostics.model": "Diagnostic",
+        "missionc.base.limits": "Limits",
+        "missionc.base.source": "Source",
+        "missionc.compiler.front_end": "Checked",
+        "missionc.compiler.graphs": "link_graph roadmap_graphs",
+        "missionc.compiler.results": "Alternative Blame Change Compiled Explained "
+        "InvalidMission Monitored NearMiss Relaxation Trial Unverified Verified",
+        "missionc.frontend.builder.functions": "ball box connected cylinder disc distance heading "
+        "inside maximum minimum polygon state touches",
+        "missionc.frontend.builder.items": "double_integrator single_integrator unicycle",
+        "missionc.frontend.builder.mission": "Mission",
+        "missionc.frontend.builder.parts": "Agents Formula Quantity Region Shape formula quantity shape",
+        "missionc.frontend.syntax.lark_grammar": "grammar",
+        "missionc.tools.api.folders": "export plot replan report simulate verify",
+        "missionc.tools.api.missions": "check compile monitor",
+        "missionc.tools.api.sweeps": "sweep",
+    }.items()
 }
-"""Where each public name lives: loaded when it is first used, so that a child process loads only its own module."""
+"""The module of each public name: loaded at the first use, so that a child process loads only its own module."""
 
 
 def __getattr__(name: str) -> object:

@@ -30,7 +30,13 @@ def errors() -> str:
 
 
 HEADINGS = {
-    "missionc.compiler.driver": "What to call",
+    "missionc.tools.api.missions": "Functions of missions",
+    "missionc.tools.api.folders": "Functions of plan folders",
+    "missionc.tools.api.sweeps": "Sweeps",
+    "missionc.frontend.builder.mission": "Missions built in Python",
+    "missionc.frontend.builder.parts": "Formulas, quantities, shapes and agents",
+    "missionc.frontend.builder.functions": "Predicates, states and shapes",
+    "missionc.frontend.builder.items": "Dynamics",
     "missionc.compiler.front_end": "What a check gives back",
     "missionc.compiler.results": "What comes back",
     "missionc.backends.options": "Planning: options",

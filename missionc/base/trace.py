@@ -87,6 +87,18 @@ class Plan:
     ground: Callable[[], Ground] | None = None
     """What a notebook draws the paths on; made when it is shown."""
 
+    @property
+    def times(self) -> Array:
+        """Times of the steps: (steps + 1,), seconds."""
+        import numpy as np
+
+        return np.arange(self.trace.position.shape[1], dtype=np.float64) * self.trace.step
+
+    @property
+    def robustness(self) -> dict[str, float]:
+        """Robustness of each requirement."""
+        return {each.name: each.robustness for each in self.judgements}
+
     def __str__(self) -> str:
         agents, states, _ = self.trace.position.shape
         head = (

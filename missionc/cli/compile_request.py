@@ -30,7 +30,7 @@ from missionc.compiler.checkpoints import KeptRun
 from missionc.compiler.front_end import Checked
 from missionc.compiler.plan_request import NO_EXPLANATION, PlanRequest
 from missionc.compiler.results import Compiled, InvalidMission, Unverified, Verified
-from missionc.output.plot.figure_request import ROADMAP, FigureRequest
+from missionc.output.plot.figure_request import FigureRequest
 
 if TYPE_CHECKING:
     from missionc.output.folder.overlap import WrittenPath
@@ -281,28 +281,15 @@ def _write(request: CompileRequest, compiled: Compiled, status: Status, folder: 
 
 def _draw(request: CompileRequest, compiled: Compiled, plot: Path) -> Diagnostic | None:
     """Write the picture as requested; what went wrong, if anything did."""
+    from missionc.compiler.graphs import picture_of
     from missionc.output.folder.write_file import write_file
 
     try:
-        picture = _picture(request, compiled, plot)
+        picture = picture_of(compiled, request.figure, plot.suffix[1:], request.seed)
     except Exception as error:
         reraise_stop()
         return improvement_failed("drawing the plan", error)
     return picture if isinstance(picture, Diagnostic) else write_file(plot, picture)
-
-
-def _picture(request: CompileRequest, compiled: Compiled, plot: Path) -> bytes | Diagnostic:
-    """The picture as asked for: a roadmap is that which the motion was found on, or might have been."""
-    from missionc.compiler.graphs import first_roadmaps, planned_on
-    from missionc.output.plot.figures import figure
-
-    assert isinstance(compiled.outcome, Verified)
-    plan, mission, kernel = compiled.outcome.plan, compiled.checked.valid_mission, compiled.checked.valid_kernel
-    with_roadmap = request.figure.kind == ROADMAP
-    roadmaps = planned_on(compiled) or first_roadmaps(compiled.checked, request.seed) if with_roadmap else ()
-    if isinstance(roadmaps, Diagnostic):
-        return roadmaps
-    return figure(request.figure, mission, kernel, plan.trace, plan.backend, plot.suffix[1:], roadmaps)
 
 
 def _refused(compiled: Compiled, finding: Diagnostic) -> CompileResult:

@@ -155,10 +155,10 @@ def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
     return [f"tolerated delay: {much} of {who}, everybody else on time{why}"]
 
 
-def folder_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
+def folder_lines(files: Iterable[str]) -> list[str]:
     """The files of a folder, those in one subfolder on one line."""
     names: dict[str, list[str]] = {}
-    for path, _ in files:
+    for path in files:
         folder, slash, _ = path.partition("/")
         names.setdefault(folder + slash, []).append(path)
     return [
@@ -167,7 +167,7 @@ def folder_lines(files: tuple[tuple[str, bytes], ...]) -> list[str]:
     ]
 
 
-def exported_lines(output: str, files: tuple[tuple[str, bytes], ...], notes: list[str]) -> list[str]:
+def exported_lines(output: str, files: Iterable[str], notes: list[str]) -> list[str]:
     """Where a flight was exported to."""
     return [*(f"note: {note}" for note in notes), f"written to {output}", *folder_lines(files)]
 

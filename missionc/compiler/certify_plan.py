@@ -140,7 +140,7 @@ def certify_plan(
     if isinstance(output, Diagnostic):
         return Certified(checked, InvalidMission(trace), (output,))
     report = report.noting(*output.notes)
-    return Certified(checked, Verified(verified, output.certificate, report, output.files), output.findings)
+    return Certified(checked, Verified(verified, output.certificate, report, dict(output.files)), output.findings)
 
 
 def _as_meant(checked: Checked) -> Checked:

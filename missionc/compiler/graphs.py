@@ -15,6 +15,7 @@ from missionc.base.memory import limited
 from missionc.base.trace import Trace
 from missionc.compiler.front_end import Checked
 from missionc.compiler.results import Compiled, Verified
+from missionc.output.plot.figure_request import ROADMAP, FigureRequest
 
 if TYPE_CHECKING:
     import networkx
@@ -101,3 +102,14 @@ def first_roadmaps(checked: Checked, seed: int) -> tuple[RoadmapGraph, ...] | Di
     if isinstance(built, NoRoadmap):
         return Diagnostic(NO_ROADMAP, f"no roadmap could be built: {built.statement}", None)
     return built
+
+
+def picture_of(compiled: Compiled, request: FigureRequest, suffix: str, seed: int) -> bytes | Diagnostic:
+    """The picture of a plan; its roadmap is the one that the plan was found on, or the first that can be built."""
+    from missionc.output.plot.figures import figure  # it loads matplotlib
+
+    plan, checked = compiled.plan, compiled.checked
+    roadmaps = (planned_on(compiled) or first_roadmaps(checked, seed)) if request.kind == ROADMAP else ()
+    if isinstance(roadmaps, Diagnostic):
+        return roadmaps
+    return figure(request, checked.valid_mission, checked.valid_kernel, plan.trace, plan.backend, suffix, roadmaps)

@@ -141,7 +141,7 @@ def cut_short(compiled: Compiled, why: CutShort) -> Compiled:
     files, report = dict(compiled.outcome.files), compiled.outcome.report
     files[MANIFEST] = relisted({**json.loads(files[MANIFEST]), "cut_short": why.value}, {})
     report = replace(report, cut_short=why)
-    return replace(compiled, outcome=replace(compiled.outcome, files=tuple(files.items()), report=report))
+    return replace(compiled, outcome=replace(compiled.outcome, files=files, report=report))
 
 
 def noted(compiled: Compiled, note: str) -> Compiled:

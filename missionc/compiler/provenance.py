@@ -101,7 +101,7 @@ def with_manifest(compiled: Compiled, options: Options) -> Compiled:
         return compiled
     from missionc.output.folder.manifest import Provenance, without_plan  # loads what writes plans
 
-    if compiled.files == compiled.near_miss_files:
+    if files == dict(compiled.near_miss_files):
         return replace(compiled, listing=((MANIFEST, without_plan(mission.name, NEAR_MISS, files).encode()),))
     origin = Provenance(inputs(compiled.checked), given(compiled.checked, options))
     own = tuple((f"{MISSION}/{name}", content) for name, content in origin.inputs)

@@ -5,9 +5,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, TypeAlias, assert_never
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias, assert_never
 
 from missionc.backends.api import Attempt, Impossible, NotFound, Report
 from missionc.base.constraint import Constraint, NotJudged, all_satisfied, constraint_lines
@@ -21,7 +24,7 @@ from missionc.output.folder.file_names import REPORT
 
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement
-    from missionc.base.trace import Plan, Trace
+    from missionc.base.trace import Array, Plan, Trace
     from missionc.output.documents.alternatives_json import AlternativeRow
     from missionc.verification.certificate import Between, Certificate
 
@@ -43,8 +46,8 @@ class Verified:
     plan: Plan
     certificate: Certificate
     report: Report
-    files: tuple[tuple[str, bytes], ...]
-    """What belongs into the output folder: relative path and content."""
+    files: Mapping[str, bytes]
+    """Contents of the output folder by relative path."""
 
     def __str__(self) -> str:
         return str(self.plan)
@@ -57,7 +60,7 @@ class Verified:
     @property
     def page(self) -> str:
         """The report."""
-        return dict(self.files)[REPORT].decode("utf-8")
+        return self.files[REPORT].decode("utf-8")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,8 +179,8 @@ class Compiled:
     """The plans that were asked for, the best first, which is the outcome; nothing where one was to do."""
 
     @property
-    def files(self) -> tuple[tuple[str, bytes], ...]:
-        """Files of the output folder: those of a plan, of a proof, or of the near miss; and their manifest.
+    def files(self) -> Mapping[str, bytes]:
+        """Files of the output folder by relative path: those of a plan, of a proof or of the near miss, and a manifest.
 
         A folder with a proof has no near miss: ``verify`` checks every file, and could not check that one.
         """
@@ -185,11 +188,76 @@ class Compiled:
             case Verified(files=files):
                 return files
             case Impossible(report=report) | NotFound(report=report):
-                return (report.files or self.near_miss_files) + self.listing
+                return dict((report.files or self.near_miss_files) + self.listing)
             case InvalidMission() | Unverified():
-                return ()
+                return {}
             case _:
                 assert_never(self.outcome)
+
+    def write(self, folder: str | Path, *, force: bool = False) -> None:
+        """Write the files as a folder.
+
+        Args:
+            force: whether a folder that is there may be replaced, if this compiler wrote it.
+
+        Raises:
+            ValueError: there is no file, or the folder cannot be written; the message begins with the code.
+        """
+        from missionc.output.folder.write_folder import write_folder  # loaded by those who write
+
+        if not self.files:
+            raise ValueError(f"there is nothing to write: {self.checked.file} is {self.word or 'checked'}")
+        wrong = write_folder(Path(folder), self.files, force)
+        if wrong:
+            raise ValueError(f"{wrong.code.name}: {wrong.message}")
+
+    @property
+    def plan(self) -> Plan:
+        """The verified plan.
+
+        Raises:
+            ValueError: there is none; the message has the outcome.
+        """
+        if not isinstance(self.outcome, Verified):
+            raise ValueError(f"{self.checked.file} has no plan: {self.word or 'checked'}")
+        return self.outcome.plan
+
+    @property
+    def times(self) -> Array:
+        """Times of the steps of the plan: (steps + 1,), seconds."""
+        return self.plan.times
+
+    @property
+    def positions(self) -> Array:
+        """Positions of the plan: (agents, steps + 1, dim), metres."""
+        return self.plan.trace.position
+
+    @property
+    def velocities(self) -> Array:
+        """Velocities of the plan: (agents, steps + 1, dim), m/s."""
+        return self.plan.trace.velocity
+
+    @property
+    def robustness(self) -> dict[str, float]:
+        """Robustness of each requirement of the plan."""
+        return self.plan.robustness
+
+    def to_pandas(self) -> Any:
+        """The plan as a ``pandas.DataFrame``: ``agent``, ``t`` in seconds, positions in metres and velocities in m/s.
+
+        Raises:
+            ValueError: there is no plan.
+            ModuleNotFoundError: pandas is not installed.
+        """
+        agents, steps, dim = self.positions.shape
+        names = [agent.name for agent in self.checked.valid_mission.agents]
+        states = {
+            prefix + axis: values[:, :, place].ravel()
+            for prefix, values in (("", self.positions), ("v", self.velocities))
+            for place, axis in enumerate("xyz"[:dim])
+        }
+        agent = [name for name in names for _ in range(steps)]
+        return import_module("pandas").DataFrame({"agent": agent, "t": [*self.times] * agents, **states})
 
     @property
     def near_miss_files(self) -> tuple[tuple[str, bytes], ...]:

@@ -16,7 +16,7 @@ from missionc.output.report.report_html import Plotted, report
 
 OPTION = "alternatives"
 
-Files = tuple[tuple[str, bytes], ...]
+Files = Mapping[str, bytes]
 
 
 def with_alternatives(
@@ -34,10 +34,10 @@ def with_alternatives(
     before["options"] |= {OPTION: str(wanted)}
     best[ALTERNATIVES] = alternatives_json(plots[0].mission, table).encode()
     for row, own in zip(table[1:], files[1:], strict=True):
-        best |= {f"{row.folder}/{name}": content for name, content in own}
+        best |= {f"{row.folder}/{name}": content for name, content in own.items()}
     best[REPORT] = report(plots[0], others(plots, table))
     best[MANIFEST] = relisted(before, _listed(best))
-    return tuple(best.items())
+    return best
 
 
 def others(plots: Sequence[Plotted], table: Sequence[AlternativeRow]) -> list[tuple[dict[str, object], Plotted]]:

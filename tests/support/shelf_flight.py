@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -68,9 +68,9 @@ def folder(place: Path) -> Path:
     return written_to(place, outcome().files)
 
 
-def written_to(place: Path, files: Iterable[tuple[str, bytes]]) -> Path:
+def written_to(place: Path, files: Mapping[str, bytes] | Iterable[tuple[str, bytes]]) -> Path:
     """A folder of files, written there."""
-    for name, content in files:
+    for name, content in dict(files).items():
         (place / name).parent.mkdir(parents=True, exist_ok=True)
         (place / name).write_bytes(content)
     return place

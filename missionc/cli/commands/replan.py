@@ -101,8 +101,8 @@ def command(
 ) -> Status:
     """Plan the rest of a mission that is being flown: from where the agents are, with the world as it is now."""
     from missionc.cli import replan_summary  # with all that plans
-    from missionc.cli.replan_folder import replan_folder
     from missionc.compiler.replan.request import Way
+    from missionc.tools.api.replan_folder import replan_folder
 
     target = output or beside(options.named(path), "-replan")
     inputs = [path, flown, *([changed] if changed else [])]

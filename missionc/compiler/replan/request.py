@@ -130,6 +130,6 @@ class Replanned:
         return not isinstance(self.compiled.outcome, Impossible)
 
     @property
-    def files(self) -> tuple[tuple[str, bytes], ...]:
+    def files(self) -> Mapping[str, bytes]:
         """The folder of the new plan, without exports that could not be made; nothing where there is no plan."""
-        return self.compiled.files if self.compiled is not None and self.way is not Way.NONE else ()
+        return self.compiled.files if self.compiled is not None and self.way is not Way.NONE else {}

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from missionc.base.diagnostics.code import OUTPUT_EXISTS
@@ -48,7 +48,9 @@ def refuse(target: Path, force: bool) -> Diagnostic | None:
     return None
 
 
-def write_folder(target: Path, files: Iterable[tuple[str, bytes]], force: bool) -> Diagnostic | None:
+def write_folder(
+    target: Path, files: Mapping[str, bytes] | Iterable[tuple[str, bytes]], force: bool
+) -> Diagnostic | None:
     """Write the files (by relative path), a manifest among them, as the folder; what went wrong, if anything did.
 
     Nothing is left behind by a failure or an interruption; what a process that
@@ -59,7 +61,7 @@ def write_folder(target: Path, files: Iterable[tuple[str, bytes]], force: bool) 
         return refused
     try:
         # The manifest comes first: what lies in a folder that was not finished is told by it.
-        ordered = sorted(files, key=lambda each: each[0] != MANIFEST)
+        ordered = sorted(dict(files).items(), key=lambda each: each[0] != MANIFEST)
         place = _place_of(target)
         place.parent.mkdir(parents=True, exist_ok=True)
         with staging(place, [name for name, _ in ordered]) as staged:

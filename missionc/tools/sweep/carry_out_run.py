@@ -68,7 +68,7 @@ def carry_out(request: Request) -> RunResult:
                 values |= _flown(compiled, compiled.outcome, settings.flights, request)
         finally:
             os.chdir("/")
-    keep = compiled.outcome.files if settings.keep and isinstance(compiled.outcome, Verified) else ()
+    keep = tuple(compiled.files.items()) if settings.keep and isinstance(compiled.outcome, Verified) else ()
     return RunResult(compiled.word or ERROR, values, _sizes(compiled), keep)
 
 

@@ -24,6 +24,7 @@ from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.figures import counted
 from missionc.base.limits import Limits
 from missionc.base.signals import defer_stop, stop_requested
+from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.compiler.front_end import Checked, check
 from missionc.compiler.provenance import inputs
@@ -56,7 +57,7 @@ class CheckedGrid:
 
 
 def check_combinations(
-    file: Path,
+    file: Path | Source,
     grid: Grid,
     fixed: Mapping[str, str],
     backend: str,
@@ -188,7 +189,7 @@ class SweepRequest:
         ended: told of each that is over, and of the number of workers.
     """
 
-    file: Path
+    file: Path | Source
     grid: Grid
     settings: Settings
     folder: Path
@@ -381,8 +382,8 @@ class _Outputs:
 
     def _command(self, row: Row) -> str:
         """The command that does a run again, by itself."""
-        settings = self.request.settings
-        words = ["missionc", "compile", str(self.request.file)]
+        settings, file = self.request.settings, self.request.file
+        words = ["missionc", "compile", file.name if isinstance(file, Source) else str(file)]
         for name, value in {**settings.fixed, **dict(row.run.values)}.items():
             words += ["-D", f"{name}={value}"]
         words += ["--seed", str(row.run.seed), "--time-limit", f"{settings.time_limit:g}"]

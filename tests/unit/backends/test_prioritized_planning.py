@@ -84,7 +84,7 @@ def test_who_needs_others_on_the_way_is_planned_with_as_few_as_it_takes(in_probl
 
 def test_who_is_escorted_in_turns_leads_and_the_others_go_by_that(in_problem: list[int]) -> None:
     handover = Source("handover.mission", HANDOVER)
-    outcome = missionc.compile(handover, throughout=missionc.ContinuousTime.AT_STEPS).outcome
+    outcome = missionc.compile(handover, continuous_time=missionc.ContinuousTime.AT_STEPS).outcome
     assert isinstance(outcome, Verified)
     assert dict(outcome.report.sizes)["turns"] == 1
     assert in_problem == [1, 2]

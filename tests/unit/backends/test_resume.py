@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +69,7 @@ def compiled(
     )
 
 
-def files(result: Compiled) -> tuple[tuple[str, bytes], ...]:
+def files(result: Compiled) -> Mapping[str, bytes]:
     assert isinstance(result.outcome, Verified), result.outcome
     return result.outcome.files
 

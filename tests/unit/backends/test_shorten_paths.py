@@ -110,7 +110,7 @@ def test_a_calmed_plan_keeps_every_requirement_and_every_distance_and_is_no_long
     mission, kernel = meant(TEAM)
     text = TEAM + "require busy: every drone: eventually[0, 8 s] not base\n"
     outcome = missionc.compile(
-        Source("calm.mission", text), seed=seed, throughout=missionc.ContinuousTime.AT_STEPS
+        Source("calm.mission", text), seed=seed, continuous_time=missionc.ContinuousTime.AT_STEPS
     ).outcome
     assert isinstance(outcome, Verified)
     motion = motion_of(mission, 40, 6, seed)

@@ -29,7 +29,7 @@ def planned(text: str, **options: object) -> Verified:
     compiled = missionc.compile(
         Source("a.mission", text),
         options=Options(**options),  # type: ignore[arg-type]
-        throughout=missionc.ContinuousTime.AT_STEPS,
+        continuous_time=missionc.ContinuousTime.AT_STEPS,
     )
     assert isinstance(compiled.outcome, Verified), compiled.findings
     return compiled.outcome

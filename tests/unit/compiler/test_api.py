@@ -41,7 +41,7 @@ def test_compile_gives_a_verified_plan_and_its_files(capsys: pytest.CaptureFixtu
     assert plan.trace.position.shape == (2, 7, 2)
     assert [(each.name, each.satisfied) for each in plan.judgements] == [("visit", True)]
     assert compiled.outcome.certificate.passed
-    assert compiled.outcome.files[0][0] == "plan.json"
+    assert "plan.json" in compiled.outcome.files
     assert capsys.readouterr() == ("", "")
 
 

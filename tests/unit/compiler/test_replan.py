@@ -85,7 +85,7 @@ def test_a_plan_that_still_holds_is_kept() -> None:
     assert found.way is Way.KEPT
     assert found.certificate is not None
     assert found.certificate.passed
-    assert found.files == ()
+    assert not found.files
 
 
 def test_who_is_left_finishes_the_mission(tmp_path: Path) -> None:

@@ -19,7 +19,6 @@ from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.base.trace import Trace
 from missionc.base.units import Seconds
-from missionc.cli.replan_folder import replan_folder
 from missionc.cli.replan_summary import replanned_document, replanned_lines
 from missionc.compiler import driver
 from missionc.compiler.plan_ways import plan_ways
@@ -32,6 +31,7 @@ from missionc.output.export.formats import FORMATS, Exported, flight
 from missionc.output.output_files import WholeFlight
 from missionc.planning.progression.past_document import read_past
 from missionc.planning.progression.stretches import Remaining, Stretch, after
+from missionc.tools.api.replan_folder import replan_folder
 from missionc.tools.replay.reverify import reverify
 from missionc.verification.flight.verify_whole_flight import pieces_of, verify_whole_flight, whole_phases
 from missionc.verification.flight.way_missions import Stage, has_risen, is_whole, ways_of

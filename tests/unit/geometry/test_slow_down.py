@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -84,7 +85,7 @@ def compiled(text: str, stretch: float) -> Compiled:
 
 
 @cache
-def files() -> tuple[tuple[str, bytes], ...]:
+def files() -> Mapping[str, bytes]:
     found = compiled(SMALL.replace("[0, 6 s]", "[0, end]"), 1.4)
     assert isinstance(found.outcome, Verified), found.findings
     assert found.checked.mission is not None

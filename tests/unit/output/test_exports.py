@@ -126,7 +126,7 @@ solve with clot
 """
     compiled = driver.compile(Source("a.mission", tower), exports=("crazyswarm2", "ros2"))
     assert isinstance(compiled.outcome, Verified)
-    names = {name for name, _ in compiled.outcome.files if name.startswith("export/")}
+    names = {name for name in compiled.outcome.files if name.startswith("export/")}
     assert names == {"export/ros2/trajectory.yaml"}
     (finding,) = [each for each in compiled.findings if each.code is NOT_EXPORTED]
     assert "`drone[0]` and `drone[1]` cannot take off at once" in finding.message

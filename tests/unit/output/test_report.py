@@ -9,7 +9,7 @@ import json
 import re
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -307,7 +307,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 @cache
-def written() -> tuple[tuple[str, bytes], ...]:
+def written() -> Mapping[str, bytes]:
     compiled = driver.compile(Source("a.mission", SMALL))
     assert isinstance(compiled.outcome, Verified)
     return compiled.outcome.files

@@ -38,6 +38,13 @@ def test_the_smallest_team_is_found() -> None:
     assert ": planned, robustness " in lines[-1]
 
 
+def test_a_mission_is_built_and_planned_in_python() -> None:
+    lines = output("delivery.py")
+    assert lines[0] == "1: requirements `fetch` and `guard` contradict each other"
+    assert "require fetch: some cart: eventually[0, 6] (shelf and eventually[0, 6] gate)" in lines
+    assert lines[-1].endswith("m, verified True")
+
+
 def test_a_flight_is_judged() -> None:
     calm, breeze, storm = output("judge_a_flight.py", "missions/strel_goal.mission")
     assert calm.startswith("wind 0.0 m: satisfied")

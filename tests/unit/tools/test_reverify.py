@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from tests.support.small_missions import SMALL
 
 
 @cache
-def files() -> tuple[tuple[str, bytes], ...]:
+def files() -> Mapping[str, bytes]:
     compiled = driver.compile(Source("a.mission", SMALL), overrides={})
     assert isinstance(compiled.outcome, Verified)
     return compiled.outcome.files

@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
@@ -52,7 +53,7 @@ require there: every drone: eventually[0, 2 s] far
 
 
 @cache
-def files(text: str = STROLL) -> tuple[tuple[str, bytes], ...]:
+def files(text: str = STROLL) -> Mapping[str, bytes]:
     compiled = driver.compile(Source("stroll.mission", text), overrides={})
     assert isinstance(compiled.outcome, Verified)
     return compiled.outcome.files

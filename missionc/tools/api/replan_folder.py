@@ -1,4 +1,4 @@
-"""A folder that is being flown, read from its files, and the rest of its mission planned anew."""
+"""Replanning of a folder that is being flown: the folder read and verified again, and the rest of its mission."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _so_far(
 def _unknown(
     opened: OutputFolder, lost: Sequence[str], slow: Iterable[str], given_up: Sequence[str]
 ) -> Diagnostic | None:
-    """What to say of a name that the mission does not have."""
+    """Refusal of a name that the mission does not have."""
     agents = [agent.name for agent in opened.mission.agents]
     for flag, names, known in (
         ("--lost", lost, agents),

@@ -1,0 +1,131 @@
+"""Functions that make parts of a mission: predicates, states, distances, headings, extremes and shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import cast
+
+from missionc.frontend.builder.call_site import call_site
+from missionc.frontend.builder.parts import (
+    Agents,
+    Formula,
+    Part,
+    PointLike,
+    Quantity,
+    QuantityLike,
+    Range,
+    Shape,
+    agents,
+    name_of,
+    point,
+    quantity,
+)
+from missionc.frontend.syntax import ast
+from missionc.frontend.syntax.tokens import STATES
+from missionc.ir.language.predicates import CALLED
+
+
+def _predicate(name: str) -> Callable[..., Formula]:
+    """The function that is a predicate of the language, written with its name and brackets."""
+
+    def called(*arguments: Part | QuantityLike) -> Formula:
+        nodes = tuple(each.node if isinstance(each, Part) else quantity(each).node for each in arguments)
+        return Formula(ast.Call(call_site(), ast.Name(call_site(), name), nodes))
+
+    called.__doc__ = f"{CALLED[name].says}. In the language: ``{CALLED[name].example}``."
+    return called
+
+
+inside = _predicate("inside")
+"""Predicate ``inside(field)``."""
+touches = _predicate("touches")
+"""Predicate ``touches(field)``."""
+connected = _predicate("connected")
+"""Predicate ``connected(radio)``, ``connected(radio, east)``, ``connected(radio, east, 2)``."""
+
+
+class _States:
+    """State of an agent, to be compared: ``state.speed <= 1``; ``x``, ``y``, ``z``, ``speed`` and ``altitude``."""
+
+    def __getattr__(self, word: str) -> Quantity:
+        if word not in STATES:
+            raise AttributeError(f"no state is called `{word}`; there are {', '.join(sorted(STATES))}")
+        return Quantity(ast.Name(call_site(), word))
+
+    def __dir__(self) -> Iterator[str]:
+        return iter(sorted(STATES))
+
+
+state = _States()
+
+
+def distance(*ends: Part | str) -> Quantity:
+    """The distance of an agent from a region's border, a beacon or an agent; or of two agents. Metres."""
+    nodes = tuple(each.node if isinstance(each, Agents) else _end(each) for each in ends)
+    return Quantity(ast.Distance(call_site(), nodes))
+
+
+def _end(value: Part | str) -> ast.Name | ast.Member:
+    return cast("ast.Name | ast.Member", agents(value).node if isinstance(value, str) else name_of(value))
+
+
+def heading(within: QuantityLike, of: QuantityLike | Part) -> Formula:
+    """True of an agent whose heading is so near a direction, or that of a beacon: ``heading within 10 deg of mast``.
+
+    Args:
+        within: largest difference to either side, rad or a text such as ``"10 deg"``.
+        of: direction, likewise, from the x axis to the left; or a beacon.
+    """
+    towards = of.node if isinstance(of, Part) else quantity(of).node
+    return Formula(ast.Facing(call_site(), quantity(within).node, towards))
+
+
+def minimum(*values: QuantityLike) -> Quantity:
+    """The least of some quantities: ``min(a, b)``."""
+    return _extreme("min", values)
+
+
+def maximum(*values: QuantityLike) -> Quantity:
+    """The largest of some quantities: ``max(a, b)``."""
+    return _extreme("max", values)
+
+
+def _extreme(word: str, values: tuple[QuantityLike, ...]) -> Quantity:
+    parts = tuple(map(quantity, values))
+    if not parts:
+        raise TypeError("one quantity at least was expected")
+    return Quantity(ast.Extreme(call_site(), word, tuple(each.node for each in parts)), *parts)
+
+
+# --------------------------------------------------------------------- shapes
+
+
+def _height(height: Range | None) -> ast.Height | None:
+    return None if height is None else ast.Height(call_site(), quantity(height[0]).node, quantity(height[1]).node)
+
+
+def box(low: PointLike, high: PointLike, height: Range | None = None) -> Shape:
+    """All points between two corners. ``height``: lowest and highest point of a plane box in a volume, metres."""
+    return Shape(ast.Box(call_site(), point(low), point(high), _height(height)))
+
+
+def disc(centre: PointLike, radius: QuantityLike, height: Range | None = None) -> Shape:
+    """A disc in the plane, metres; ``height`` as for ``box``."""
+    return Shape(ast.Disc(call_site(), point(centre), quantity(radius).node, _height(height)))
+
+
+def ball(centre: PointLike, radius: QuantityLike) -> Shape:
+    """A ball in a volume, metres."""
+    return Shape(ast.Ball(call_site(), point(centre), quantity(radius).node))
+
+
+def cylinder(centre: PointLike, radius: QuantityLike, height: Range) -> Shape:
+    """A standing cylinder in a volume, metres."""
+    lowest, highest = height
+    heights = ast.Height(call_site(), quantity(lowest).node, quantity(highest).node)
+    return Shape(ast.Cylinder(call_site(), point(centre), quantity(radius).node, heights))
+
+
+def polygon(*corners: PointLike, height: Range | None = None) -> Shape:
+    """A simple polygon, its corners in either order, metres; ``height`` as for ``box``."""
+    return Shape(ast.Polygon(call_site(), tuple(map(point, corners)), _height(height)))

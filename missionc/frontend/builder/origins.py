@@ -1,0 +1,62 @@
+"""Origins of findings: a place in the text of a mission that was built in Python → the expression that built it.
+
+in   findings about the text, the mission
+out  the same findings at the lines of Python, with the place in the text beside each
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import fields, is_dataclass, replace
+
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.source import Source, Span
+from missionc.frontend.builder.mission import Mission, read_declarations
+
+
+def at_origins(findings: Iterable[Diagnostic], mission: Mission) -> tuple[Diagnostic, ...]:
+    """Findings about the text of a mission, moved to what made each part; those about other texts as they are."""
+    listed = tuple(findings)
+    if not any(finding.primary for finding in listed):
+        return listed
+    origin = _origins(mission)
+    return tuple(_moved(finding, origin) for finding in listed)
+
+
+def _moved(finding: Diagnostic, origin: Callable[[Span], Span]) -> Diagnostic:
+    if finding.primary is None:
+        return finding
+    place = origin(finding.primary.span)
+    labels = tuple(replace(label, span=origin(label.span)) for label in finding.labels)
+    if place is not finding.primary.span:
+        labels = (*labels, Label(finding.primary.span, "in the text of the mission"))
+    return replace(finding, primary=replace(finding.primary, span=place), labels=labels)
+
+
+def _origins(mission: Mission) -> Callable[[Span], Span]:
+    """The place that made the smallest part around a span of the mission's text."""
+    source = mission.source
+    places = [
+        (printed, made) for printed, made in _pairs(mission.declarations, read_declarations(source)) if made.source.text
+    ]
+
+    def origin(span: Span) -> Span:
+        if (span.source.name, span.source.text) != (source.name, source.text):
+            return span
+        around = [each for each in places if each[0].start <= span.start and span.end <= each[0].end]
+        return min(around, key=lambda each: each[0].end - each[0].start, default=(span, span))[1]
+
+    return origin
+
+
+def _pairs(made: object, printed: object) -> Iterator[tuple[Span, Span]]:
+    """The place of each part in the text, and where it was made: two trees, the same but for their spans."""
+    waiting = [(made, printed)]
+    while waiting:
+        one, other = waiting.pop()
+        if isinstance(one, Span) and isinstance(other, Span):
+            yield other, one
+        elif isinstance(one, tuple | list) and isinstance(other, tuple | list):
+            waiting += zip(one, other, strict=False)
+        elif is_dataclass(one) and not isinstance(one, type | Source):
+            waiting += ((getattr(one, each.name), getattr(other, each.name, None)) for each in fields(one))

@@ -1,0 +1,213 @@
+"""Functions of plan folders: verify, simulate, export, report, plot and replan.
+
+Each takes the path of a folder, or the result of ``compile`` as if it were written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, TypeAlias
+
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.limits import Limits
+from missionc.base.units import Seconds
+from missionc.compiler.graphs import first_roadmaps, picture_of
+from missionc.compiler.replan.request import Replanned
+from missionc.compiler.results import Compiled
+from missionc.flight.simulation.disturbance import Disturbance
+from missionc.flight.simulation.trial_bounds import ENGINES, MOST_FLIGHTS
+from missionc.flight.simulation.trials import Trial
+from missionc.output.export.formats import FORMATS
+from missionc.output.plot.figure_request import MAP, ROADMAP, FigureRequest
+from missionc.tools.api.described import described
+from missionc.tools.api.disturbances import DISTURBANCES, amounts_of
+from missionc.tools.api.export_folder import FolderExport, export_folder
+from missionc.tools.api.replan_folder import replan_folder
+from missionc.tools.replay.compare_reports import compare_reports
+from missionc.tools.replay.read_folder import OutputFolder, read_folder
+from missionc.tools.replay.render_report import render_report
+from missionc.tools.replay.reverify import Reverified, reverify, reverify_refusal
+from missionc.tools.replay.simulate_folder import Simulated
+from missionc.tools.replay.simulate_folder import simulate as simulate_folder
+
+PlanLike: TypeAlias = "str | Path | Compiled"
+"""The path of a plan folder, or the result of ``compile``."""
+
+
+def verify(plan: PlanLike, *, limits: Limits | None = None) -> Reverified:
+    """Verify a plan folder from its files alone: a plan, or a proof that there is none."""
+    with _on_disk(plan) as folder:
+        return reverify_refusal(folder, limits or Limits()) or reverify(folder, limits)
+
+
+@described(DISTURBANCES)
+def simulate(
+    plan: PlanLike,
+    *,
+    trials: int = 1,
+    seed: int = 0,
+    engine: str = ENGINES[0],
+    limits: Limits | None = None,
+    **disturbances: Any,
+) -> Simulated:
+    """Fly the polynomials of a plan in simulation, and judge the mission on their path.
+
+    Args:
+        plan: path of a plan folder, or the result of ``compile``.
+        trials: number of flights.
+        seed: of everything drawn at random.
+        engine: ``quadrotor``, or another simulator that is installed; those fly once and undisturbed.
+        limits: sizes that a folder may have.
+
+    Raises:
+        TypeError: there is no such disturbance.
+        ValueError: a value is out of its range.
+    """
+    amounts, lost = amounts_of("simulate", disturbances)
+    if engine not in ENGINES or not 1 <= trials <= MOST_FLIGHTS:
+        raise ValueError(f"`engine` is one of {', '.join(ENGINES)}, and `trials` a number from 1 to {MOST_FLIGHTS}")
+    if engine != ENGINES[0] and (trials > 1 or disturbances):
+        raise ValueError(f"{engine} flies once and undisturbed; leave `trials` and disturbances out")
+    trial = Trial(engine, trials, Disturbance(**amounts, lose=lost), seed)
+    with _on_disk(plan) as folder:
+        return simulate_folder(folder, trial, limits)
+
+
+def export(plan: PlanLike, *forms: str, poses: Path | None = None, limits: Limits | None = None) -> FolderExport:
+    """Export the flight of a plan folder in other forms, once it has been verified again.
+
+    Args:
+        forms: names of ``missionc export --list``.
+        poses: file of measured positions, from which the agents take off.
+
+    Raises:
+        ValueError: there is no such form.
+    """
+    for form in forms:
+        if form not in FORMATS:
+            raise ValueError(f"no form is called `{form}`; there are {', '.join(FORMATS)}")
+    with _on_disk(plan) as folder:
+        return export_folder(folder, forms, poses, limits or Limits())
+
+
+def report(plan: PlanLike, other: PlanLike | None = None, *, limits: Limits | None = None) -> bytes:
+    """The report of a plan folder as HTML, drawn from its files; with a second folder, both plans on one page.
+
+    Raises:
+        ValueError: a folder cannot be read, or the plans are not of one mission; the message begins with the code.
+    """
+    with _on_disk(plan) as folder:
+        first = reverify(folder, limits)
+        if other is None:
+            return _made(first, render_report(first) or b"")
+        with _on_disk(other) as another:
+            second = reverify(another, limits)
+            unread = next((each for each in (first, second) if not (each.opened and each.certificate)), None)
+            return _made(unread or first, b"" if unread else compare_reports(first, second))
+
+
+def _made(reverified: Reverified, page: bytes | Diagnostic) -> bytes:
+    if page and not isinstance(page, Diagnostic):
+        return page
+    raise _error(page if isinstance(page, Diagnostic) else reverified.findings[0])
+
+
+def plot(
+    plan: PlanLike,
+    kind: str = MAP,
+    *,
+    at: tuple[float, ...] = (),
+    width: str = "",
+    form: str = "svg",
+    seed: int = 0,
+    limits: Limits | None = None,
+) -> bytes:
+    """Draw a plan.
+
+    Args:
+        plan: path of a plan folder, or the result of ``compile``.
+        kind: ``map``, ``roadmap``, ``robustness``, ``distances`` or ``timeline``.
+        at: seconds at which a map is drawn; the whole motion if there are none.
+        width: ``single`` or ``double``, a paper's column or two.
+        form: ``svg``, ``png`` or ``pdf``.
+        seed: of a roadmap that is drawn for a plan without one.
+        limits: sizes that a folder may have.
+
+    Returns:
+        The picture as a file's content.
+
+    Raises:
+        ValueError: there is no plan, or it cannot be drawn; the message begins with the code.
+    """
+    request = FigureRequest(kind, at, width)
+    if isinstance(plan, Compiled):
+        picture = picture_of(plan, request, form, seed)
+    else:
+        opened = read_folder(Path(plan), limits)
+        if not isinstance(opened, OutputFolder):
+            raise _error(opened[0])
+        from missionc.output.plot.figures import figure  # it loads matplotlib
+
+        backend = str(opened.manifest.get("backend", ""))
+        roadmaps = first_roadmaps(opened.checked, seed) if kind == ROADMAP else ()
+        drawn = (opened.mission, opened.kernel, opened.trace, backend, form)
+        picture = roadmaps if isinstance(roadmaps, Diagnostic) else figure(request, *drawn, roadmaps)
+    if isinstance(picture, Diagnostic):
+        raise _error(picture)
+    return picture
+
+
+def replan(
+    plan: PlanLike,
+    flown: str | Path,
+    *,
+    changed: str | Path | None = None,
+    lost: tuple[str, ...] = (),
+    slow: Mapping[str, float] | None = None,
+    give_up: tuple[str, ...] = (),
+    within: float = 3.0,
+    seed: int = 0,
+    exports: tuple[str, ...] = (),
+    limits: Limits | None = None,
+) -> Replanned:
+    """Replan the rest of a mission that is being flown.
+
+    Args:
+        plan: path of a plan folder, or the result of ``compile``.
+        flown: file of the recorded trace, from the beginning of the plan on.
+        changed: file of declarations that replace those of the mission.
+        lost: agents that no longer fly.
+        slow: agents that are limited to a speed, m/s.
+        give_up: requirements to drop.
+        within: seconds until the new plan must begin.
+        seed: of everything drawn at random.
+        exports: names of further file formats.
+        limits: sizes that a folder may have.
+    """
+    patch = None if changed is None else Path(changed)
+    rest = (lost, slow or {}, give_up, Seconds(within), seed, exports, limits or Limits())
+    with _on_disk(plan) as folder:
+        return replan_folder(folder, Path(flown), patch, *rest)
+
+
+@contextmanager
+def _on_disk(plan: PlanLike) -> Iterator[Path]:
+    """The folder of a plan, written for a while if it is not on disk."""
+    if isinstance(plan, str | Path):
+        yield Path(plan)
+        return
+    if not isinstance(plan, Compiled):
+        raise TypeError(
+            f"the path of a plan folder or a result of `compile` was expected, not {plan!r}; compile a mission first"
+        )
+    with TemporaryDirectory() as parent:
+        folder = Path(parent) / "plan"
+        plan.write(folder)
+        yield folder
+
+
+def _error(finding: Diagnostic) -> ValueError:
+    return ValueError(f"{finding.code.name}: {finding.message}; {finding.help}")
