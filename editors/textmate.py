@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from missionc.base.units import UNITS
+from missionc.frontend.resolve.called_predicates import CALLED
 from missionc.frontend.syntax.tokens import BEFORE_FILE, DECLARATIONS, EXTREMES, PLURALS, STATES, WORDS, Word
 from missionc.ir.language.operator import Bounds
 from missionc.ir.language.operators import by_name
-from missionc.ir.language.predicates import CALLED
 
 FILE = Path(__file__).parent / "vscode" / "syntaxes" / "mission.tmLanguage.json"
 
@@ -268,7 +268,7 @@ def _items() -> Rule:
 
 def _formula() -> list[Rule]:
     least, any_ = (_match(_any((word,)), "keyword.control.quantifier") for word in ("least", "any"))
-    called, preposition = sorted(CALLED), "keyword.other.preposition"
+    called, preposition = sorted(CALLED.built_in), "keyword.other.preposition"
     return [
         # A number of agents has no unit: in `at least 2 m: …`, the team is called `m`.
         _after(_any(("at",)), "keyword.other.preposition", _NUMBER, "constant.numeric", least),

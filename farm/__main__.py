@@ -64,9 +64,9 @@ def main() -> int:
 
 def load() -> None:
     """Everything that trials need, before the first copy is made."""
-    from missionc.cli.app import MODULES
+    from missionc.cli.command_names import BUILT_IN
 
-    for name in MODULES:
+    for name in BUILT_IN:
         importlib.import_module(f"missionc.cli.commands.{name}")
     for name in LARGE:
         if find_spec(name.partition(".")[0]):

@@ -8,6 +8,7 @@ values, and never print.
 
 from __future__ import annotations
 
+from missionc.base.late_names import late_names
 from missionc.version import __version__
 
 TYPE_CHECKING = False  # checkers take it for true; what brings it would be loaded before signals are seen to
@@ -72,7 +73,7 @@ __all__ = [
 # fmt: on
 
 HOMES = {
-    home: names.split()
+    home: tuple(names.split())
     for home, names in {
         "missionc.backends.api": "Attempt CutShort Impossible NotFound Progress Reason Scope Violation",
         "missionc.backends.options": "Options",
@@ -99,10 +100,4 @@ HOMES = {
 """The module of each public name: loaded at the first use, so that a child process loads only its own module."""
 
 
-def __getattr__(name: str) -> object:
-    from importlib import import_module
-
-    for home, names in HOMES.items():
-        if name in names:
-            return getattr(import_module(home), name)
-    raise AttributeError(f"module 'missionc' has no attribute {name!r}")
+__getattr__ = late_names(__name__, HOMES)

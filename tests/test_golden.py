@@ -9,7 +9,17 @@ import pytest
 from missionc.base.diagnostics.code import CODES
 from missionc.base.source import Source
 from missionc.compiler import driver
-from tests.support.golden_pages import Block, blocks, file_name, is_excerpt, is_file, is_fragment, play
+from tests.support.golden_pages import (
+    Block,
+    blocks,
+    file_name,
+    is_excerpt,
+    is_file,
+    is_fragment,
+    package_in,
+    play,
+    put_file,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 GOLDEN = sorted((ROOT / "tests" / "golden").glob("*.md"))
@@ -55,7 +65,7 @@ def test_missions_of_the_documentation_check_without_errors_unless_said_to_be_wr
                 text = whole[block.info.split()[2]] + text
             elif not wrong:
                 whole[file_name(block)] = text
-            with subtests.test(f"{title(page)}: {block.heading}"):
+            with subtests.test(f"{title(page)}: {block.heading}"), package_in(folder):
                 found = errors(text, str(folder / "page.mission"))
                 assert bool(found) == wrong, found
 
@@ -109,7 +119,7 @@ def missions_of(found: list[Block]) -> list[Block]:
 def put_files(blocks: list[Block], folder: Path) -> None:
     """Those of the blocks that are files, and no missions."""
     for block in filter(is_file, blocks):
-        (folder / block.info.split()[1]).write_text(block.body, encoding="utf-8")
+        put_file(block, folder)
 
 
 def errors(text: str, name: str) -> list[str]:

@@ -94,6 +94,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     ),
                     Section("Errors", (Page("All codes", "made/errors/index.md"), *_families())),
                     Section("Python", (Page("From Python", "docs/python.md"), Page("API", "made/api.md"))),
+                    Page("Extensions", "docs/extending.md"),
                 ),
             ),
             Section(

@@ -20,7 +20,7 @@ SECONDS = "2"
 
 def draw(generator: np.random.Generator) -> Case:
     seed = int(generator.integers(2**31))
-    backend = str(generator.choice(["auto", "auto", *OFFERS]))
+    backend = str(generator.choice(["auto", "auto", *OFFERS.built_in]))
     return Case({MISSION: Small(seed).text}, {"seed": seed, "backend": backend})
 
 

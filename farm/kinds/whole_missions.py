@@ -57,7 +57,9 @@ def carry_out(case: Case, folder: Path) -> str:
         return "refused"
     replies = [engines.Reply("auto", ended.outcome, frozenset(ended.codes), out)]
     if wishes["backends"]:
-        replies += [_asked(name, mission, folder / name) for name in OFFERS if name == "smt" or find_spec("torch")]
+        replies += [
+            _asked(name, mission, folder / name) for name in OFFERS.built_in if name == "smt" or find_spec("torch")
+        ]
     for each in replies[1:]:
         _holds(each, mission, wishes["seed"])
     engines.consistent(replies)

@@ -9,14 +9,18 @@ plan exists) are never confused.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
+from missionc.backends.features import Feature
 from missionc.backends.options import Options
 from missionc.backends.roadmap_graph import RoadmapGraph
+from missionc.base.diagnostics.code import EXTENSION_FAILED
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.extensions import ExtensionError
 from missionc.base.figures import counted
 from missionc.base.judgement import Judgement
 from missionc.base.limits import Limits
@@ -374,3 +378,45 @@ class Backend(Protocol):
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         """All its turns, one after the other."""
+
+
+class BackendExtension(ABC):
+    """Base class of backends of other packages. The compiler verifies every plan, and searches for none itself.
+
+    ``features`` are all that a mission it plans may need, ``options`` the names of ``Options`` that it reads.
+    """
+
+    name: str
+    features: frozenset[Feature] = frozenset()
+    options: frozenset[str] = frozenset({"margin", "stretch"})
+    refutes: bool = False
+
+    def missing(self, options: Options) -> Diagnostic | None:
+        """Return what these options need and is not there; by default nothing."""
+        return None
+
+    @abstractmethod
+    def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
+        """Search for a joint motion that satisfies every requirement, until ``budget.deadline``."""
+
+    def turns(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Turns:
+        """Search in turns; by default in one."""
+        yield 0.0
+        return check_outcome(self.plan(mission, kernel, options, budget), self.name, mission)
+
+
+def check_outcome(outcome: Outcome, name: str, mission: Mission) -> Outcome:
+    """Return the outcome of a backend as it is.
+
+    Raises:
+        ExtensionError: it is no outcome, or its trace has not the shape of a motion of these agents.
+    """
+    help_ = f"report it to the authors of the backend `{name}`"
+    if not isinstance(outcome, Planned | Impossible | NotFound):
+        message = f"the backend `{name}` returned neither `Planned`, `Impossible` nor `NotFound`"
+        raise ExtensionError(EXTENSION_FAILED, message, help_)
+    shape = (len(mission.agents), mission.steps + 1, mission.dimension)
+    if isinstance(outcome, Planned) and (found := outcome.trace.position.shape) != shape:
+        message = f"the backend `{name}` returned positions of the shape {found}; this mission needs {shape}"
+        raise ExtensionError(EXTENSION_FAILED, message, help_)
+    return outcome

@@ -15,12 +15,15 @@ from typing import assert_never
 from missionc.backends.features import Feature
 from missionc.backends.offers import AUTO, OFFERS
 from missionc.base.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
+from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.extensions import ExtensionError
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Metric
 from missionc.ir import Apply, Flagged, Formula, Holds, Length, Mission, Objective, Still
 from missionc.ir.language.walk_formulas import asks_the_past, formulas, formulas_bottom_up, operator_words
+from missionc.ir.predicates import PlacePredicate
 from missionc.ir.wording import listed
 
 
@@ -52,7 +55,13 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
     """The backend that the mission or the command line names, or else all that offer what it needs."""
     wanted = forced or mission.solve.backend
     required = needs(mission)
-    able = [name for name, offer in OFFERS.items() if all(need.feature in offer.features for need in required)]
+    offers = dict(OFFERS.items_built_in())
+    try:
+        named = None if wanted == AUTO else OFFERS.get(wanted)
+    except ExtensionError as error:
+        return None, [extension_error(error, mission.solve.span if wanted == mission.solve.backend else None)]
+    offers |= {wanted: named} if named else {}
+    able = [name for name, offer in offers.items() if all(need.feature in offer.features for need in required)]
     if wanted == AUTO and not able:
         return None, [_none_can(mission, required)]
     if wanted != AUTO and wanted not in able:
@@ -99,6 +108,8 @@ def _of_world(mission: Mission) -> Iterator[Need]:
             yield Need(Feature.SECOND_ORDER, agent.span)
         if agent.dynamics.lowest_speed > 0:
             yield Need(Feature.LEAST_SPEED, agent.span)
+        if agent.dynamics.rules:
+            yield Need(Feature.EXTENSION_RULES, agent.span)
         if agent.dynamics.faces_ahead:
             yield Need(Feature.UNICYCLE, agent.span)
 
@@ -130,6 +141,8 @@ def _of_formula(formula: Formula) -> Iterator[Need]:
                 yield Need(Feature.FLAG if isinstance(predicate, Flagged) else Feature.RESOURCE, span)
             if predicate.reads_heading:
                 yield Need(Feature.HEADING, span)
+            if isinstance(predicate, PlacePredicate):
+                yield Need(Feature.EXTENSION_PREDICATE, span)
             if predicate.formation:
                 yield Need(Feature.TOTAL_TOLERANCE if predicate.formation.total else Feature.FORMATION, span)
         case _:
@@ -197,7 +210,8 @@ def _change(able: list[str]) -> str:
 def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
     """One label for each construct in the way, with the backends it rules out."""
     ruled = [
-        (need, [name for name, offer in OFFERS.items() if need.feature not in offer.features]) for need in required
+        (need, [name for name, offer in OFFERS.items_built_in() if need.feature not in offer.features])
+        for need in required
     ]
     labels = [
         Label(need.span, f"{need.feature.value} rules out {listed([f'`{name}`' for name in names])}")
@@ -236,7 +250,7 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
     else:
         why = "it offers all the mission needs"
     lines = [f"backend{'s' if len(chosen) > 1 else ''}: {', '.join(chosen)}", f"because {why}"]
-    for name in OFFERS:
+    for name in OFFERS.built_in:
         if name not in chosen:
             lines.extend(_not_taken(name, required, chosen))
     lines.append("the mission needs:" if required else "the mission needs nothing special")

@@ -29,6 +29,8 @@ class Feature(Enum):
     RESOURCE = "a resource"
     FLAG = "a flag"
     HEADING = "a heading that is asked for"
+    EXTENSION_RULES = "dynamics with rules of an extension"
+    EXTENSION_PREDICATE = "a predicate of an extension"
     PREFER = "a preference"
     DISTANCE = "`minimize distance`"
     DURATION = "`minimize duration`"
@@ -37,8 +39,8 @@ class Feature(Enum):
     LANES = "a roadmap of its own"
 
 
-EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION, Feature.PAST_BELOW_METRES}
-"""All features that any backend has."""
+EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION, Feature.PAST_BELOW_METRES, Feature.EXTENSION_RULES}
+"""All features that any built-in backend has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,7 @@ class Offer:
         features: all that a mission it plans may need.
         options: the names of those of ``Options`` that change a plan of it.
         checkpoints: whether a run of it can be put aside and taken up again.
-        home: the module that has it, as ``BACKEND``.
+        home: where it is, ``module:attribute``; or it itself.
         package: what has to be installed to load it; empty for nothing.
         extra: the extra of this package that installs that.
         repeats: the backend whose attempts it makes as well; where that takes turns in a portfolio, it comes last and
@@ -65,7 +67,7 @@ class Offer:
     features: frozenset[Feature]
     options: frozenset[str]
     checkpoints: bool
-    home: str
+    home: object
     package: str = ""
     extra: str = ""
     repeats: str = ""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
+from typing import cast
 
 from missionc.backends.api import Backend, Report, Straighten
 from missionc.backends.clot.offer import CLOT
@@ -15,7 +16,9 @@ from missionc.backends.options import DESCRIBED, Options
 from missionc.backends.portfolio.backend import Engine, PortfolioBackend
 from missionc.backends.smt.offer import SMT
 from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
+from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.extensions import ExtensionError, raise_taken, resolved
 from missionc.base.trace import Trace
 from missionc.ir.wording import all_listed
 
@@ -40,7 +43,11 @@ def load_engines(
         KeyError: no backend has that name.
     """
     options = options or Options()
-    offers = [OFFERS[name] for name in names]
+    try:
+        raise_taken()
+        offers = [OFFERS[name] for name in names]
+    except ExtensionError as error:
+        return extension_error(error)
     wrong = {offer.name: _not_its_flag(offer, options, checkpoint, len(offers) == 1) for offer in offers}
     hear = [offer for offer in offers if wrong[offer.name] is None]
     lacking = {offer.name: _package_missing(offer) for offer in hear}
@@ -74,8 +81,7 @@ def _would_help(absent: list[Offer]) -> tuple[str, ...]:
 
 
 def _loaded(offer: Offer) -> Backend:
-    backend: Backend = import_module(offer.home).BACKEND
-    return backend
+    return cast(Backend, resolved(offer.home) if isinstance(offer.home, str) else offer.home)
 
 
 def plans_on_roadmaps(engine: str) -> bool:
@@ -110,7 +116,7 @@ def _not_its_flag(offer: Offer, options: Options, checkpoint: bool, alone: bool)
     Args:
         alone: no other backend is asked.
     """
-    every = OFFERS.values()
+    every = [each for _, each in OFFERS.items_built_in()]
     if checkpoint and not offer.checkpoints:
         return _for_others("--checkpoint` or `--resume", [each.name for each in every if each.checkpoints], offer)
     for each in DESCRIBED.values():
@@ -145,5 +151,5 @@ def _package_missing(offer: Offer) -> Diagnostic | None:
         EXTRA_MISSING,
         f"the backend `{offer.name}` needs the package {offer.package}, which is not installed",
         None,
-        help=f"install it with `pip install 'missionc[{offer.extra}]'`, or try `--backend {next(iter(OFFERS))}`",
+        help=f"install it with `pip install 'missionc[{offer.extra}]'`, or try `--backend {OFFERS.built_in[0]}`",
     )

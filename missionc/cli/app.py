@@ -9,42 +9,23 @@ from __future__ import annotations
 import io
 import os
 import sys
-from importlib import import_module
 from importlib.util import find_spec
 
 import click
 
+from missionc.base.diagnostics.code import INTERNAL
 from missionc.base.diagnostics.defect import cut_off, defect
 from missionc.base.diagnostics.sanitize import plain
 from missionc.base.diagnostics.suggest import nearest
 from missionc.base.memory import exhausted
 from missionc.base.signals import reraise_stop
 from missionc.base.supervision import Cause, Ended
+from missionc.cli.command_names import COMMANDS
 from missionc.cli.exit_status import Status, out_of_memory, say
 from missionc.cli.streams import OutputClosed, speaking
 from missionc.frontend.syntax.read_file import nowhere
 from missionc.version import __version__
 
-MODULES = (
-    "check",
-    "compile",
-    "demo",
-    "explain",
-    "export",
-    "fly",
-    "fmt",
-    "init",
-    "lsp",
-    "monitor",
-    "replan",
-    "report",
-    "simulate",
-    "studio",
-    "sweep",
-    "vehicles",
-    "verify",
-)
-"""The commands, each in a module of its own."""
 FLYING = ("export", "report", "simulate", "verify")
 """Those that may fly with crazyflow, which wants scipy to be told of other arrays than its own before it is loaded."""
 
@@ -81,8 +62,9 @@ def _run(words: list[str], began: float | None) -> int:
             return _refused(click.UsageError("the folder that this runs in is gone; change to one that is there"))
         if os.environ.get("MISSIONC_TRACEBACK"):
             raise
-        say([defect(error)], [], _form(words), {})
-        return Status.DEFECT
+        finding = defect(error)
+        say([finding], [], _form(words), {})
+        return Status.DEFECT if finding.code is INTERNAL else Status.MISSION_ERRORS
 
 
 def say_ended(ended: Ended, words: list[str]) -> Status:
@@ -103,30 +85,26 @@ def _refused(error: click.ClickException) -> Status:
 
 
 class Commands(click.Group):
-    """The commands, in ``missionc.cli.commands``, are loaded when they are called."""
+    """The commands, loaded when they are called. An extension's is listed if it can be loaded."""
 
     def list_commands(self, context: click.Context) -> list[str]:
-        return list(MODULES)
+        return [*COMMANDS.built_in, *(each.name for each in COMMANDS.extensions() if COMMANDS.state(each) is None)]
 
     def resolve_command(
         self, context: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """The command that is named first; of one that is not there, what it may have been meant for."""
         name = args[0]
-        if name not in MODULES and not name.startswith("-"):
-            near = nearest(name, MODULES)
+        if not name.startswith("-") and name not in COMMANDS:
+            near = nearest(name, list(COMMANDS))
             hint = f"did you mean `{near}`?" if isinstance(near, str) else "`missionc --help` lists them"
             raise click.UsageError(f"there is no command `{name}`; {hint}", context)
         return super().resolve_command(context, args)
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
-        if name not in MODULES:
-            return None
         if name in FLYING and find_spec("crazyflow"):
             os.environ.setdefault("SCIPY_ARRAY_API", "1")
-        command = import_module(f"missionc.cli.commands.{name}").command
-        assert isinstance(command, click.Command)
-        return command
+        return COMMANDS.get(name)
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})

@@ -13,12 +13,15 @@ from typing import Any, TypeVar, assert_never
 import click
 from click.shell_completion import CompletionItem
 
+from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import DESCRIBED, Described, OneOf, Real, Switch, Whole
 from missionc.base.diagnostics.suggest import nearest
+from missionc.base.extensions import Registry
 from missionc.base.limits import Limits, most
 from missionc.cli import stage_names
+from missionc.flight.simulation.trial_bounds import ENGINES, QUADROTOR
 from missionc.ir.vehicle_profiles import profiles
-from missionc.output.export.form_names import NAMES
+from missionc.output.export.form_names import FORMATS
 from missionc.output.plot.figure_request import MOST_MOMENTS, SUFFIXES
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -170,6 +173,30 @@ def _known(value: str, known: Collection[str], what: str, otherwise: str) -> str
     return value
 
 
+def registered(registry: Registry[Any], noun: str, *further: str) -> Callable[[str], str]:
+    """The type of a name of a registry, or one of ``further`` words; a built-in name reads no metadata."""
+
+    def name(value: str) -> str:
+        if value in further or value in registry:
+            return value
+        known = [*further, *registry]
+        return _known(value, known, noun, f"there are {', '.join(known)}")
+
+    return name
+
+
+def _of_registry(flag: str, noun: str, registry: Registry[Any], default: str, *further: str) -> Callable[..., Any]:
+    """The flag that names one value of a registry."""
+    return click.option(
+        flag,
+        type=registered(registry, noun, *further),
+        shell_complete=one_of(lambda: (*further, *registry)),
+        default=default,
+        show_default=True,
+        metavar=f"[{'|'.join((*further, *registry.built_in))}|NAME]",
+    )
+
+
 def files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """For shell completion: whatever files there are."""
     return [CompletionItem(incomplete, type="file")]
@@ -202,7 +229,7 @@ def several_of(names: Callable[[], Iterable[str]]) -> Completer:
 
 def exports() -> Collection[str]:
     """The forms of export there are."""
-    return NAMES
+    return list(FORMATS)
 
 
 def pair(value: str) -> tuple[str, str]:
@@ -235,9 +262,7 @@ def staged(value: str) -> tuple[str, ...]:
     return words
 
 
-def export_name(value: str) -> str:
-    """The name of a form of export."""
-    return _known(value, exports(), "export", f"there are {', '.join(exports())}")
+export_name = registered(FORMATS, "export")
 
 
 def export_names(value: str) -> tuple[str, ...]:
@@ -287,6 +312,9 @@ memory_limit = click.option(
     show_default=True,
     help="Of the compiler and its solver; 512 is 512 MB.",
 )
+
+backend = _of_registry("--backend", "backend", OFFERS, AUTO, AUTO)
+engine = _of_registry("--engine", "engine", ENGINES, QUADROTOR)
 
 vehicle = click.option(
     "--vehicle",

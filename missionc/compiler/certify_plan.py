@@ -85,6 +85,7 @@ def certify_plan(
     mission, kernel, choice = checked.valid_mission, checked.valid_kernel, checked.choice
     assert choice is not None
     trace, report = planned.trace, planned.report
+    planner = report.engine or choice.backend
     if options.stretch != 1:
         slower = _slower(checked, options, budget)
         if slower.mission is None or slower.kernel is None or not slower.ok:
@@ -110,10 +111,9 @@ def certify_plan(
             checked, InvalidMission(), (not_slower(mission, certificate, certificate.judgements, options.stretch),)
         )
     if not certificate.passed:
-        return Certified(checked, Unverified(certificate, report), (no_plan.not_verified(certificate),))
+        return Certified(checked, Unverified(certificate, report), (no_plan.not_verified(certificate, planner),))
     tours = BoundSide(mission, kernel, options, replace(budget, deadline=0.0))
     proven = (tours if bound is None or options.stretch != 1 else bound).proven(trace)
-    planner = report.engine or choice.backend
     ground = partial(notebook_ground, mission, kernel)
     verified = Plan(mission.name, planner, budget.seed, trace, certificate.judgements, proven, report.solved, ground)
     budget.listen(Progress("emit"))

@@ -23,7 +23,7 @@ from pathlib import Path
 from missionc.backends import api
 from missionc.backends.choose_backend import Choice
 from missionc.backends.load import load_engines as load_backend
-from missionc.backends.offers import OFFERS, is_published
+from missionc.backends.offers import OFFERS, is_published, named
 from missionc.backends.options import Options
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.deadline import last_call
@@ -137,7 +137,7 @@ def compile(
     file: str | Path | Source,
     *,
     overrides: Mapping[str, str] | None = None,
-    backend: str = "auto",
+    backend: str | api.Backend = "auto",
     seed: int = 0,
     time_limit: Seconds = DEFAULT_TIME_LIMIT,
     memory_limit: int = DEFAULT_MEMORY_LIMIT,
@@ -158,7 +158,7 @@ def compile(
     Args:
         file: as for ``check``.
         overrides: as for ``check``.
-        backend: as for ``check``.
+        backend: as for ``check``; or a backend itself, as one of a ``BackendExtension``.
         limits: as for ``check``.
         vehicle: as for ``check``.
         poses: as for ``check``.
@@ -175,15 +175,18 @@ def compile(
             plans are asked for (``continuous_time``), without checkpoints.
         explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
         alternatives: number of plans that differ from each other; there may be fewer.
+
+    Raises:
+        Unfit: the object is no backend.
+        ExtensionError: its name is taken, or what it returns is no outcome.
     """
     budget = api.Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
-    checked = check_within(budget, file, overrides=overrides or {}, backend=backend, vehicle=vehicle, poses=poses)
-    if not isinstance(checked, Checked):
-        return checked
     request = PlanRequest(
         budget, options or Options(), Checkpoints(keep, resume), exports, throughout, explain_limit, alternatives
     )
-    return plan(checked, request)
+    with named(backend) as name:
+        checked = check_within(budget, file, overrides=overrides or {}, backend=name, vehicle=vehicle, poses=poses)
+        return plan(checked, request) if isinstance(checked, Checked) else checked
 
 
 def check_within(

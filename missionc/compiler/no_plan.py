@@ -1,6 +1,6 @@
 """Diagnostics for a mission without a plan: one message for each way to end without.
 
-says MC564 MC601 to MC609 MC710
+says MC564 MC570 MC601 to MC609 MC710
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from missionc.backends.api import Impossible, NotFound, Planned, Reason, Scope
 from missionc.backends.choose_backend import choose_backend
-from missionc.backends.offers import AUTO
+from missionc.backends.offers import AUTO, OFFERS
 from missionc.base.diagnostics import code as codes
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.units import Seconds
@@ -188,13 +188,19 @@ MOST_LATE = 4
 """Agents that a message names, of those whose delays a plan does not tolerate."""
 
 
-def not_verified(certificate: Certificate) -> Diagnostic:
+def not_verified(certificate: Certificate, backend: str) -> Diagnostic:
+    """Report a plan that verification rejects: a defect of the compiler, or of an extension whose backend found it."""
+    ours = backend in OFFERS.built_in
     return Diagnostic(
-        codes.NOT_VERIFIED,
-        "a plan was found, but it does not pass verification: a defect of the compiler",
+        codes.NOT_VERIFIED if ours else codes.REJECTED_PLAN,
+        "a plan was found, but it does not pass verification: a defect of the compiler"
+        if ours
+        else f"the plan of the backend `{backend}` does not pass verification",
         None,
         notes=tuple(
             f"{check.name} {check.subject}: margin {check.margin:g} {check.unit}" for check in certificate.failures[:5]
         ),
-        help="report it with the mission and the seed; another `--seed` may do meanwhile",
+        help="report it with the mission and the seed; another `--seed` may do meanwhile"
+        if ours
+        else f"report it to the authors of `{backend}`, or plan with `--backend auto`",
     )

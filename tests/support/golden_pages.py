@@ -6,9 +6,11 @@ A few kinds of fenced blocks mean something; every other block is prose.
 ```mission NAME.mission wrong   the same, of a mission with errors.
 ```mission fragment NAME.mission   declarations; that mission of the page is checked with them.
 ```xml NAME.graphml          a file for missions or commands; likewise ```csv, ```geojson, ```jsonl, ```pgm and ```yaml.
+```python FOLDER/NAME.py   a file of a package; likewise ```toml.
 ```mission excerpt PATH     lines that stand in a mission of this repository.
 ```console                  commands, each `$ missionc …`, and below each what it prints and its exit status
                             (`[exit status 1]`, left out where it is 0). `< FILE` at its end is its standard input.
+                            `$ pip install --quiet --editable .` installs the package in the folder until the page ends.
 ```console norun            the same, of what cannot be made to happen here: a full disk, a defect.
 
 The files lie in an empty folder in which the commands run, one after the other. A line `…` of the expected output
@@ -28,12 +30,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missionc.cli.app import main
+from tests.support.installed_packages import source_package
 
 FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<body>.*?)^```[ \t]*$", re.MULTILINE | re.DOTALL)
 TIMED = re.compile(r"(verified in) [0-9.]+ s")
 """How long it took is another thing each time."""
 FILES = frozenset({"csv", "geojson", "jsonl", "pgm", "xml", "yaml"})
 """Languages of files that are no missions."""
+CODE = frozenset({"python", "toml"})
+"""Languages of the files of a package; a block without a name is no file."""
+INSTALL = "pip install --quiet --editable ."
 NAME = re.compile(r"^\s*mission\s+(\w+)", re.MULTILINE)
 
 
@@ -77,7 +83,21 @@ def file_name(block: Block) -> str:
 def is_file(block: Block) -> bool:
     """Whether it is a file that is no mission."""
     words = block.info.split()
-    return len(words) == 2 and words[0] in FILES
+    return len(words) == 2 and words[0] in FILES | CODE
+
+
+def put_file(block: Block, folder: Path) -> None:
+    """Write a block that is a file."""
+    path = folder / block.info.split()[1]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(block.body, encoding="utf-8")
+
+
+def package_in(folder: Path) -> contextlib.AbstractContextManager[None]:
+    """The package in a folder, installed for a while, if there is one."""
+    if not (folder / "pyproject.toml").exists():
+        return contextlib.nullcontext()
+    return source_package(folder, folder / "site-packages")
 
 
 def is_fragment(block: Block) -> bool:
@@ -126,6 +146,9 @@ def transcript(console: str) -> str:
     for line in console.splitlines():
         if not line.startswith("$ "):
             continue
+        if line[2:] == INSTALL:
+            said.append(f"{line}\n")
+            continue
         program, *words = shlex.split(line[2:])
         assert program == "missionc", f"only missionc is run here, not `{program}`"
         given = Path(words[-1]).read_bytes() if words[-2:-1] == ["<"] else None
@@ -149,7 +172,7 @@ def play(page: str, folder: Path) -> str:
     """The page with every console block as it comes out now; those that agree stay as they are."""
     said = []
     at = 0
-    with within(folder):
+    with within(folder), contextlib.ExitStack() as installed:
         for block in blocks(page):
             said.append(page[at : block.start])
             at = block.end
@@ -158,8 +181,10 @@ def play(page: str, folder: Path) -> str:
             if kind == "mission" and not is_fragment(block) and not is_excerpt(block):
                 (folder / file_name(block)).write_text(text, encoding="utf-8")
             elif is_file(block):
-                (folder / block.info.split()[1]).write_text(text, encoding="utf-8")
+                put_file(block, folder)
             elif block.info == "console":
+                if f"$ {INSTALL}\n" in text:
+                    installed.enter_context(package_in(folder))
                 actual = transcript(text)
                 text = text if agrees(text, actual) else actual
             said.append(text)

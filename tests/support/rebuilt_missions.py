@@ -12,7 +12,7 @@ from missionc.frontend.builder import functions, items, parts
 from missionc.frontend.builder.mission import Mission
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax import show_tree as show
-from missionc.ir.language.predicates import CALLED
+from missionc.ir.language.predicates import PREDICATES
 
 SIGNS: dict[str, Callable[[Any, Any], Any]] = {
     "+": operator.add,
@@ -65,7 +65,7 @@ def formula(node: Any) -> parts.Formula:
     match node:
         case ast.Truth(_, value):
             return parts.formula(value)
-        case ast.Call(_, name, arguments) if name.text in CALLED:
+        case ast.Call(_, name, arguments) if name.text in {each.name for each in PREDICATES if each.called}:
             called: parts.Formula = getattr(functions, name.text)(*map(_argument, arguments))
             return called
         case ast.Compare(_, sign, left, right):

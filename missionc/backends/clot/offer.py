@@ -10,7 +10,7 @@ CLOT = Offer(
     EVERYTHING - {Feature.HOPS, Feature.LANES},
     frozenset({"preset", "samples", "device", "margin", "processes", "stretch"}),
     checkpoints=True,
-    home="missionc.backends.clot.backend",
+    home="missionc.backends.clot.backend:BACKEND",
     package="torch",
     extra="clot",
     presets=frozenset(TRANSPORT_PRESETS),

@@ -5,7 +5,8 @@ They follow from the ranges of measured values, such as a distance, of agents kn
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from missionc.backends.cover.may_see import SightLink, hidden
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.base.trace import Array, Flags
-from missionc.geometry.distance_ranges import Range, larger, length_range, signed_distance_range
+from missionc.geometry.distance_ranges import Range, larger, length_range, outward, signed_distance_range
 from missionc.ir import Beacon, Flag, FormationEdge, Graph, Mission, Predicate, Region, Resource, Sight
 
 Boxes = tuple[Array, Array]
@@ -66,6 +67,12 @@ class _CellView:
 
     def to_beacon(self, beacon: Beacon) -> Range:
         return length_range([self.coordinate(axis) - beacon.position[axis] for axis in range(self.dimension)])
+
+    def of_place(self, value: Callable[[Any, Array], Array]) -> Range:
+        """By its value in the middle of the box, and how far the corners are from there."""
+        low, high = self.place(None)
+        middle, reach = np.asarray(value(np, (low + high) / 2)), np.linalg.norm(high - low, axis=-1) / 2
+        return outward(middle - reach, middle + reach)
 
     def apart(self, first: int | None, second: int) -> Range:
         """How far two agents are apart: different ones never less than their bodies need."""

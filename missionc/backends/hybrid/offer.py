@@ -11,7 +11,7 @@ HYBRID = Offer(
     CLOT.features | {Feature.HOPS},
     SMT.options | CLOT.options,
     checkpoints=True,
-    home="missionc.backends.hybrid.backend",
+    home="missionc.backends.hybrid.backend:BACKEND",
     package=CLOT.package,
     extra=CLOT.extra,
     repeats=CLOT.name,

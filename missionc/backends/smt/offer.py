@@ -10,7 +10,7 @@ SMT = Offer(
     EVERYTHING - {Feature.TOTAL_TOLERANCE, Feature.ENERGY},
     frozenset({"solver", "require_solver", "certify", "margin", "stretch"}),
     checkpoints=False,
-    home="missionc.backends.smt.backend",
+    home="missionc.backends.smt.backend:BACKEND",
     weighs=True,
     presets=frozenset(ROADMAP_PRESETS),
 )

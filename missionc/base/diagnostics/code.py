@@ -99,6 +99,10 @@ NO_BACKEND = Code("MC402", "no backend can express this mission")
 EXTRA_MISSING = Code("MC404", "an optional package is missing")
 NOT_ITS_FLAG = Code("MC405", "this flag is for another backend")
 NO_DEVICE = Code("MC406", "no such device here")
+EXTENSION_UNLOADABLE = Code("MC410", "an extension that cannot be loaded")
+EXTENSION_CLASH = Code("MC411", "an extension whose name is taken")
+EXTENSION_INTERFACE = Code("MC412", "an extension for another interface")
+EXTENSION_FAILED = Code("MC413", "an extension failed")
 
 # 5xx: the world
 OUTSIDE_WORLD = Code("MC501", "a start or finish outside the world", about_planning=True)
@@ -142,6 +146,7 @@ STUCK = Code("MC556", "a formation that fits through no passage", about_planning
 NOT_PUBLISHED = Code("MC563", "not part of the preset's method")
 METHOD_ENDED = Code("MC564", "the method of the preset found no plan")
 PLACE_OUTSIDE_WORLD = Code("MC558", "a place outside the world", warning=True)
+REJECTED_PLAN = Code("MC570", "the plan of an extension's backend is rejected")
 DEAD_BRANCH = Code("MC557", "an alternative that can never hold", warning=True)
 
 # 6xx: outcome of planning

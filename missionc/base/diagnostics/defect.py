@@ -1,15 +1,15 @@
 """Defects of the compiler as findings: an error that no stage foresaw, and where it happened.
 
-says MC602 MC603 MC613 MC901
+says MC410 MC411 MC412 MC413 MC602 MC603 MC613 MC901
 """
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from missionc.base.diagnostics.code import IMPROVEMENT_FAILED, INTERNAL, OUT_OF_MEMORY, OUT_OF_TIME
-from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.extensions import ExtensionError, attributed, failure
 from missionc.base.memory import exhausted
+from missionc.base.source import Span
 from missionc.base.supervision import Cause, Ended
 
 KEPT = "the result was complete before this step, and is unchanged"
@@ -18,13 +18,24 @@ MORE = "MISSIONC_TRACEBACK=1 shows more"
 
 def defect(error: Exception) -> Diagnostic:
     """Report an error that ends a command."""
+    if (of_extension := attributed(error)) is not None:
+        return extension_error(of_extension)
     return Diagnostic(
         INTERNAL,
-        f"a defect of the compiler: {_named(error)}",
+        f"a defect of the compiler: {failure(error)}",
         None,
         notes=(str(error)[:200],) if str(error) else (),
         help=f"report it with the mission, the command and `missionc --version`; {MORE}",
     )
+
+
+def extension_error(error: ExtensionError, span: Span | None = None) -> Diagnostic:
+    """Report an extension that cannot be used.
+
+    Args:
+        span: the words of the mission that use it.
+    """
+    return Diagnostic(error.code, error.message, Label(span) if span else None, help=error.help)
 
 
 def improvement_failed(step: str, error: Exception) -> Diagnostic:
@@ -34,7 +45,9 @@ def improvement_failed(step: str, error: Exception) -> Diagnostic:
         step: the subject of a sentence.
     """
     memory = exhausted(error)
-    why = "memory ran out" if memory else f"a defect of the compiler: {_named(error)}"
+    of_extension = attributed(error)
+    why = str(of_extension) if of_extension else f"a defect of the compiler: {failure(error)}"
+    why = "memory ran out" if memory else why
     return Diagnostic(
         IMPROVEMENT_FAILED,
         f"{step} failed: {why}",
@@ -68,12 +81,3 @@ def later_not_written(wrong: Diagnostic) -> Diagnostic:
         notes=(*wrong.notes, "the folder holds the verified plan from before"),
         help="make room, or name another folder with `-o`",
     )
-
-
-def _named(error: Exception) -> str:
-    """The kind of an error and the line that raised it: ``ZeroDivisionError at check_world.py:42``."""
-    place = error.__traceback__
-    while place and place.tb_next:
-        place = place.tb_next
-    where = f"{Path(place.tb_frame.f_code.co_filename).name}:{place.tb_lineno}" if place else "nowhere"
-    return f"{type(error).__name__} at {where}"

@@ -7,7 +7,6 @@ from typing import Any
 
 import click
 
-from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import TRANSPORT_PRESETS, Options
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.units import Seconds
@@ -47,7 +46,7 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
 @click.option("--force", is_flag=True, help="Replace the folder if it exists.")
 @options.vehicle
 @options.poses
-@click.option("--backend", type=click.Choice([AUTO, *OFFERS]), default=AUTO, show_default=True)
+@options.backend
 @options.of_a_plan(*PLANNING)
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(

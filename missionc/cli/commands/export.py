@@ -30,8 +30,9 @@ def _list(context: click.Context, parameter: click.Parameter, listed: bool) -> N
         return
     from missionc.output.export.formats import FORMATS
 
-    width = max(map(len, FORMATS))
-    for form in FORMATS.values():
+    usable = [form for name in FORMATS if (form := FORMATS.usable(name))]
+    width = max(len(form.name) for form in usable)
+    for form in usable:
         click.echo(f"{form.name:<{width}}  {form.says}")
     context.exit()
 

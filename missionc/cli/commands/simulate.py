@@ -15,9 +15,9 @@ from missionc.base.signals import Stopped
 from missionc.cli import cluster_options, flight_summary
 from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import file_to_write, folder, folders, limits_and_form, picture, read_limits
+from missionc.cli.options import engine, file_to_write, folder, folders, limits_and_form, picture, read_limits
 from missionc.cli.progress import ProgressLine
-from missionc.flight.simulation.trial_bounds import ENGINES, LARGEST_SEED, MOST_FLIGHTS
+from missionc.flight.simulation.trial_bounds import LARGEST_SEED, MOST_FLIGHTS, QUADROTOR
 
 if TYPE_CHECKING:
     from missionc.base.limits import Limits
@@ -32,7 +32,7 @@ DRAWN = 20
 @click.command("simulate")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @limits_and_form
-@click.option("--engine", type=click.Choice(ENGINES), default=ENGINES[0], show_default=True)
+@engine
 @click.option("--trials", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
 @of_disturbance
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True, metavar="N")
@@ -69,7 +69,7 @@ def command(
 
     amounts, lost = disturbance_of(**disturbed)
     disturbance = Disturbance(**amounts, lose=lost)
-    if engine != ENGINES[0] and (trials > 1 or disturbance != UNDISTURBED):
+    if engine != QUADROTOR and (trials > 1 or disturbance != UNDISTURBED):
         raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
     cluster_options.understood(jobs, cluster)
     allowed = read_limits(limits)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import Options
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.signals import release_stop
@@ -60,7 +59,7 @@ MOST_SEEDS = 100_000
     help="Compare with an older sweep.",
 )
 @options.vehicle
-@click.option("--backend", type=click.Choice([AUTO, *OFFERS]), default=AUTO, show_default=True)
+@options.backend
 @options.of_a_plan(*PLANNING)
 @click.option(
     "--time-limit",

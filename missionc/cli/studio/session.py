@@ -322,7 +322,7 @@ class Session:
         names = [item.name.text for item in text.outline.declarations if isinstance(item, ast.MissionName)]
         choice = text.found.choice if text.found else None
         self._compiled = text
-        backend = choice.backend if choice else next(iter(OFFERS))
+        backend = choice.backend if choice else OFFERS.built_in[0]
         self._compilation.start(text.source, names[0] if names else "mission", backend)
         return {}
 

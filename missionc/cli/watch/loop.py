@@ -19,7 +19,7 @@ from missionc.cli.watch.planner_process import Ended, Planner
 from missionc.cli.watch.watched_missions import Missions, heading
 from missionc.output.folder.file_names import REPORT
 
-FIRST = next(iter(OFFERS))
+FIRST = OFFERS.built_in[0]
 """The backend to make ready for, as long as nothing is known of the mission."""
 
 

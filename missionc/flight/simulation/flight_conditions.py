@@ -28,7 +28,6 @@ from missionc.flight.simulation.trial_bounds import (
     MOST,
     MOST_FLIGHTS,
     MOST_LOST,
-    OTHERS,
     QUADROTOR,
 )
 from missionc.flight.simulation.trials import Trial
@@ -43,7 +42,9 @@ BROUGHT = {
 
 def conditions(trial: Trial, seconds: float) -> dict[str, object]:
     """Everything that a flight of so many seconds follows from, beside the polynomials; lengths of time in seconds."""
-    vehicle, controller, commands = BROUGHT.get(trial.engine, (asdict(Vehicle()), asdict(Gains()), COMMANDS))
+    own = (asdict(Vehicle()), asdict(Gains()), COMMANDS)
+    foreign = (trial.engine, trial.engine, 1)
+    vehicle, controller, commands = own if trial.engine == QUADROTOR else BROUGHT.get(trial.engine, foreign)
     setpoint = 1 / SETPOINTS_PER_SECOND
     return {
         "engine": trial.engine,
@@ -66,7 +67,7 @@ def conditions(trial: Trial, seconds: float) -> dict[str, object]:
 def versions(engine: str) -> dict[str, str]:
     """The version of this package, and that of another engine; ``unknown`` where that does not say its own."""
     try:
-        own = {engine: version(engine)} if engine in OTHERS else {}
+        own = {engine: version(ENGINES.package(engine) or engine)} if engine != QUADROTOR else {}
     except PackageNotFoundError:
         own = {engine: "unknown"}
     return {"missionc": __version__, **own}

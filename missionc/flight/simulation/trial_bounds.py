@@ -5,15 +5,34 @@ The command line refuses what is beyond them, and so does whoever flies a record
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+from missionc.base.extensions import Kind, Registry, Unfit
 from missionc.base.late_dataclass import dataclass
 
 QUADROTOR = "quadrotor"
 """The engine that is always there."""
 
 OTHERS = ("rotorpy", "crazyflow")
-"""Those that are installed on request; they fly once and undisturbed."""
+"""Those that are installed on request; like those of extensions they fly once and undisturbed."""
 
-ENGINES = (QUADROTOR, *OTHERS)
+
+def _engine(name: str, value: object) -> Callable[..., Any]:
+    if not callable(value):
+        raise Unfit("a simulator is a function of the polynomials and the duration of a flight")
+    return value
+
+
+ENGINES = Registry(
+    Kind.SIMULATOR,
+    {
+        QUADROTOR: "missionc.flight.simulation.default_engine:fly",
+        **{name: f"missionc.flight.simulation.engines.with_{name}:fly" for name in OTHERS},
+    },
+    _engine,
+)
+"""Every engine by its name, as the function that flies."""
 
 MOST_FLIGHTS = 100_000
 LARGEST_SEED = 2**32 - 1

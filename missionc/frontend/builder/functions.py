@@ -22,7 +22,7 @@ from missionc.frontend.builder.parts import (
 )
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.tokens import STATES
-from missionc.ir.language.predicates import CALLED
+from missionc.ir.language.predicates import PREDICATES
 
 
 def _predicate(name: str) -> Callable[..., Formula]:
@@ -32,7 +32,8 @@ def _predicate(name: str) -> Callable[..., Formula]:
         nodes = tuple(each.node if isinstance(each, Part) else quantity(each).node for each in arguments)
         return Formula(ast.Call(call_site(), ast.Name(call_site(), name), nodes))
 
-    called.__doc__ = f"{CALLED[name].says}. In the language: ``{CALLED[name].example}``."
+    predicate = next(each for each in PREDICATES if each.name == name)
+    called.__doc__ = f"{predicate.says}. In the language: ``{predicate.example}``."
     return called
 
 

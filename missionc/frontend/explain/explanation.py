@@ -201,7 +201,7 @@ def _explained(mission: ir.Mission, goal: ir.Requirement | ir.Preference) -> Exp
         steps_ahead([goal.formula])[goal.formula].total,
         max((span.looks for span in spans), default=0),
         tuple(need.feature.value for need in required),
-        tuple(name for name, offer in OFFERS.items() if features <= offer.features),
+        tuple(name for name, offer in OFFERS.items_built_in() if features <= offer.features),
         traps_of(goal.formula),
         goal.span.turns,
     )

@@ -9,10 +9,10 @@ from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
 from missionc.base.diagnostics.suggest import nearest
+from missionc.frontend.resolve.called_predicates import CALLED
 from missionc.frontend.resolve.context import Context, some_of
 from missionc.frontend.resolve.resolve_quantities import excerpt, shown
 from missionc.frontend.syntax import ast
-from missionc.ir.language.predicates import CALLED
 
 
 def not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix: Fix | None, *labels: Label) -> None:
@@ -29,7 +29,11 @@ def not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix
 def no_such_call(context: Context, call: ast.Call) -> None:
     word = call.name.text
     if word in CALLED:
-        takes = " and ".join(f"one {each}" for each in CALLED[word].parameters if not each.endswith("?"))
+        takes = " and ".join(
+            each if each.startswith("a") else f"one {each}"
+            for each in CALLED[word].parameters
+            if not each.endswith("?")
+        )
         more = " and ".join(each[:-1] for each in CALLED[word].parameters if each.endswith("?"))
         takes += f" and, if you like, {more}" if more else ""
         context.report(
@@ -39,7 +43,7 @@ def no_such_call(context: Context, call: ast.Call) -> None:
             help=f"write it as in `{CALLED[word].example}`",
         )
         return
-    near = nearest(word, CALLED)
+    near = nearest(word, list(CALLED))
     context.report(
         code.UNKNOWN_NAME,
         f"nothing that takes brackets is called `{word}`",

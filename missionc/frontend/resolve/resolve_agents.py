@@ -15,8 +15,10 @@ from typing import TypeVar, assert_never
 
 from missionc import ir
 from missionc.base.diagnostics import code
+from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Fix, Label
 from missionc.base.diagnostics.suggest import Nothing
+from missionc.base.extensions import ExtensionError, Unfit
 from missionc.base.late_dataclass import dataclass
 from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres
@@ -28,7 +30,7 @@ from missionc.frontend.resolve.resolve_settings import known_settings, missing, 
 from missionc.frontend.resolve.resolve_shapes import NOWHERE
 from missionc.frontend.syntax import ast
 from missionc.ir import Vector
-from missionc.ir.dynamics import DYNAMICS, Limit, by_word
+from missionc.ir.dynamics import DYNAMICS, KINDS, Limit
 from missionc.ir.vehicle_profiles import profiles
 
 
@@ -207,10 +209,10 @@ def _band(context: Context, figure: ir.Figure, setting: ast.Setting, what: str) 
     return ir.Band(low, high)
 
 
-SETTINGS: dict[str, tuple[str, ...]] = {
-    kind.word: ("speed", *(limit.setting for limit in kind.limits)) for kind in DYNAMICS
-}
-"""The kinds of dynamics and the settings each takes."""
+def settings_of(kind: type[ir.Dynamics]) -> tuple[str, ...]:
+    """The settings that a kind of dynamics takes."""
+    return ("speed", *(limit.setting for limit in kind.limits))
+
 
 UNMOVED = DYNAMICS[0].of(REPORTED, REPORTED, *(REPORTED for _ in DYNAMICS[0].limits))
 """In place of dynamics that have been reported."""
@@ -218,11 +220,15 @@ UNMOVED = DYNAMICS[0].of(REPORTED, REPORTED, *(REPORTED for _ in DYNAMICS[0].lim
 
 def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
     word = dynamics.name.text
-    if word not in SETTINGS:
-        unknown_word(context, dynamics.name, tuple(SETTINGS), "`dynamics`", "kind")
+    try:
+        kind = KINDS.get(word)
+    except ExtensionError as error:
+        context.findings.append(extension_error(error, dynamics.name.span))
         return UNMOVED
-    kind = by_word[word]
-    settings = known_settings(context, dynamics.settings, SETTINGS[word], f"`{word}`")
+    if kind is None:
+        unknown_word(context, dynamics.name, tuple(KINDS), "`dynamics`", "kind")
+        return UNMOVED
+    settings = known_settings(context, dynamics.settings, settings_of(kind), f"`{word}`")
     slowest, fastest = _speeds(context, dynamics, settings)
     if slowest > 0 and not kind.may_be_restless:
         restless = " or ".join(f"`{each.word}`" for each in DYNAMICS if each.may_be_restless)
@@ -232,7 +238,14 @@ def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
             settings["speed"].span,
             help=f"write `speed <= V`, or take a {restless}",
         )
-    return kind.of(slowest, fastest, *(_limit(context, dynamics, settings, limit) for limit in kind.limits))
+    limits = [_limit(context, dynamics, settings, limit) for limit in kind.limits]
+    if any(map(math.isnan, (slowest, fastest, *limits))):
+        return UNMOVED
+    try:
+        return kind.of(slowest, fastest, *limits)
+    except Unfit as error:
+        context.report(code.VALUE_OUT_OF_RANGE, f"`{word}`: {error}", dynamics.span)
+        return UNMOVED
 
 
 def _speeds(context: Context, dynamics: ast.Dynamics, settings: dict[str, ast.Setting]) -> tuple[float, float]:

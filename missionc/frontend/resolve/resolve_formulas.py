@@ -12,15 +12,29 @@ An operator before its operand ends before ``reach``, ``until`` and the like on 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import assert_never
 
 from missionc import ir
 from missionc.base.diagnostics import code
+from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Fix, Label
+from missionc.base.extensions import ExtensionError, Unfit
 from missionc.base.source import Span
-from missionc.frontend.resolve.context import AGENTS, STATE_WORDS, UNRESOLVED, Context, Kind, Typed, Unresolved, joined
+from missionc.base.units import Dimension
+from missionc.frontend.resolve.called_predicates import CALLED
+from missionc.frontend.resolve.context import (
+    AGENTS,
+    REPORTED,
+    STATE_WORDS,
+    UNRESOLVED,
+    Context,
+    Kind,
+    Typed,
+    Unresolved,
+    joined,
+)
 from missionc.frontend.resolve.definitions import ordered
 from missionc.frontend.resolve.formula_findings import asked_of_the_lost, no_such_call, not_a_formula, not_on_the_graph
 from missionc.frontend.resolve.lost_agents import named_members, without_any
@@ -32,7 +46,7 @@ from missionc.frontend.resolve.resolve_comparisons import (
     resolve_facing,
     resolve_length,
 )
-from missionc.frontend.resolve.resolve_quantities import excerpt, shown, whole
+from missionc.frontend.resolve.resolve_quantities import excerpt, resolved_number, shown, whole
 from missionc.frontend.resolve.resolve_shapes import NOWHERE
 from missionc.frontend.resolve.resolve_time import resolve_period, resolve_window
 from missionc.frontend.resolve.spell_out import no_family
@@ -40,7 +54,7 @@ from missionc.frontend.syntax import ast
 from missionc.ir import About
 from missionc.ir.language.operator import Bounds, Fixity, Operator
 from missionc.ir.language.operators import by_name
-from missionc.ir.language.predicates import CALLED
+from missionc.ir.language.predicate import Predicate
 
 
 def check(context: Context, formula: Typed, needed: About, asker: str) -> None:
@@ -269,7 +283,7 @@ def _name(context: Context, name: ast.Name) -> Typed:
         fix = Fix(span, f"connected({text})") if declared.kind is Kind.GRAPH else None
         not_a_formula(context, name, declared.kind.value, way_out, fix, Label(declared.span, "declared here"))
         return stand_in(span)
-    called = CALLED.get(text)
+    called = None if declared else called_predicate(context, name)
     if declared is None and called is not None:
         context.report(
             code.UNKNOWN_NAME,
@@ -295,13 +309,21 @@ def _name(context: Context, name: ast.Name) -> Typed:
 
 
 def _call(context: Context, call: ast.Call) -> Typed:
-    called = CALLED.get(call.name.text)
+    called = called_predicate(context, call.name)
     if called is None or called.meant is None:
-        no_such_call(context, call)
+        if called is not None or call.name.text not in CALLED:
+            no_such_call(context, call)
         return stand_in(call.span)
     match called.parameters, call.arguments:
-        case ("region",), (region,):
-            predicate = called.meant(_region(context, region))
+        case kinds, arguments if len(kinds) == len(arguments) and ARGUMENTS.keys() >= set(kinds):
+            values = [ARGUMENTS[kind](context, each) for kind, each in zip(kinds, arguments, strict=True)]
+            if not all(map(_is_known, values)):
+                return stand_in(call.span)
+            try:
+                predicate = called.meant(*values)
+            except Unfit as error:
+                context.report(code.VALUE_OUT_OF_RANGE, f"`{excerpt(call.span)}`: {error}", call.span)
+                return stand_in(call.span)
         case ("graph", "agents?", "a number?"), (graph, *rest):
             number = rest.pop() if rest and _is_number(context, rest[-1]) else None
             over = tuple(each for each in rest if isinstance(each, ast.Name | ast.Member))
@@ -318,6 +340,15 @@ def _call(context: Context, call: ast.Call) -> Typed:
             no_such_call(context, call)
             return stand_in(call.span)
     return Typed(ir.Holds(predicate, call.span), called.about, call.span)
+
+
+def called_predicate(context: Context, name: ast.Name) -> Predicate | None:
+    """The predicate that is written with this name and brackets; None if there is none, or it is reported."""
+    try:
+        return CALLED.get(name.text)
+    except ExtensionError as error:
+        context.findings.append(extension_error(error, name.span))
+        return None
 
 
 def _is_number(context: Context, argument: ast.Quantity | ast.Member) -> bool:
@@ -350,6 +381,34 @@ def _region(context: Context, argument: ast.Quantity | ast.Member) -> ir.Region:
     nowhere = ir.Region(excerpt(argument.span), NOWHERE, argument.span)
     name = _whole_name(context, argument, Kind.REGION)
     return nowhere if isinstance(name, Unresolved) else context.regions.get(name, nowhere)
+
+
+def _beacon(context: Context, argument: ast.Quantity | ast.Member) -> ir.Beacon | Unresolved:
+    name = _whole_name(context, argument, Kind.BEACON)
+    return name if isinstance(name, Unresolved) else context.beacons.get(name, UNRESOLVED)
+
+
+def _number_of(dimension: Dimension) -> Callable[[Context, ast.Quantity | ast.Member], float]:
+    def value(context: Context, argument: ast.Quantity | ast.Member) -> float:
+        if isinstance(argument, ast.Member):
+            _whole_name(context, argument, Kind.PARAM)
+            return REPORTED
+        return resolved_number(context, argument, dimension, f"`{excerpt(argument.span)}`")
+
+    return value
+
+
+def _is_known(value: object) -> bool:
+    """Return False for an argument that was reported."""
+    return not (isinstance(value, Unresolved) or (isinstance(value, float) and math.isnan(value)))
+
+
+ARGUMENTS: dict[str, Callable[[Context, ast.Quantity | ast.Member], object]] = {
+    "region": _region,
+    "beacon": _beacon,
+    **{each.value: _number_of(each) for each in Dimension},
+}
+"""The value of an argument of each kind."""
 
 
 def _graph_and_agents(

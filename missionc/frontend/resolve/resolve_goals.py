@@ -21,7 +21,6 @@ from missionc.frontend.resolve.resolve_quantities import excerpt, resolved_numbe
 from missionc.frontend.resolve.resolve_settings import known_settings, relation, said_twice, unknown_word
 from missionc.frontend.syntax import ast
 
-BACKENDS = (AUTO, *OFFERS)
 OPTIONS = ("nodes", "neighbors")
 """What ``solve with`` may set to a whole number, at least 1."""
 
@@ -95,8 +94,8 @@ def resolve_objective(context: Context, minimize: ast.Minimize | None) -> ir.Obj
 def resolve_solve(context: Context, solve: ast.Solve | None) -> ir.SolveWith:
     if solve is None:
         return ir.SolveWith()
-    if solve.backend.text not in BACKENDS:
-        unknown_word(context, solve.backend, BACKENDS, "`solve with`", "backend")
+    if solve.backend.text != AUTO and solve.backend.text not in OFFERS:
+        unknown_word(context, solve.backend, (AUTO, *OFFERS), "`solve with`", "backend")
     settings = known_settings(context, solve.settings, (*OPTIONS, CONNECTIVITY, ROADMAP), "`solve with`")
     options = []
     connectivity = ir.Connectivity.BOTTLENECK

@@ -1,9 +1,8 @@
-"""The kinds of dynamics, each in a file of its own. This tuple is the only registration."""
+"""The kinds of dynamics, each in a file of its own. The tuple is the only registration of those built in."""
 
 from __future__ import annotations
 
-from types import MappingProxyType
-
+from missionc.base.extensions import Kind, Registry, Unfit
 from missionc.ir.dynamics.double_integrator import DoubleIntegrator as DoubleIntegrator
 from missionc.ir.dynamics.kind import Dynamics as Dynamics
 from missionc.ir.dynamics.kind import Limit as Limit
@@ -12,8 +11,20 @@ from missionc.ir.dynamics.unicycle import Unicycle as Unicycle
 
 DYNAMICS: tuple[type[Dynamics], ...] = (SingleIntegrator, DoubleIntegrator, Unicycle)
 
-by_word: MappingProxyType[str, type[Dynamics]] = MappingProxyType({kind.word: kind for kind in DYNAMICS})
-"""Each kind under its word."""
+
+def _kind(word: str, kind: object) -> type[Dynamics]:
+    if not (isinstance(kind, type) and issubclass(kind, Dynamics)):
+        raise Unfit("a kind of dynamics is a class that extends `Dynamics`")
+    missing = sorted(kind.__abstractmethods__)
+    if missing:
+        raise Unfit(f"its class has no {' and no '.join(f'`{each}`' for each in missing)}")
+    if getattr(kind, "word", "") != word:
+        raise Unfit(f"its `word` is not `{word}`")
+    return kind
+
+
+KINDS: Registry[type[Dynamics]] = Registry(Kind.DYNAMICS, {kind.word: kind for kind in DYNAMICS}, _kind)
+"""Each kind under its word, those of extensions too."""
 
 
 def velocity_chosen_anew(speed: float) -> Dynamics:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from missionc.base.units import Dimension
 
@@ -43,6 +44,9 @@ class Dynamics(ABC):
     faces_ahead: ClassVar[bool] = False
     """The heading is a state: the agent moves where it faces."""
 
+    rules: ClassVar[tuple[str, ...]] = ()
+    """Names of the margins of ``step_margins``; only a backend of an extension plans by them."""
+
     @classmethod
     @abstractmethod
     def of(cls, slowest: float, fastest: float, *limits: float) -> Dynamics:
@@ -68,6 +72,18 @@ class Dynamics(ABC):
         """The largest change of heading from one step to the next, rad for each second; infinite where nothing bounds
         it."""
         return math.inf
+
+    def step_margins(self, position: Any, heading: Any, step: float) -> Mapping[str, tuple[Any, str]]:
+        """Margins of ``rules`` that the facts above do not state, by their names, each with its unit.
+
+        Args:
+            position: of one agent, (steps + 1, dim), metres; ``heading`` (steps + 1,), rad.
+            step: seconds.
+
+        Returns:
+            arrays of one number for each step, or each pair of steps: at least 0 where the motion is possible.
+        """
+        return {}
 
     @abstractmethod
     def at_most(self, speed: float, acceleration: float) -> Dynamics:

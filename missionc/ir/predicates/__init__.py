@@ -22,5 +22,6 @@ from missionc.ir.predicates.flagged import Flagged as Flagged
 from missionc.ir.predicates.in_formation import InFormation as InFormation
 from missionc.ir.predicates.in_region import Inside as Inside
 from missionc.ir.predicates.in_region import Touches as Touches
+from missionc.ir.predicates.place_predicate import PlacePredicate as PlacePredicate
 
-Predicate: TypeAlias = Inside | Touches | Compare | Connected | InFormation | Flagged | Facing
+Predicate: TypeAlias = Inside | Touches | Compare | Connected | InFormation | Flagged | Facing | PlacePredicate

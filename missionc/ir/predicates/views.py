@@ -6,6 +6,7 @@ a way of their own, as a trace or in plain numbers, gives a view of a few lines.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol, TypeAlias
 
 from missionc.ir.couplings import Formation, FormationEdge, Graph
@@ -38,6 +39,9 @@ class Measures(Protocol):
         """The signed distance of one's centre to the region's border, negative inside."""
 
     def to_beacon(self, beacon: Beacon) -> Array: ...
+
+    def of_place(self, value: Callable[[Any, Array], Array]) -> Array:
+        """A function of the library and of one's place, (..., dim), which changes by at most 1 for each metre."""
 
     def apart(self, first: int | None, second: int) -> Array:
         """The distance of two agents' centres; None is oneself."""

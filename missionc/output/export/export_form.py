@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import PurePosixPath
 from typing import TypeAlias
 
-from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_EXPORTED
+from missionc.base.diagnostics.code import EXTENSION_FAILED, EXTRA_MISSING, NOT_EXPORTED
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.extensions import ExtensionError
 from missionc.output.export.verified_flight import Flight
 
 
@@ -52,7 +54,20 @@ class Format:
 
     def export(self, flight: Flight) -> Exported | Diagnostic:
         """The files, or why there are none."""
-        return self.missing() or self.write(flight)
+        made = self.missing() or self.write(flight)
+        if isinstance(made, Diagnostic):
+            return made
+        if isinstance(made, Exported) and all(map(_is_file, made.files, made.files.values())):
+            return made
+        message = f"the export `{self.name}` made something that is no file of its folder"
+        raise ExtensionError(EXTENSION_FAILED, message, f"report it to the authors of the export `{self.name}`")
+
+
+def _is_file(name: object, content: object) -> bool:
+    if not (isinstance(name, str) and isinstance(content, bytes)):
+        return False
+    path = PurePosixPath(name)
+    return bool(path.name) and not path.is_absolute() and ".." not in path.parts and "\\" not in name
 
 
 def refused(name: str, why: str, *notes: str, help: str) -> Diagnostic:

@@ -9,13 +9,8 @@ A form is data: its name, a sentence, and a function; ``form_names`` says which 
 
 from __future__ import annotations
 
-from importlib import import_module
-
 from missionc.output.export.export_form import Exported, Format
-from missionc.output.export.form_names import NAMES
+from missionc.output.export.form_names import FORMATS
 from missionc.output.export.verified_flight import Flight, flight
 
 __all__ = ["FORMATS", "Exported", "Flight", "Format", "flight"]
-
-FORMATS: dict[str, Format] = {name: import_module(f"missionc.output.export.{name}").FORMAT for name in NAMES}
-"""Every form by its name."""

@@ -18,7 +18,7 @@ from missionc.compiler.graphs import first_roadmaps, picture_of
 from missionc.compiler.replan.request import Replanned
 from missionc.compiler.results import Compiled
 from missionc.flight.simulation.disturbance import Disturbance
-from missionc.flight.simulation.trial_bounds import ENGINES, MOST_FLIGHTS
+from missionc.flight.simulation.trial_bounds import ENGINES, MOST_FLIGHTS, QUADROTOR
 from missionc.flight.simulation.trials import Trial
 from missionc.output.export.formats import FORMATS
 from missionc.output.plot.figure_request import MAP, ROADMAP, FigureRequest
@@ -49,7 +49,7 @@ def simulate(
     *,
     trials: int = 1,
     seed: int = 0,
-    engine: str = ENGINES[0],
+    engine: str = QUADROTOR,
     limits: Limits | None = None,
     **disturbances: Any,
 ) -> Simulated:
@@ -69,7 +69,7 @@ def simulate(
     amounts, lost = amounts_of("simulate", disturbances)
     if engine not in ENGINES or not 1 <= trials <= MOST_FLIGHTS:
         raise ValueError(f"`engine` is one of {', '.join(ENGINES)}, and `trials` a number from 1 to {MOST_FLIGHTS}")
-    if engine != ENGINES[0] and (trials > 1 or disturbances):
+    if engine != QUADROTOR and (trials > 1 or disturbances):
         raise ValueError(f"{engine} flies once and undisturbed; leave `trials` and disturbances out")
     trial = Trial(engine, trials, Disturbance(**amounts, lose=lost), seed)
     with _on_disk(plan) as folder:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from missionc.backends.api import Progress, ignore
+from missionc.backends.api import Backend, Progress, ignore
 from missionc.backends.options import Options
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.model import Diagnostic
@@ -64,7 +64,7 @@ def compile(
     mission: MissionLike,
     *,
     overrides: Mapping[str, str] | None = None,
-    backend: str = "auto",
+    backend: str | Backend = "auto",
     vehicle: str = "",
     poses: Path | Source | None = None,
     limits: Limits | None = None,

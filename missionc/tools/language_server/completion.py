@@ -16,14 +16,16 @@ from itertools import pairwise
 from lsprotocol import types
 
 from missionc import ir
+from missionc.backends.offers import AUTO, OFFERS
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS, Dimension
+from missionc.frontend.resolve.called_predicates import CALLED
 from missionc.frontend.resolve.context import AGENTS, STATE_WORDS, Kind
-from missionc.frontend.resolve.resolve_agents import SETTINGS as DYNAMICS
+from missionc.frontend.resolve.resolve_agents import settings_of
 from missionc.frontend.resolve.resolve_formations import SETTINGS as FORMATIONS
 from missionc.frontend.resolve.resolve_formulas import FORMULAS
-from missionc.frontend.resolve.resolve_goals import BACKENDS, CONNECTIVITY, OPTIONS, ROADMAP
+from missionc.frontend.resolve.resolve_goals import CONNECTIVITY, OPTIONS, ROADMAP
 from missionc.frontend.resolve.resolve_graphs import MARKS, RATES
 from missionc.frontend.syntax import parse_table
 from missionc.frontend.syntax.machine import Machine
@@ -32,7 +34,7 @@ from missionc.frontend.syntax.parse_table import END
 from missionc.frontend.syntax.passages import passages
 from missionc.frontend.syntax.tokens import DECLARATIONS, EXTREME, NAME, NUMBER, PLURALS, UNIT, WORDS, Token, tokenise
 from missionc.ir import FIGURES, PAD_FIGURES
-from missionc.ir.language.predicates import CALLED
+from missionc.ir.dynamics import KINDS
 from missionc.ir.vehicle_profiles import profiles
 from missionc.tools.language_server.open_text import LIMITS, OpenText
 from missionc.tools.language_server.word_help import meaning
@@ -165,11 +167,11 @@ def _measured(place: Spot) -> tuple[Dimension, ...] | None:
     return None
 
 
-ARGUMENTS: dict[str, tuple[Kind, ...]] = {
-    **{name: (Kind[predicate.parameters[0].upper()],) for name, predicate in CALLED.items()},
-    "distance": (Kind.REGION, Kind.BEACON, *AGENTS),
-}
-"""What each word that takes brackets is asked of."""
+_NAMED = {"region": Kind.REGION, "beacon": Kind.BEACON, "graph": Kind.GRAPH}
+"""The kind of name for each kind of parameter that is no number."""
+
+DISTANCE = (Kind.REGION, Kind.BEACON, *AGENTS)
+"""What ``distance`` is asked of."""
 
 ICONS = {
     "a declaration": types.CompletionItemKind.Keyword,
@@ -261,9 +263,11 @@ def _kinds(place: Spot) -> tuple[Kind, ...]:
     before, opener, expected = place.before, place.opener(), place.expected
     counted = len(place.taken) > 2 and place.taken[-2].word in ("least", "any")
     listed = place.taken[0].word == "group" and before.kind in ("=", ",") and not place.bracket
-    if place.bracket == "(" and opener is not None and opener.text in ARGUMENTS:
+    if place.bracket == "(" and opener is not None and opener.text == "distance":
+        return DISTANCE
+    if place.bracket == "(" and opener is not None and (called := CALLED.usable(opener.text)):
         further = opener.text == "connected" and before.kind == ","
-        return AGENTS if further else ARGUMENTS[opener.text]
+        return AGENTS if further else tuple(dict.fromkeys(_NAMED.get(each, Kind.PARAM) for each in called.parameters))
     if before.word == "on":
         return (Kind.GRAPH,)
     if before.word == "in" and NUMBER not in expected:
@@ -289,17 +293,18 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
     if before.word == "vehicle":
         yield from ((name, "a vehicle") for name in profiles())
     elif before.word == "dynamics":
-        yield from ((name, "a kind of dynamics") for name in DYNAMICS)
+        yield from ((name, "a kind of dynamics") for name in KINDS if KINDS.usable(name))
     elif before.word in ("start", "finish"):
         yield from ((name, "how places are given") for name in ("line", "grid"))
     elif before.word == "with" and first == "solve":
-        yield from ((name, "a backend") for name in BACKENDS)
+        yield from ((name, "a backend") for name in (AUTO, *OFFERS))
     elif before.word == "minimize":
         yield from ((goal.value, "a goal") for goal in ir.Objective if goal is not ir.Objective.NONE)
     elif before.kind == "=" and first == "formation":
         yield from ((name, "a kind of formation") for name in FORMATIONS)
     elif place.bracket == "(" and head is not None and head.word == "dynamics" and opener is not None:
-        yield from ((name, "a bound") for name in DYNAMICS.get(opener.text, ()))
+        bounded = KINDS.usable(opener.text)
+        yield from ((name, "a bound") for name in (settings_of(bounded) if bounded else ()))
     elif place.bracket == "{" and head is not None and head.word == "vehicle":
         yield from ((name, f"{figure.dimension.value} {figure.says}") for name, figure in ir.FIGURES.items())
     elif place.bracket == "{" and opener is not None and opener.word == "flight":
@@ -318,4 +323,4 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
     elif first in ("let", "require", "prefer") and "distance" in place.expected and place.bracket != "[":
         yield from ((name, "a part of an agent's state") for name in STATE_WORDS)
         if "PREFIX" in place.expected:
-            yield from ((name, "a predicate") for name in CALLED)
+            yield from ((name, "a predicate") for name in CALLED if CALLED.usable(name))

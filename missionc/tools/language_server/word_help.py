@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from missionc.base.units import UNITS
-from missionc.frontend.resolve.resolve_agents import SETTINGS as DYNAMICS
+from missionc.frontend.resolve.called_predicates import CALLED
+from missionc.frontend.resolve.resolve_agents import settings_of
 from missionc.frontend.resolve.show_ir import figures_of
 from missionc.frontend.syntax import forms
 from missionc.frontend.syntax.tokens import SPELLINGS, STATES, UNIT, WORDS, Token
 from missionc.ir import FIGURES, PAD_FIGURES
+from missionc.ir.dynamics import KINDS
 from missionc.ir.language.operators import by_name
-from missionc.ir.language.predicates import CALLED
 from missionc.ir.language.predicates.heading import PREDICATE as HEADING
 from missionc.ir.vehicle_profiles import example, profiles
 from missionc.ir.wording import listed
@@ -38,8 +39,8 @@ def meaning(token: Token, before: Token | None = None) -> str:
         return _of_unit(token.text)
     if before is not None and before.word == "vehicle" and token.text in profiles():
         return vehicle(token.text)
-    if before is not None and before.word == "dynamics" and token.text in DYNAMICS:
-        return f"`{token.text}`: a kind of dynamics; it takes {listed([f'`{each}`' for each in DYNAMICS[token.text]])}"
+    if before is not None and before.word == "dynamics" and (kind := KINDS.usable(token.text)):
+        return f"`{token.text}`: a kind of dynamics; it takes {listed([f'`{each}`' for each in settings_of(kind)])}"
     word = token.word
     if word in QUANTIFIERS:
         quantifier = _entry("a quantifier", word, QUANTIFIERS[word], forms.IN_FORMULA[word])
@@ -48,8 +49,8 @@ def meaning(token: Token, before: Token | None = None) -> str:
         return _of_operator(word)
     if token.declares:
         return _entry("a declaration", word, "", forms.DECLARED[word])
-    if token.text in CALLED or token.kind == HEADING.name:
-        predicate = CALLED.get(token.text, HEADING)
+    predicate = HEADING if token.kind == HEADING.name else CALLED.usable(token.text)
+    if predicate is not None:
         return _entry("a predicate", token.text, predicate.says, predicate.example)
     if word in forms.PARTS:
         return _entry(SPELLINGS[word].says, word, "", forms.PARTS[word])

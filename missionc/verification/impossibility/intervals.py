@@ -8,10 +8,10 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import TypeAlias, assert_never
+from typing import Any, TypeAlias, assert_never
 
 import numpy as np
 
@@ -206,6 +206,12 @@ class IntervalView:
 
     def to_beacon(self, beacon: ir.Beacon) -> Interval:
         return length(self.coordinate(axis) - beacon.position[axis] for axis in range(self.dimension))
+
+    def of_place(self, value: Callable[[Any, Array], Array]) -> Interval:
+        low, high = self.place(None)
+        middle = exactly(np.asarray(value(np, (low + high) / 2)))
+        reach = length(Interval(low[..., axis], high[..., axis]) - low[..., axis] for axis in range(self.dimension))
+        return Interval((middle - reach * 0.5).low, (middle + reach * 0.5).high)
 
     def apart(self, first: int | None, second: int) -> Interval:
         first = self.oneself if first is None else first

@@ -40,6 +40,7 @@ def check_dynamics(mission: Mission, trace: Trace) -> list[Check]:
             findings.append(_turn(agent, trace.heading[agent.index], dynamics.top_turn, step))
         if math.isfinite(dynamics.top_acceleration):
             findings.append(_acceleration(agent, velocity, dynamics.top_acceleration, step))
+        findings += _rules(agent, position, trace.heading[agent.index], step)
     return findings
 
 
@@ -110,6 +111,18 @@ def _facing(agent: Agent, position: Array, heading: Array, step: float) -> Check
 def _turn(agent: Agent, heading: Array, turn: float, step: float) -> Check:
     allowed = f"at most {turn * step:g} rad from step to step"
     return _worst(agent, "turn", turn * step - turned(np.diff(heading)), "rad", step, allowed)
+
+
+def _rules(agent: Agent, position: Array, heading: Array, step: float) -> list[Check]:
+    """Each rule of dynamics of an extension; a rule without finite numbers is not satisfied."""
+    margins = agent.dynamics.step_margins(position, heading, step)
+    checks = []
+    for name in agent.dynamics.rules:
+        margin, unit = margins.get(name, (np.nan, ""))
+        numbers = np.nan_to_num(np.atleast_1d(np.asarray(margin, dtype=np.float64)), nan=-np.inf)
+        detail = f"the rule `{name}` of `{agent.dynamics.word}`"
+        checks.append(_worst(agent, "rule", numbers, unit, step, detail))
+    return checks
 
 
 def _worst(agent: Agent, name: str, margin: Array, unit: str, step: float, detail: str) -> Check:

@@ -391,6 +391,9 @@ class ConstraintJudge:
         agents = self.mission.agents
         bare = [each for each in agents if each.dynamics.faces_ahead and not self.with_heading[each.index]]
         yield from self._unseen(["heading"], bare, "no `yaw` is recorded")
+        for kind in dict.fromkeys(type(each.dynamics) for each in agents if each.dynamics.rules):
+            moved = [each for each in agents if type(each.dynamics) is kind]
+            yield from self._unseen([*kind.rules], moved, f"a rule of `{kind.word}`, which is judged of plans alone")
         for names, reason in UNSEEN if self.mission.dimension == 2 else UNSEEN[:1]:
             limited = {
                 name: [each for each in agents if getattr(each.vehicle, name) != getattr(PLAIN, name)] for name in names

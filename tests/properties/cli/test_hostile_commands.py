@@ -226,6 +226,7 @@ COMMANDS: dict[str, tuple[tuple[Draw, ...], dict[str, Draw | None]]] = {
             "--quiet": None,
         },
     ),
+    "extensions": ((), {"--format": drawn("text", "json", ODD)}),
     "vehicles": ((name,), {"--format": drawn("text", "json", ODD)}),
     "verify": ((compiled,), {**SHARED}),
     ODD: ((name,), {}),

@@ -166,12 +166,12 @@ def test_every_feature_is_found_at_its_first_words() -> None:
 
 
 def test_transport_offers_all_but_hops_lanes_and_what_no_backend_does() -> None:
-    nobody = {Feature.RESTLESS_DURATION, Feature.PAST_BELOW_METRES}
+    nobody = {Feature.RESTLESS_DURATION, Feature.PAST_BELOW_METRES, Feature.EXTENSION_RULES}
     assert set(Feature) - OFFERS["clot"].features == {Feature.HOPS, Feature.LANES} | nobody
 
 
 def test_hybrid_offers_all_that_transport_does_and_hops() -> None:
-    assert list(OFFERS) == ["smt", "clot", "hybrid"]
+    assert list(OFFERS.built_in) == ["smt", "clot", "hybrid"]
     assert OFFERS["hybrid"].features == OFFERS["clot"].features | {Feature.HOPS}
 
 

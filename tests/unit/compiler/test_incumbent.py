@@ -327,7 +327,7 @@ def test_a_picture_that_cannot_be_drawn_leaves_the_folder(
     pytest.importorskip("matplotlib")
     mission, folder = tmp_path / "a.mission", tmp_path / "plan"
     mission.write_text(SMALL)
-    monkeypatch.setattr(compile_request, "_picture", broken)
+    monkeypatch.setattr("missionc.compiler.graphs.picture_of", broken)
     main(["compile", str(mission), "-o", str(folder), "--plot", str(tmp_path / "a.svg")])
     assert "warning[MC613]: drawing the plan failed" in capsys.readouterr().err
     assert main(["verify", str(folder)]) == 0

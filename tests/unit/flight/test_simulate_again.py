@@ -9,7 +9,6 @@ from dataclasses import fields, replace
 from functools import cache
 from itertools import product
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from missionc.cli.app import main
 from missionc.flight.simulation.default_engine import Flown, sample_times
 from missionc.flight.simulation.disturbance import Disturbance, setpoints
 from missionc.flight.simulation.flight_conditions import conditions, trial_of
-from missionc.flight.simulation.trial_bounds import LARGEST_SEED, MOST, MOST_FLIGHTS
+from missionc.flight.simulation.trial_bounds import ENGINES, LARGEST_SEED, MOST, MOST_FLIGHTS
 from missionc.flight.simulation.trials import Trial, Trials
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 from missionc.output.documents.simulation_json import simulation_json, simulation_record
@@ -349,15 +348,12 @@ def test_another_version_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_an_engine_that_does_not_start_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(name: str) -> object:
-        raise ImportError("no jax")
-
     monkeypatch.setattr("missionc.flight.simulation.engines.find_spec", lambda name: name)
     monkeypatch.setattr("missionc.flight.simulation.flight_conditions.version", lambda name: "3.0.0")
-    monkeypatch.setattr("missionc.flight.simulation.engines.import_module", broken)
+    monkeypatch.setitem(ENGINES._values, "rotorpy", "no_jax:fly")
     check = judged(edited(by("rotorpy")))
     assert check.name == UNJUDGED
-    assert "rotorpy cannot fly here: no jax" in check.detail
+    assert "rotorpy cannot fly here: No module named 'no_jax'" in check.detail
 
 
 def test_another_engine_flies_its_simulation_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -371,7 +367,7 @@ def test_another_engine_flies_its_simulation_again(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr("missionc.flight.simulation.engines.find_spec", lambda name: name)
     monkeypatch.setattr("missionc.flight.simulation.flight_conditions.version", lambda name: "3.0.0")
-    monkeypatch.setattr("missionc.flight.simulation.engines.import_module", lambda name: SimpleNamespace(fly=fly))
+    monkeypatch.setitem(ENGINES._values, "rotorpy", fly)
     trials = fly_again(opened(), Trial("rotorpy"))
     planned = monitor(opened().mission, opened().kernel, opened().trace).requirements
     made = simulation_record(opened().mission, planned, trials)

@@ -17,8 +17,9 @@ import pytest
 
 from missionc.base.diagnostics.code import CODES
 from missionc.base.source import Source
-from missionc.cli import app, options
+from missionc.cli import app
 from missionc.cli.app import main
+from missionc.cli.command_names import BUILT_IN, COMMANDS
 from missionc.compiler import driver
 from missionc.frontend import templates as template_package
 from missionc.frontend.templates import templates
@@ -295,13 +296,13 @@ def test_an_export_is_one_module_and_its_place_among_the_forms(
 ) -> None:
     tea = replace(FORMATS["px4"], name="tea", write=lambda flight: Exported({"tea.txt": b"tea\n"}))
     assert isinstance(tea, Format)
-    monkeypatch.setitem(FORMATS, "tea", tea)
-    monkeypatch.setattr(options, "NAMES", (*NAMES, "tea"))
+    monkeypatch.setitem(FORMATS._values, "tea", tea)
     mission, out = tmp_path / "small.mission", tmp_path / "out"
     mission.write_text(SMALL, encoding="utf-8")
     assert main(["compile", str(mission), "-o", str(out), "--export", "tea", "--quiet"]) == 0
     assert (out / "export" / "tea" / "tea.txt").read_bytes() == b"tea\n"
     assert main(["verify", str(out)]) == 0
+    monkeypatch.setattr(FORMATS, "built_in", (*NAMES, "tea"))
     assert main(["export", "--list"]) == 0
     assert "tea" in capsys.readouterr().out
 
@@ -317,7 +318,8 @@ def test_a_command_is_one_module_and_its_name(
     module = ModuleType("missionc.cli.commands.tea")
     module.command = command  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setattr(app, "MODULES", (*app.MODULES, "tea"))
+    monkeypatch.setattr(COMMANDS, "built_in", (*BUILT_IN, "tea"))
+    monkeypatch.setitem(COMMANDS._values, "tea", f"{module.__name__}:command")
     assert main(["tea"]) == 0
     assert main(["--help"]) == 0
     assert "Make tea." in capsys.readouterr().out
@@ -326,8 +328,8 @@ def test_a_command_is_one_module_and_its_name(
 def test_every_command_and_every_flag_of_compile_is_where_their_rows_say() -> None:
     page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
     drawn = (ROOT / "tests" / "properties" / "cli" / "test_hostile_commands.py").read_text(encoding="utf-8")
-    assert [name for name in app.MODULES if f"| `missionc {name}" not in page] == []
-    assert {name for name in app.MODULES if f'"{name}"' not in drawn} == GO_ON
+    assert [name for name in BUILT_IN if f"| `missionc {name}" not in page] == []
+    assert {name for name in BUILT_IN if f'"{name}"' not in drawn} == GO_ON
     with click.Context(app.commands) as context:
         compile_ = app.commands.get_command(context, "compile")
     assert compile_ is not None

@@ -84,4 +84,5 @@ def test_a_pose_of_ros_is_a_sample() -> None:
 
 def test_every_example_is_run_here() -> None:
     tested = Path(__file__).read_text(encoding="utf-8")
-    assert all(path.name in tested for path in (ROOT / "examples").rglob("*.py"))
+    programs = [path for path in (ROOT / "examples").rglob("*.py") if not (path.parent / "__init__.py").exists()]
+    assert all(path.name in tested for path in programs)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from missionc.cli.app import MODULES as COMMANDS
+from missionc.cli.command_names import BUILT_IN as COMMANDS
 
 ROOT = Path(__file__).resolve().parents[3]
 HEAVY = {"z3", "pysat", "torch", "networkx", "scipy", "matplotlib", "piqp", "jinja2", "mcap"}

@@ -11,14 +11,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
-from importlib import import_module
 from importlib.util import find_spec
 from typing import TypeAlias
 
-from missionc.base.diagnostics.code import EXTRA_MISSING
+from missionc.base.diagnostics.code import EXTENSION_FAILED, EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.flight.simulation.default_engine import Flown
-from missionc.flight.simulation.trial_bounds import OTHERS, QUADROTOR
+from missionc.base.extensions import ExtensionError
+from missionc.flight.simulation.default_engine import Flown, sample_times
+from missionc.flight.simulation.trial_bounds import ENGINES, OTHERS, QUADROTOR
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 LONGEST = 200
@@ -46,10 +46,16 @@ def fly_with(name: str, pieces: Sequence[Pieces], seconds: float) -> Flown:
 
     Raises:
         EngineError: the package cannot be loaded, as where another one that it needs is missing.
+        ExtensionError: it is of an extension that cannot be used, or returns no flight.
     """
     with redirect_stdout(sys.stderr):
         try:
-            engine: Engine = import_module(f"missionc.flight.simulation.engines.with_{name}").fly
+            engine: Engine = ENGINES[name]
         except (ImportError, RuntimeError) as error:
             raise EngineError(str(error).partition("\n")[0][:LONGEST]) from error
-        return engine(pieces, seconds)
+        flown = engine(pieces, seconds)
+    shape = (1, len(pieces), sample_times(seconds).size, 3)
+    if not (isinstance(flown, Flown) and flown.position.shape == shape and flown.heading.shape == shape[:3]):
+        message = f"the simulator `{name}` returned no `Flown` with positions of the shape {shape}"
+        raise ExtensionError(EXTENSION_FAILED, message, f"report it to the authors of the simulator `{name}`")
+    return flown

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any
 
 from missionc.ir import Beacon, Flag, FormationEdge, Graph, Region, Resource
 from missionc.ir.distances.signed_distance import Array, Namespace, distance_between, length, signed_distance
@@ -57,6 +59,9 @@ class View:
 
     def to_beacon(self, beacon: Beacon) -> Array:
         return distance_between(self.xp, self.own(), beacon.position)
+
+    def of_place(self, value: Callable[[Any, Array], Array]) -> Array:
+        return value(self.xp, self.own())
 
     def apart(self, first: int | None, second: int) -> Array:
         return distance_between(self.xp, self.own() if first is None else self.place(first), self.place(second))

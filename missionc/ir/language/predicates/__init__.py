@@ -12,6 +12,3 @@ from missionc.ir.language.predicates.region import PREDICATE as REGION
 from missionc.ir.language.predicates.touches import PREDICATE as TOUCHES
 
 PREDICATES: tuple[Predicate, ...] = (REGION, INSIDE, TOUCHES, MEMBER, COMPARE, CONNECTED, FORMATION, FLAG, HEADING)
-
-CALLED = {predicate.name: predicate for predicate in PREDICATES if predicate.called}
-"""Those that are written with their name and brackets, each under it."""

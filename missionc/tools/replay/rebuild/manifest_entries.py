@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from missionc.backends.api import CutShort
-from missionc.backends.offers import OFFERS
 from missionc.backends.options import DESCRIBED, Recorded, Whole
+from missionc.base.extensions import NAME
 from missionc.compiler.front_end import Checked
 from missionc.compiler.provenance import POSES, inputs
 from missionc.ir.vehicle_profiles import profiles
@@ -80,7 +80,7 @@ def _head(opened: OutputFolder) -> str:
     seed, cut_short = manifest["seed"], manifest["cut_short"]
     sound = {
         "mission": manifest["mission"] == opened.mission.name,
-        "backend": manifest["backend"] in [*OFFERS],
+        "backend": isinstance(manifest["backend"], str) and NAME.fullmatch(manifest["backend"]) is not None,
         "seed": isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED,
         "cut_short": cut_short is None or cut_short in [each.value for each in CutShort],
     }

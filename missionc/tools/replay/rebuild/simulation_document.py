@@ -163,7 +163,7 @@ def _flown(opened: OutputFolder, trial: Trial) -> Trials:
 
 def _differing(document: dict[str, Any], opened: OutputFolder, trials: Trials) -> str | None:
     """The first place where the document says something else than its flights come to."""
-    mission, same = opened.mission, AGREED[trials.trial.engine]
+    mission, same = opened.mission, AGREED.get(trials.trial.engine, 1e-6)
     planned = monitor(mission, opened.kernel, opened.trace).requirements
     made = _document(mission, simulation_record(mission, planned, trials), trials)
     claimed = {key: value for key, value in document.items() if key != "flight"}

@@ -1,0 +1,3 @@
+"""Extensions of missionc for carts: a predicate, dynamics, a backend, and an export."""
+
+INTERFACE = 1

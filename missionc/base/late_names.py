@@ -1,0 +1,19 @@
+"""Late names: public names of a package, loaded from their modules at the first use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+
+def late_names(package: str, homes: dict[str, tuple[str, ...]]) -> Callable[[str], object]:
+    """The ``__getattr__`` of a package: each name is loaded from its module when it is first used."""
+
+    def find(name: str) -> object:
+        from importlib import import_module
+
+        for home, names in homes.items():
+            if name in names:
+                return getattr(import_module(home), name)
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+
+    return find

@@ -1,0 +1,39 @@
+"""The registry of predicates that are written with their name and brackets: those built in, and those of extensions."""
+
+from __future__ import annotations
+
+import math
+
+from missionc.base.extensions import Kind, Registry, Unfit
+from missionc.frontend.syntax.tokens import SPELLINGS, STATES
+from missionc.ir import About
+from missionc.ir.language.predicate import Predicate
+from missionc.ir.language.predicates import PREDICATES
+from missionc.ir.predicates.place_predicate import PARAMETERS, PlacePredicate
+
+
+def of_class(name: str, kind: object) -> Predicate:
+    """The predicate of an extension, whose words its class says.
+
+    Raises:
+        Unfit: it is no class of predicates that says all its words.
+    """
+    if not (isinstance(kind, type) and issubclass(kind, PlacePredicate)):
+        raise Unfit("a predicate is a class that extends `PlacePredicate`")
+    if kind.value is PlacePredicate.value:
+        raise Unfit("its class has no `value`")
+    if name in SPELLINGS or name in STATES:
+        raise Unfit("its name is a word of the language")
+    if not getattr(kind, "says", "") or not getattr(kind, "example", "").startswith(f"{name}("):
+        raise Unfit(f"its class needs `says`, and an `example` that begins with `{name}(`")
+    unknown = [each for each in kind.parameters if each not in PARAMETERS]
+    if unknown or not kind.parameters:
+        wrong = f"`{unknown[0]}` among" if unknown else "no"
+        raise Unfit(f"its class has {wrong} `parameters`; there are {', '.join(PARAMETERS)}")
+    if not 0 < kind.slope < math.inf:
+        raise Unfit("its `slope` is not a number above 0")
+    return Predicate(name, About.AGENT, kind.parameters, True, kind.says, kind.example, kind)
+
+
+CALLED = Registry(Kind.PREDICATE, {predicate.name: predicate for predicate in PREDICATES if predicate.called}, of_class)
+"""Every such predicate by its name."""
