@@ -20,7 +20,7 @@ import numpy as np
 from missionc.backends.clot.paper.planning_sequence import of_phases
 from missionc.backends.clot.paper.search_tree import Node
 from missionc.backends.clot.paper.tree_search import Candidate, Expand, TreeSearch
-from missionc.backends.clot.run.search_settings import SearchSettings
+from missionc.backends.clot.settings import SearchSettings
 
 LANES = 4
 

@@ -77,6 +77,7 @@ def navigation() -> tuple[Page | Section, ...]:
                     Page("Command line", "docs/commands.md"),
                     Page("Exit status, JSON and SARIF", "docs/json.md"),
                     Page("Presets, limits and checkpoints", "docs/planning.md"),
+                    Page("Settings of the backends", "docs/settings.md"),
                     Section(
                         "Outputs",
                         (

@@ -18,8 +18,7 @@ from tests.support.random_language_missions import random_program
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST = 3_000
 """Characters of a text that is changed: a longer one says no more, and takes longer."""
-FLAGS = ("--time-limit", "1", "--explain-limit", "0")
-NODES = 30
+FLAGS = ("--time-limit", "1", "--explain-limit", "0", "--set", "smt.nodes=30")
 """Nodes of a roadmap, where a mission does not say how many: for agents with momentum more take seconds to grow."""
 
 
@@ -51,9 +50,6 @@ def carry_out(case: Case, folder: Path) -> str:
         for label in filter(None, (finding.primary, *finding.labels)):
             if not 0 <= label.span.start <= label.span.end <= len(label.span.source.text):
                 raise Broken("findings", "A finding points into the text.", finding)
-    from missionc.backends.smt.roadmap import sequence
-
-    sequence.NODES = NODES
     return taken_through(case.files, folder / "mission", FLAGS).outcome
 
 

@@ -39,6 +39,10 @@ def of_checked(checked: Checked, stages: tuple[str, ...], request: PlanRequest) 
         if "roadmap" in stages:
             built = first_roadmaps(checked, request.budget.seed)
             texts["roadmap"] = f"{built.message}\n" if isinstance(built, Diagnostic) else show_roadmaps(built)
+    if checked.choice and checked.mission and checked.ok and "settings" in stages:
+        from missionc.backends.settings import settings_table
+
+        texts["settings"] = settings_table(checked.mission, checked.choice.engines, request.options)
     if checked.choice:
         texts["backend"] = checked.choice.explanation + "\n"
     if checked.choice and checked.ok and "strategy" in stages:

@@ -362,6 +362,16 @@ def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
     return define(limits_and_form(command, forms))
 
 
+set_values = click.option(
+    "--set",
+    "settings",
+    type=pair,
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Tune a backend; `--emit settings` lists all.",
+)
+
+
 def limits_and_form(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
     """The flags of every command that reads files."""
     limit = click.option(

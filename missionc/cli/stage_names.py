@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-BEFORE_PLANNING = ("ast", "ir", "kernel", "cost-graph", "horizons", "backend", "strategy", "roadmap")
+BEFORE_PLANNING = ("ast", "ir", "kernel", "cost-graph", "horizons", "backend", "strategy", "settings", "roadmap")
 BY_A_BACKEND = ("smt2", "dimacs")
 ALL = (*BEFORE_PLANNING, *BY_A_BACKEND, "plan")
 

@@ -19,6 +19,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from missionc.backends import api
 from missionc.backends.choose_backend import Choice
@@ -52,6 +53,10 @@ from missionc.compiler.strategy import SEARCH
 from missionc.compiler.time_scaling import plan_with_time_scaling
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
+
+if TYPE_CHECKING:
+    from missionc.backends.clot.settings import ClotSettings
+    from missionc.backends.smt.settings import SmtSettings
 
 
 def ask_backend(
@@ -137,6 +142,7 @@ def compile(
     file: str | Path | Source,
     *,
     overrides: Mapping[str, str] | None = None,
+    settings: Mapping[str, object] | SmtSettings | ClotSettings | None = None,
     backend: str | api.Backend = "auto",
     seed: int = 0,
     time_limit: Seconds = DEFAULT_TIME_LIMIT,
@@ -158,6 +164,7 @@ def compile(
     Args:
         file: as for ``check``.
         overrides: as for ``check``.
+        settings: values by name, ``{"smt.nodes": 400}``, or the settings of one backend.
         backend: as for ``check``; or a backend itself, as one of a ``BackendExtension``.
         limits: as for ``check``.
         vehicle: as for ``check``.
@@ -181,6 +188,10 @@ def compile(
         ExtensionError: its name is taken, or what it returns is no outcome.
     """
     budget = api.Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
+    if settings:
+        from missionc.backends.settings import given  # few missions are tuned
+
+        overrides = {**(overrides or {}), **given(settings)}
     request = PlanRequest(
         budget, options or Options(), Checkpoints(keep, resume), exports, throughout, explain_limit, alternatives
     )

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from missionc import ir
 from missionc.backends.choose_backend import Choice, choose_backend
+from missionc.backends.setting import is_setting
 from missionc.base.diagnostics.code import INCLUDE_NOT_ALLOWED
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.diagnostics.render import counts, render_text
@@ -154,7 +155,7 @@ def check(
 
     Args:
         file: a path, or a text already in hand; what it includes lies relative to its name.
-        overrides: texts for parameters, ``{"T": "30 s"}``.
+        overrides: texts for parameters, and for settings of backends: ``{"T": "30 s", "smt.nodes": "400"}``.
         backend: ``auto``, or the one to hold the mission against.
         limits: of the sizes a mission may have.
         stretch: how many times as long as written the mission lasts, in whole steps; its windows stay as they are.
@@ -211,7 +212,9 @@ def check(
         return so_far(findings)
     with watch.stage("resolve"):
         flown = profiles()[vehicle] if vehicle else PLAIN
-        mission, more = resolve(program, dict(overrides or {}), limits, stretch, flown)
+        settings = {name: text for name, text in (overrides or {}).items() if is_setting(name)}
+        values = {name: text for name, text in (overrides or {}).items() if name not in settings}
+        mission, more = resolve(program, values, limits, stretch, flown)
         if mission is not None and poses is not None and not has_errors(more):
             mission, wrong = _from(mission, poses, limits, measured)
             sources.extend(measured)
@@ -234,6 +237,11 @@ def check(
                 findings += check_possible(mission, kernel, ground, findings)
         if backend != ANY_BACKEND:
             choice, more = choose_backend(mission, None if backend == "auto" else backend)
+            findings += more
+        if settings:
+            from missionc.backends.settings import with_settings  # few missions are tuned
+
+            mission, more = with_settings(mission, settings, choice.engines if choice else None)
             findings += more
         if has_errors([each for each in findings if not (judging and each.code.about_planning)]):
             kernel = None

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from missionc.backends.offers import AUTO, OFFERS, is_published
 from missionc.backends.options import DESCRIBED, Described, Options, Recorded
+from missionc.backends.setting import flag_of
 from missionc.base.source import Source
 from missionc.compiler.front_end import Checked
 from missionc.compiler.results import Compiled
@@ -69,7 +70,7 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     named.extend([("vehicle", checked.vehicle)] if checked.vehicle else [])
     if checked.poses is not None:
         named.append((POSES, poses_name(checked)))
-    return (*named, *((f"-D {name}", text) for name, text in sorted(checked.overrides.items())))
+    return (*named, *((f"{flag_of(name)} {name}", text) for name, text in sorted(checked.overrides.items())))
 
 
 def _is_recorded(option: Described, options: Options, hears: frozenset[str]) -> bool:

@@ -95,9 +95,8 @@ class SolveWith:
     span: Span | None = None
     roadmap: Lanes | None = None
     """The user's own, in the place of those that are made."""
-
-    def option(self, name: str, default: float) -> float:
-        return dict(self.options).get(name, default)
+    settings: tuple[tuple[str, float], ...] = ()
+    """Values of backend settings that differ from the defaults: ``("smt.roadmap.nodes", 400)``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

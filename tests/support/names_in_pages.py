@@ -1,7 +1,8 @@
 """The names of code that a page of the documentation mentions, and whether the code has them.
 
 A page about the package in ``folder`` writes ``module.name`` for what one of its modules, in
-whichever of its rooms, defines; ``module.py`` for the file; and ``missionc/…`` for a path.
+whichever of its rooms, defines; ``smt.group.name`` for a setting of a backend; ``module.py`` for the file; and
+``missionc/…`` for a path.
 """
 
 from __future__ import annotations
@@ -9,6 +10,9 @@ from __future__ import annotations
 import ast
 import re
 from pathlib import Path
+
+from missionc.backends.setting import settings_of
+from missionc.backends.settings import DEFAULTS
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = frozenset({"py", "md", "mission", "csv", "json", "html", "toml", "cnf", "drat"})
@@ -37,8 +41,10 @@ def paths(page: str) -> list[str]:
 
 
 def is_defined(name: str, folder: Path) -> bool:
-    """Whether a module of the package defines the name, and what is defined there the rest of it."""
+    """Whether it is a setting, or what a module of the package defines, and what is defined there the rest of it."""
     module, *words = name.split(".")
+    if module in DEFAULTS:
+        return ".".join(words) in {each.name for each in settings_of(DEFAULTS[module])}
     if module not in (known := modules(folder)):
         return False
     body = ast.parse(known[module].read_text(encoding="utf-8")).body

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.settings import Spare, Weights
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.source import Source
 from missionc.base.units import Seconds
@@ -16,9 +16,11 @@ from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
 
-def checked(text: str, backend: str = "clot", **overrides: str) -> tuple[Mission, Kernel]:
+def checked(
+    text: str, backend: str = "clot", settings: dict[str, str] | None = None, **overrides: str
+) -> tuple[Mission, Kernel]:
     """The mission and its kernel, of a text without errors."""
-    found = driver.check(Source("a.mission", text), overrides=overrides, backend=backend)
+    found = driver.check(Source("a.mission", text), overrides={**overrides, **(settings or {})}, backend=backend)
     assert found.mission is not None, [finding.message for finding in found.findings]
     assert found.kernel is not None, [finding.message for finding in found.findings]
     return found.mission, found.kernel

@@ -38,7 +38,7 @@ from missionc.backends.api import (
     discard_snapshot,
 )
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_weights import Weights, spare
+from missionc.backends.clot.cost_weights import spare
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import control_after, splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
@@ -63,6 +63,7 @@ from missionc.backends.clot.run.search_results import Searched
 from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.tasks import Outline, outline
+from missionc.backends.clot.settings import clot_settings
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
@@ -74,18 +75,6 @@ from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.walk import postorder
-
-ATTEMPTS = 40
-"""Schedules tried before the answer is that nothing was found."""
-
-ITERATIONS = 60
-"""Steps of one polish."""
-
-MORE = 1.0, 3.0, 9.0
-"""A motion that is nearly a plan is polished again, with so many times the usual room to spare between bodies."""
-
-SEARCH_EVERY = 8
-"""Attempts of which the last one searches, from the best schedule so far, where the preset does not do so anyway."""
 
 
 @dataclass(slots=True)
@@ -146,7 +135,7 @@ class TransportRun:
         return len(self.mission.agents) * self.mission.steps
 
     def __post_init__(self) -> None:
-        self.preset = preset(self.options.preset, self.options.samples, self.options.device)
+        self.preset = preset(self.options.preset, self.options.samples, self.options.device).tuned(self.mission)
         with self.account.stage("lower"):
             self.graph = build(self.kernel)
             self.asked = outline(self.graph, self.mission.steps)
@@ -168,7 +157,7 @@ class TransportRun:
             attempt: makes the attempt of a number; this backend's own where it is left out.
         """
         attempt, number = attempt or self.attempt, self.first
-        while number < ATTEMPTS:
+        while number < clot_settings(self.mission).attempts.schedules:
             if not self.in_time():
                 return self.not_found(Reason.TIME) if self.spare is None else self.planned(*self.spare)
             if self.search is None and self.reached is None:
@@ -188,10 +177,11 @@ class TransportRun:
 
     def alike(self, number: int) -> range:
         """The attempts from this one on of which none asks what came of another."""
+        settings = clot_settings(self.mission).attempts
         if self.options.processes == 1 or self.preset.local or self.search is not None or self.reached is not None:
             return range(number, number + 1)
-        until_search = SEARCH_EVERY - 1 - number % SEARCH_EVERY
-        return range(number, min(ATTEMPTS, number + max(1, until_search)))
+        until_search = settings.search_every - 1 - number % settings.search_every
+        return range(number, min(settings.schedules, number + max(1, until_search)))
 
     def planned(self, number: int, reached: Reached) -> Planned:
         self.account.solved = reached.solved
@@ -202,6 +192,7 @@ class TransportRun:
 
     def attempt(self, number: int) -> Reached | None:
         """One schedule, all the way; what comes of it if that is a plan."""
+        settings = clot_settings(self.mission).attempts
         way = self.preset
         generator = np.random.default_rng([self.budget.seed, number])
         resumed, self.search = self.search, None
@@ -211,9 +202,9 @@ class TransportRun:
             before is not None
             and before.sketch is not None
             and not way.local
-            and number % SEARCH_EVERY == SEARCH_EVERY - 1
+            and number % settings.search_every == settings.search_every - 1
         ):
-            way, begun = PRESETS["search"], self.again(before.sketch, before.motion)
+            way, begun = PRESETS["search"].tuned(self.mission), self.again(before.sketch, before.motion)
         else:
             begun = self.begun(number, generator)
         motions: tuple[Array, ...] = (begun.motion,)
@@ -263,17 +254,20 @@ class TransportRun:
             way: a preset, which may leave the polish out.
             begun: what the motion came of, where it may serve another search.
         """
+        # A motion that is nearly a plan is polished again, with these multiples of the usual clearance.
+        clearances = (1.0, 3.0, 9.0)
         mission = self.mission
         made = splines(mission)
         control = control_after(mission, made, first)
         if way is not None and not way.polished:
             plan = self.judged(Polished(control, 0.0, "a check", 0.0, 0), trace(mission, made, control), begun)
             return None if plan is None else Reached(control, choices, final=True)
-        for more in MORE:
+        for more in clearances:
             with self.account.stage("polish"):
                 demand, costs = self.wanted(choices, first, more)
                 told = partial(self.tell, "polish", number)
-                polished = polish(control, costs, demand, ITERATIONS, self.in_time, told)
+                iterations = clot_settings(mission).attempts.polish
+                polished = polish(control, costs, demand, iterations, self.in_time, told)
             self.account.work += polish_work(self.mission, polished.iterations)
             self.account.sizes["iterations"] = self.account.sizes.get("iterations", 0) + polished.iterations
             plan = self.judged(polished, trace(mission, made, polished.control), begun)
@@ -316,7 +310,7 @@ class TransportRun:
         demand = with_stays(demand, *made.states(made.through(first)))
         room = spare(self.mission)
         roomier = replace(room, bodies=more * room.bodies)
-        return demand, Costs(self.mission, made, Weights(), roomier)
+        return demand, Costs(self.mission, made, clot_settings(self.mission).weights, roomier)
 
     def accepted(self, control: Array) -> Trace | None:
         """The motion of control points, (agents, points, dim), metres, if it is a plan."""

@@ -17,12 +17,13 @@ from dataclasses import dataclass, field, replace
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, NotFound, Outcome, Planned, Reason, Report, Turns
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_weights import Weights, spare
+from missionc.backends.clot.cost_weights import spare
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
+from missionc.backends.clot.settings import clot_settings
 from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
@@ -33,12 +34,6 @@ from missionc.base.solved import then_polished
 from missionc.base.trace import Trace
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
-
-TRIES = 3
-"""How often a motion chooses anew what is to hold in it."""
-
-ITERATIONS = 80
-"""Steps of one polish, at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,15 +71,16 @@ class Repair:
         return Planned(found, replace(report, solved=then_polished(before.solved, mission.names)))
 
     def _repaired(self, mission: Mission, kernel: Kernel, go_on: Callable[[], bool], account: Account) -> Trace | None:
+        settings = clot_settings(mission).attempts
         made = splines(mission)
         control = made.at_rest(made.joined(self.motion.position, self.motion.velocity))
         roots = tuple(each.formula for each in build(kernel).requirements)
-        costs = Costs(mission, made, Weights(), spare(mission))
-        for _ in range(TRIES):
+        costs = Costs(mission, made, clot_settings(mission).weights, spare(mission))
+        for _ in range(settings.repairs):
             states = made.states(control)
             choices = Demand.of(mission, roots, {}, mission.steps).witness(*states)
             demand = with_stays(Demand.of(mission, roots, choices, mission.steps), *states)
-            polished = polish(control, costs, demand, ITERATIONS, go_on)
+            polished = polish(control, costs, demand, settings.repair_polish, go_on)
             account.work += polish_work(mission, polished.iterations)
             motion = trace(mission, made, polished.control)
             if attempt(mission, kernel, motion).is_plan:

@@ -20,7 +20,7 @@ import numpy as np
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import Attempt, Budget, Planned, Progress
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_weights import METRES, STRAIGHT, Spare, Weights, spare, with_room
+from missionc.backends.clot.cost_weights import METRES, STRAIGHT, spare, with_room
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
@@ -30,6 +30,7 @@ from missionc.backends.clot.optimise.minimize_duration import duration
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.retiming import retime
+from missionc.backends.clot.settings import Spare, clot_settings
 from missionc.backends.clot.torch_device import enough_memory, one_thread
 from missionc.backends.run_account import Account
 from missionc.base.signals import stop_requested
@@ -39,21 +40,6 @@ from missionc.geometry.dynamics import can_wait
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.monitor import monitor
-
-WORK = 60_000
-"""Numbers in the control points of a plan, times steps of descent or polish."""
-
-POLISH = 40
-"""Steps of a polish for more room, at most."""
-
-LONGER = 0.02
-"""A share by which a plan may be longer than one with less room."""
-
-STILL = 1e-3
-"""A share of its longest step: who may wait, and would move by less, stands."""
-
-TRIES = 3
-"""How often those who break something are put back, before all are."""
 
 
 def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budget) -> Planned:
@@ -110,11 +96,11 @@ class _Straightened:
 
     def steps(self, most: int) -> int:
         """Steps of descent or polish, so many at most."""
-        return min(most, WORK // max(1, self.control.size))
+        return min(most, clot_settings(self.mission).shortening.straighten // max(1, self.control.size))
 
     def costs(self, room: Spare) -> Costs:
         aim = self.aim
-        weights = replace(Weights(), length=aim.length, bend=aim.bend, metres=aim.metres)
+        weights = replace(clot_settings(self.mission).weights, length=aim.length, bend=aim.bend, metres=aim.metres)
         return Costs(self.mission, self.made, weights, room)
 
     def descended(self, start: Array, room: Spare) -> Array:
@@ -124,7 +110,8 @@ class _Straightened:
 
     def consider_wider(self, room: Spare) -> None:
         """Polishes for more room, and considers what that descends to, where there is some."""
-        wider = polish(self.control, self.costs(room), self.demand, self.steps(POLISH), self.go_on).control
+        steps = self.steps(clot_settings(self.mission).shortening.straighten_polish)
+        wider = polish(self.control, self.costs(room), self.demand, steps, self.go_on).control
         if (wider != self.control).any():
             self.consider(self.descended(wider, room))
 
@@ -142,7 +129,7 @@ class _Straightened:
     def consider(self, tried: Array) -> bool:
         """Takes a candidate over, without those who break something; whether all of it could be."""
         whole = True
-        for _ in range(TRIES):
+        for _ in range(clot_settings(self.mission).shortening.restores):
             tried = self.calmed(tried)
             if not (tried != self.control).any():
                 break
@@ -158,11 +145,12 @@ class _Straightened:
 
     def calmed(self, control: Array) -> Array:
         """The same, where whoever may wait stands rather than move by next to nothing."""
+        still = 1e-3  # share of its longest step, below which an agent that can wait stands
         calm = control.copy()
         for agent in self.mission.agents:
             if agent.dynamics.has_momentum or not can_wait(agent.dynamics):
                 continue
-            least = STILL * agent.dynamics.top_speed * self.mission.step
+            least = still * agent.dynamics.top_speed * self.mission.step
             fixed, points = self.made.fixed[agent.index], calm[agent.index]
             for step in range(1, self.mission.steps + 1):
                 if not fixed[step] and np.linalg.norm(points[step] - points[step - 1]) < least:
@@ -173,7 +161,8 @@ class _Straightened:
         """Whether a plan keeps what the best one keeps and is no longer in any sense that counts."""
         before = self.best
         return (
-            travelled(motion) <= min(travelled(self.plan), travelled(before) * (1 + LONGER))
+            travelled(motion)
+            <= min(travelled(self.plan), travelled(before) * (1 + clot_settings(self.mission).shortening.longer))
             and (self.mission.objective is not Objective.DURATION or duration(motion) <= duration(before))
             and as_many(self.mission, self.kernel, before, motion)
         )

@@ -222,7 +222,7 @@ Answer: TypeAlias = Refuted | Inconclusive | Open
 
 def refute(mission: Mission, kernel: Kernel, budget: Budget, account: Account, solver: str = "auto") -> Answer:
     """What covers show of the requirements within the budget's work, which is of this alone."""
-    with Solvers(for_refusals(solver), budget.memory_bytes, budget.seed, budget.deadline, presolves=False) as solvers:
+    with Solvers(for_refusals(solver), budget.memory_bytes, budget.seed, budget.deadline, presolve=0) as solvers:
         return _refuted(mission, kernel, budget, account, solvers)
 
 
@@ -317,7 +317,7 @@ def least_duration(
     """
     weaker, caps = relaxed(mission, kernel), motion_caps(mission, kernel)
     everybody = frozenset(range(len(mission.agents)))
-    with Solvers(for_refusals(solver), budget.memory_bytes, budget.seed, budget.deadline, presolves=False) as solvers:
+    with Solvers(for_refusals(solver), budget.memory_bytes, budget.seed, budget.deadline, presolve=0) as solvers:
         for count in CELLS:
             if least >= lasts or over(budget, account):
                 break

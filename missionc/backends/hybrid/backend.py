@@ -23,14 +23,13 @@ from math import ceil, floor
 import numpy as np
 
 from missionc.backends import api
-from missionc.backends.clot.backend import ATTEMPTS
 from missionc.backends.clot.backend import TransportRun as Smooth
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.goal_terms import Demand
-from missionc.backends.clot.run.initial_guesses import NOISE
 from missionc.backends.clot.run.run_state import Reached
 from missionc.backends.clot.schedule.schedule import Scheduler
+from missionc.backends.clot.settings import clot_settings
 from missionc.backends.clot.torch_device import device_missing, enough_memory, one_thread
 from missionc.backends.options import Options
 from missionc.backends.smt import backend as smt
@@ -117,10 +116,6 @@ def _relaxed(node: Node, parts: tuple[Node, ...], clock: Clock) -> Node:
             return folded(node, parts)
 
 
-REST = 3
-"""From one rest to the next an inert agent has so many ticks: so often its plan on the roadmap may turn a corner."""
-
-
 def on_clock(mission: Mission, ticks: int) -> Mission:
     """The mission with ``ticks`` steps of equal length, its agents without momentum and heading.
 
@@ -139,9 +134,10 @@ def first_order(dynamics: Dynamics, step: float) -> Dynamics:
     Args:
         step: seconds.
     """
+    rest = 3  # ticks from one rest to the next: the corners that a plan on the roadmap may turn
     if not dynamics.has_momentum and not dynamics.faces_ahead:
         return dynamics
-    speed, slowing = dynamics.top_speed, dynamics.top_acceleration * REST * step
+    speed, slowing = dynamics.top_speed, dynamics.top_acceleration * rest * step
     return of_first_order(slowing / 4 if slowing <= 2 * speed else speed - speed**2 / slowing)
 
 
@@ -157,16 +153,6 @@ def positions(mission: Mission, motion: Trace) -> Array:
         here, velocity, bend = motion_of(agent.dynamics, states.take(tick), states.take(tick + 1), motion.step)
         position[agent.index] = here + velocity * since + bend * since**2 / 2
     return position
-
-
-OWN = 3
-"""Every so many-th first motion is the transport's own sketch, while Z3 finds others."""
-
-TICKS = 30
-"""A mission of more steps is asked of the roadmap on a coarser clock, of so many."""
-
-DISCRETE = 20.0
-"""The units of work that may go into one plan of Z3's."""
 
 
 @dataclass(slots=True)
@@ -223,8 +209,9 @@ class Run:
         self.smooth.beside["refused"] = why
 
     def __post_init__(self) -> None:
+        most_ticks = 30  # of the clock on the roadmap, which is coarser for a longer mission
         self.smooth = Smooth(self.mission, self.kernel, self.options, self.budget)
-        ticks = min(self.mission.steps, TICKS)
+        ticks = min(self.mission.steps, most_ticks)
         self.asked = discrete(self.kernel, self.mission.steps, ticks)
         self.on_roadmap = on_clock(self.mission, ticks)
         if not self.asked.kernel.requirements:
@@ -237,7 +224,8 @@ class Run:
         return replace(outcome, statement="; ".join(part for part in (outcome.statement, self.refused) if part))
 
     def attempt(self, number: int) -> Reached | None:
-        start = None if self.refused or number % OWN == OWN - 1 else self.start(number)
+        own = 3  # first motions of which one is clot's own sketch, while the solver finds others
+        start = None if self.refused or number % own == own - 1 else self.start(number)
         if start is None:
             return self.smooth.attempt(number)
         reached = self.smooth.polished(start.position, start.choices, number)
@@ -247,9 +235,10 @@ class Run:
 
     def start(self, number: int) -> Start | None:
         """A plan of Z3's for what is discrete, with the choices it makes, if there is one."""
+        discrete = 20.0  # units of work for one plan on the roadmap
         account, budget = self.smooth.account, self.budget
         self.smooth.tell("discrete", number)
-        seed = budget.seed * ATTEMPTS + number
+        seed = budget.seed * clot_settings(self.mission).attempts.schedules + number
         with account.stage("discrete"):
             asked = replace(
                 budget,
@@ -259,7 +248,7 @@ class Run:
                 enough=api.no_bound,
                 keep=api.discard_snapshot,
                 resume=None,
-                work=DISCRETE,
+                work=discrete,
             )
             options = Options(solver=self.options.solver, require_solver=self.options.require_solver)
             outcome = smt.BACKEND.plan(self.on_roadmap, self.asked.kernel, options, asked)
@@ -289,7 +278,7 @@ class Run:
         scheduler = Scheduler(
             mission, self.smooth.asked, self.smooth.geodesics, np.random.default_rng([self.budget.seed, number])
         )
-        choices = dict(scheduler.schedule(NOISE if number else 0.0).choices)
+        choices = dict(scheduler.schedule(clot_settings(self.mission).attempts.noise if number else 0.0).choices)
         for term, agent, asked in choices:
             if event := awaited(term):
                 last = mission.steps if event.high is None else min(asked + event.high, mission.steps)

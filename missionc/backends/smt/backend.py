@@ -28,12 +28,12 @@ from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.refine.deletion import Deletion
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
-from missionc.backends.smt.refine.problem import LINKS, Problem, Setting
+from missionc.backends.smt.refine.problem import Problem, Setting
 from missionc.backends.smt.refine.unsat_core import minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
 from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
-from missionc.backends.smt.roadmap.sequence import ROADMAPS, Attempt, roadmaps_to_try
+from missionc.backends.smt.roadmap.sequence import Attempt, roadmaps_to_try
 from missionc.backends.smt.roadmap_answers import Inconclusive, NoPlan, TimeOver, TooFewLinks, WorkExceeded, refusal
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import certify
@@ -50,25 +50,6 @@ from missionc.base.trace import Flags, Trace
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Goal, Kernel
 from missionc.ir.wording import all_listed
-
-WHOLE = 100_000
-"""Moves of all agents at all steps: where there are fewer, what is best is asked of everybody at once."""
-
-GEODESIC = 20.0
-"""The units of work that one roadmap of shortest ways may take before sampled ones are asked."""
-
-PRIORITIZED, PRIORITIZED_EACH = 30.0, 2.0
-"""The units of work that may go into prioritized planning on one roadmap, or for each agent if that is more."""
-
-FEW_EACH, MORE_WORK = 2.0, 2.0
-"""Its first try has the work of a turn, or so much for each agent if that is more; another one so many times as much.
-"""
-
-SOONER = 3.0
-"""Units of work in which other roadmaps are asked for a plan of less duration, or as many as there were if more."""
-
-SOLVED = CLAUSE + 2 * QUESTION + 3000 * CLAUSE_CONFLICT
-"""Units of a clause of a problem for a few agents: to build it, to simplify it, and to look for a solution."""
 
 
 @dataclass(slots=True)
@@ -126,7 +107,7 @@ class Run(PacedRun):
     def turns(self, attempts: Iterable[Attempt] | None = None) -> Turns:
         """The run in turns, on all roadmaps or on some."""
         if attempts is None:
-            sampled = 1 if self.options.brief else ROADMAPS
+            sampled = 1 if self.options.brief else None
             attempts = roadmaps_to_try(self.mission, self.kernel, self.budget.seed, sampled)
         try:
             return (yield from self.on_attempts(iter(attempts)))
@@ -143,7 +124,8 @@ class Run(PacedRun):
         refused: NoPlan | None = None
         missing, why = "", ""
         for attempt in attempts:
-            self.most = math.inf if attempt.sampled else self.account.work + GEODESIC
+            granted = self.account.work + self.settings.work.shortest_paths
+            self.most = math.inf if attempt.sampled else granted
             with self.solvers() as solvers:
                 self.budget.listen(Progress("roadmap", attempt.number, f"{attempt.nodes} nodes"))
                 what = f"a roadmap of {attempt.nodes} nodes" if attempt.sampled else "a roadmap of shortest ways"
@@ -186,7 +168,7 @@ class Run(PacedRun):
         """The plan of least duration on this roadmap and on others, in as much work as that plan took."""
         if self.mission.objective is not Objective.DURATION or self.kernel.preferences or self.options.brief:
             return planned
-        left, tried = max(SOONER, self.account.work), 1
+        left, tried = max(self.settings.work.sooner, self.account.work), 1
         for attempt in others:
             lasts = planned.trace.lasts
             if left <= 0 or self.budget.enough(lasts) >= lasts or is_over(self.budget.deadline) or stop_requested():
@@ -258,7 +240,7 @@ class Run(PacedRun):
         refused = (yield from self.without_metres(roadmaps, ways, solvers)) if self.measured else None
         if refused is not None:
             return refused
-        for most_links in (LINKS, len(self.mission.agents)):
+        for most_links in (self.settings.solver.links, len(self.mission.agents)):
             if not solvers.alive:
                 solvers = self.solvers()
             with solvers:
@@ -300,19 +282,22 @@ class Run(PacedRun):
 
     def prioritized(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> Pausing[Planned | NoPlan | None]:
         """A plan made for few agents at a time, if there is one: with the work of a turn, then with all it may take."""
-        mission, kernel = self.mission, self.kernel
+        mission, kernel, settings = self.mission, self.kernel, self.settings
+        solved = CLAUSE + 2 * QUESTION + 3000 * CLAUSE_CONFLICT  # per clause: build, simplify and solve
         better = bool(kernel.preferences) or mission.objective is not Objective.NONE
-        if self.options.require_solver or mission.steps == 0 or (better and whole_moves(roadmaps) < WHOLE):
+        small = whole_moves(roadmaps) < settings.solver.all_agents
+        if self.options.require_solver or mission.steps == 0 or (better and small):
             return None
         self.layer = FEW
-        least, most = FEW_EACH * len(mission.agents), max(PRIORITIZED, PRIORITIZED_EACH * len(mission.agents))
+        least = settings.work.first_each * len(mission.agents)
+        most = max(settings.work.prioritized, settings.work.prioritized_each * len(mission.agents))
         while True:
             share = min(most, max(least, self.granted - self.account.work))
             attempt = partial(self.few_at_a_time, roadmaps, solvers, share, most)
-            plan, trace = yield from self.within_clauses(attempt, SOLVED)
+            plan, trace = yield from self.within_clauses(attempt, solved)
             if trace is not None or plan.refused is not None or plan.affordable or share == most:
                 break
-            least = MORE_WORK * share
+            least = settings.work.growth * share
             yield from self.pause(least)
         self.planner = plan.planner
         if trace is not None and plan.planner is not None:

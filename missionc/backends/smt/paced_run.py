@@ -18,19 +18,11 @@ from missionc.backends.smt.refine.problem import Problem, Setting
 from missionc.backends.smt.roadmap_answers import TimeOver, WorkExceeded
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.smt.sat.wait_for_process import is_over
+from missionc.backends.smt.settings import SmtSettings, smt_settings
 from missionc.backends.work import CLAUSE
 from missionc.base.memory import left
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
-
-LEAST_CLAUSES = 100_000
-"""However little work a turn has left: so many clauses may be made in it."""
-
-FIRST = 4.0
-"""Units of work after which the other solver is asked, where there are two; later each has as many as both so far."""
-
-LEAST_CONFLICTS, ROUNDS = 500, 20
-"""And so many conflicts be met; after so many rounds of collisions a question pauses as well."""
 
 Made = TypeVar("Made")
 
@@ -52,6 +44,10 @@ class PacedRun:
     """The units of work after which the roadmap at hand is left for the next."""
     granted: float = 0.0
     """The units of work up to which this turn goes."""
+
+    @property
+    def settings(self) -> SmtSettings:
+        return smt_settings(self.mission)
 
     def pause(self, needed: float = 0.0) -> Pausing[None]:
         """Until more than so many units of work are left to do, if there are fewer.
@@ -77,7 +73,7 @@ class PacedRun:
         most, needed = self.budget.limits.clauses, 0.0
         while True:
             yield from self.pause(needed)
-            afforded = min(most, max(LEAST_CLAUSES, (self.granted - self.account.work) / price))
+            afforded = min(most, max(self.settings.solver.turn_clauses, (self.granted - self.account.work) / price))
             try:
                 return attempt(Setting(self.mission, self.budget, self.account, int(afforded)))
             except TooLarge as error:
@@ -90,16 +86,18 @@ class PacedRun:
 
     def effort(self, search: LazyConstraints) -> Effort | None:
         """What a question may take in this turn, of the portfolio or of the solver; None for as much as it needs."""
+        settings = self.settings
         work = min(self.granted, self.most) - self.account.work
         if search.solvers.takes_turns:
-            work = min(work, max(FIRST, search.work))
+            work = min(work, max(settings.work.relief, search.work))
         if math.isinf(work):
             return None
-        effort = Effort(sys.maxsize, ROUNDS).within(work, search.clauses.count)
-        return replace(effort, conflicts=max(LEAST_CONFLICTS, effort.conflicts))
+        effort = Effort(sys.maxsize, settings.solver.turn_rounds).within(work, search.clauses.count)
+        return replace(effort, conflicts=max(settings.solver.turn_conflicts, effort.conflicts))
 
     def solvers(self) -> Solvers:
-        return Solvers(self.options.solver, left(self.budget.memory_bytes), self.budget.seed, self.budget.deadline)
+        memory, presolve = left(self.budget.memory_bytes), self.settings.solver.presolve_conflicts
+        return Solvers(self.options.solver, memory, self.budget.seed, self.budget.deadline, presolve=presolve)
 
     def record(self, problem: Problem | None, rounds: int, solvers: Solvers) -> None:
         """The sizes of the largest problem there was, if there was any, and the rounds of all."""

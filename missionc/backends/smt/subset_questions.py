@@ -28,21 +28,10 @@ from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Roadmap, whole_moves
 from missionc.backends.smt.roadmap_answers import NoPlan
 from missionc.backends.smt.sat.solve import Solvers, Unsatisfiable
+from missionc.backends.smt.settings import smt_settings
 from missionc.backends.work import CLAUSE
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Goal, Kernel
-
-AGAIN, LEAST = 0.5, 5.0
-"""So many times the work that the refusals took may go into a smallest conflict, and no less than so many units."""
-
-SHARE = 0.25
-"""The share of the work that is left which one question about one roadmap may take."""
-
-EFFORT = Effort(conflicts=100_000, rounds=200)
-"""The effort of a question, however much work is left."""
-
-ALONE = 20_000_000
-"""Moves of all agents at all steps: where there are more, nobody is asked alone, which takes a sweep over them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +51,7 @@ def infeasible_alone(
     goals: Iterable[Goal], mission: Mission, roadmaps: tuple[Roadmap, ...], account: Account
 ) -> list[str]:
     """The requirements that cannot hold on these roadmaps for what single agents can do there, each by itself."""
-    if whole_moves(roadmaps) > ALONE:
+    if whole_moves(roadmaps) > smt_settings(mission).solver.relaxation_moves:
         return []
     everyone = frozenset(range(len(mission.agents)))
     with account.stage("alone"):
@@ -94,9 +83,10 @@ class SubsetQuestions:
     """Seconds of the longest question so far; of the first, what a roadmap took before."""
 
     def __post_init__(self) -> None:
+        settings = smt_settings(self.mission).work
         self.mission = replace(self.mission, objective=Objective.NONE)
         self.budget = replace(self.budget, found=discard_plan, enough=no_bound)  # a plan of less is none of the mission
-        self.most = self.account.work + max(LEAST, AGAIN * self.account.work)
+        self.most = self.account.work + max(settings.conflict, settings.conflict_share * self.account.work)
         self.longest = sum(self.account.seconds.values()) / max(1, len(self.roadmaps))
 
     def smallest(self, conflict: tuple[str, ...], last: NoPlan) -> tuple[Deletion, NoPlan]:
@@ -168,13 +158,15 @@ class SubsetQuestions:
             TooLarge: the clauses take more work than there is left.
             Unexpressible: a predicate is about too many agents at once.
         """
-        share = SHARE * (self.most - self.account.work)
+        share = smt_settings(self.mission).work.question_share * (self.most - self.account.work)
         everyone = frozenset(range(len(self.mission.agents)))
         setting = self.setting(share)
         ways = all_ways(roadmaps, {})
+        settings = smt_settings(self.mission).solver
+        effort = Effort(settings.conflict_conflicts, settings.conflict_rounds)
         problem = setting.problem(goals, roadmaps, ways, everyone, frozenset(), len(everyone), self.solvers)
         search, asked = problem.search, problem.lowered.goals
-        result = search.find(asked, EFFORT.within(share, search.clauses.count))
+        result = search.find(asked, effort.within(share, search.clauses.count))
         if isinstance(result, JointMotion):
             return Holds()
         if isinstance(result, Unsatisfiable):
@@ -187,7 +179,7 @@ class SubsetQuestions:
         """A plan by prioritized planning, if it finds one; that it finds none says nothing."""
         if self.mission.steps == 0 or not self.affordable:
             return Unknown()
-        share = SHARE * (self.most - self.account.work)
+        share = smt_settings(self.mission).work.question_share * (self.most - self.account.work)
         most = self.account.work + share
         plan = PrioritizedPlan(self.setting(share), Kernel(goals, ()), roadmaps, self.solvers, most, most)
         try:

@@ -103,6 +103,9 @@ EXTENSION_UNLOADABLE = Code("MC410", "an extension that cannot be loaded")
 EXTENSION_CLASH = Code("MC411", "an extension whose name is taken")
 EXTENSION_INTERFACE = Code("MC412", "an extension for another interface")
 EXTENSION_FAILED = Code("MC413", "an extension failed")
+UNKNOWN_BACKEND_SETTING = Code("MC415", "no backend has this setting")
+SETTING_OUT_OF_RANGE = Code("MC416", "the value of a setting is out of range")
+OTHER_BACKEND_SETTING = Code("MC417", "this setting is of another backend", warning=True)
 
 # 5xx: the world
 OUTSIDE_WORLD = Code("MC501", "a start or finish outside the world", about_planning=True)

@@ -48,6 +48,7 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
 @options.poses
 @options.backend
 @options.of_a_plan(*PLANNING)
+@options.set_values
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, metavar="N")
 @click.option(
     "--time-limit",
@@ -129,6 +130,7 @@ def command(
     vehicle: str | None,
     poses: Path | None,
     backend: str,
+    settings: Pairs,
     seed: int,
     time_limit: float,
     memory_limit: int,
@@ -181,7 +183,7 @@ def command(
         raise click.UsageError("`--no-open` is for `--watch`, which opens the report")
     request = CompileRequest(
         file,
-        overrides=overrides,
+        overrides=(*overrides, *settings),
         limits=read_limits(limits),
         backend=backend,
         vehicle=vehicle or "",

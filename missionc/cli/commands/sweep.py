@@ -42,7 +42,7 @@ MOST_SEEDS = 100_000
     type=options.pair,
     multiple=True,
     metavar="NAME=VALUES",
-    help="Give a parameter each of these values: N=3,5,8 or R=1..2/0.25.",
+    help="Give a parameter or a setting each of these values: N=3,5,8 or smt.nodes=100..400/100.",
 )
 @click.option("--seeds", type=click.IntRange(1, MOST_SEEDS), default=1, show_default=True, metavar="K")
 @click.option(
@@ -61,6 +61,7 @@ MOST_SEEDS = 100_000
 @options.vehicle
 @options.backend
 @options.of_a_plan(*PLANNING)
+@options.set_values
 @click.option(
     "--time-limit",
     type=options.Number(min=0, min_open=True, max=1e6),
@@ -98,6 +99,7 @@ def command(
     compare: Path | None,
     vehicle: str | None,
     backend: str,
+    settings: options.Pairs,
     time_limit: float,
     memory_limit: int,
     continuous: bool,
@@ -131,13 +133,14 @@ def command(
     throughout = (
         ContinuousTime.REQUIRED if continuous else ContinuousTime.AT_STEPS if at_steps else ContinuousTime.WANTED
     )
-    values = read_varied(varied, [name for name, _ in overrides])
+    fixed = (*overrides, *settings)
+    values = read_varied(varied, [name for name, _ in fixed])
     if isinstance(values, list):
         say(values, [], form, {})
         return Status.MISSION_ERRORS
-    settings = Settings(
+    shared = Settings(
         {},
-        dict(overrides),
+        dict(fixed),
         allowed,
         backend,
         vehicle or "",
@@ -152,7 +155,7 @@ def command(
     request = SweepRequest(
         file,
         Grid(values, seeds),
-        settings,
+        shared,
         target,
         lambda: cluster_options.opened_cluster(jobs, cluster),
         compare,

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from missionc.backends.api import Backend, Progress, ignore
 from missionc.backends.options import Options
@@ -23,6 +23,10 @@ from missionc.compiler.results import Compiled, Monitored
 from missionc.frontend.builder.mission import Mission
 from missionc.frontend.builder.origins import at_origins
 from missionc.tools.api.described import PLANNER_OPTIONS, described, planner_options
+
+if TYPE_CHECKING:
+    from missionc.backends.clot.settings import ClotSettings
+    from missionc.backends.smt.settings import SmtSettings
 
 MissionLike: TypeAlias = "str | Path | Source | Mission"
 """The path of a file, a text under a name, or a mission built in Python."""
@@ -65,6 +69,7 @@ def compile(
     *,
     overrides: Mapping[str, str] | None = None,
     backend: str | Backend = "auto",
+    settings: Mapping[str, object] | SmtSettings | ClotSettings | None = None,
     vehicle: str = "",
     poses: Path | Source | None = None,
     limits: Limits | None = None,
@@ -84,7 +89,9 @@ def compile(
     """Compile a mission into a verified plan.
 
     Args:
-        mission: as for ``check``, like ``overrides``, ``backend``, ``vehicle``, ``poses`` and ``limits``.
+        mission: as for ``check``, like ``overrides``, ``vehicle``, ``poses`` and ``limits``.
+        backend: also a backend itself, as one of a ``BackendExtension``.
+        settings: of the backends by name, ``{"smt.nodes": 400}``, or the settings of one backend.
         seed: of everything drawn at random.
         time_limit: seconds, of the whole compilation. A search ends with the best plan so far.
         memory_limit: bytes, of this process and its solvers.
@@ -108,6 +115,7 @@ def compile(
         source_of(mission),
         overrides=overrides,
         backend=backend,
+        settings=settings,
         vehicle=vehicle,
         poses=poses,
         limits=limits,

@@ -272,10 +272,9 @@ def _stretch(manifest: Mapping[str, object]) -> float | None:
 
 
 def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:
-    """The parameters that the command line gave: the options that begin with ``-D``."""
-    return {
-        name[3:]: text for name, text in options(manifest).items() if name.startswith("-D ") and isinstance(text, str)
-    }
+    """The parameters and settings that the command line gave, with ``-D`` and ``--set``."""
+    given = ((*name.partition(" "), text) for name, text in options(manifest).items())
+    return {name: text for flag, _, name, text in given if flag in ("-D", "--set") and isinstance(text, str)}
 
 
 def unusable(folder: Path, why: str) -> Diagnostic:

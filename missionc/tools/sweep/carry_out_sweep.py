@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from missionc.backends.options import DESCRIBED
+from missionc.backends.setting import flag_of
 from missionc.base.diagnostics.code import NOT_TO_BE_LOST
 from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.figures import counted
@@ -385,7 +386,7 @@ class _Outputs:
         settings, file = self.request.settings, self.request.file
         words = ["missionc", "compile", file.name if isinstance(file, Source) else str(file)]
         for name, value in {**settings.fixed, **dict(row.run.values)}.items():
-            words += ["-D", f"{name}={value}"]
+            words += [flag_of(name), f"{name}={value}"]
         words += ["--seed", str(row.run.seed), "--time-limit", f"{settings.time_limit:g}"]
         words += ["--backend", settings.backend] if settings.backend != "auto" else []
         words += ["--vehicle", settings.vehicle] if settings.vehicle else []

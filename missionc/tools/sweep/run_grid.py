@@ -44,7 +44,7 @@ def read_varied(pairs: Sequence[tuple[str, str]], fixed: Sequence[str]) -> tuple
 
     Args:
         pairs: names and texts, as written.
-        fixed: names of parameters that are given one value with ``-D``.
+        fixed: names that are given one value, with ``-D`` or ``--set``.
     """
     found: list[Varied] = []
     wrong: list[Diagnostic] = []
@@ -53,7 +53,7 @@ def read_varied(pairs: Sequence[tuple[str, str]], fixed: Sequence[str]) -> tuple
         if name in [each.name for each in found]:
             wrong.append(_refused(f"`{name}` is varied twice", "give all of its values at once"))
         elif name in fixed:
-            wrong.append(_refused(f"`{name}` is varied, and given one value with `-D`", "leave one of the two out"))
+            wrong.append(_refused(f"`{name}` is varied, and given one value too", "leave one of the two out"))
         elif isinstance(values, str):
             wrong.append(_refused(f"in `--vary {name}={text[:DIGITS]}`: {values}", "write `N=3,5,8` or `R=1..2/0.25`"))
         else:

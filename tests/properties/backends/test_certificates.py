@@ -43,7 +43,7 @@ def cover_of(planned: Planned, cells: int, alone: bool) -> ClaimedCover:
     cover = build_cover(caps.mission, relaxed(mission, kernel), cells)
     together = frozenset[int]() if alone else frozenset(range(len(mission.agents)))
     budget = Budget(time.monotonic() + 60)
-    with Solvers("auto", budget.memory_bytes, 0, budget.deadline, presolves=False) as solvers:
+    with Solvers("auto", budget.memory_bytes, 0, budget.deadline, presolve=0) as solvers:
         question = Question(caps, cover, kernel.requirements, together, budget, Account(), solvers)
         return claimed(question, tuple(goal.name for goal in kernel.requirements), mission, kernel)[0]
 

@@ -19,10 +19,10 @@ torch = pytest.importorskip("torch")
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import States, team
 from missionc.backends.clot.cost_graph.robustness import Robustness
-from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.own_state_residuals import flag_pieces, level_groups
 from missionc.backends.clot.optimise.residuals import rows
+from missionc.backends.clot.settings import Spare, Weights
 
 torch.set_num_threads(1)
 

@@ -13,7 +13,7 @@ from torch import Tensor
 from missionc.backends.clot.paper.prior import Fixed, prior
 from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
 from missionc.backends.clot.paper.transport import transport
-from missionc.backends.clot.run.transport_settings import Coupling, Polytope, TransportSettings
+from missionc.backends.clot.settings import Coupling, Polytope, TransportSettings
 
 SEEDS = st.integers(0, 2**32 - 1)
 SETTINGS = st.builds(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from missionc.backends.smt.paper.build_prm import NEIGHBOURS, STARTS, STATES, build_prms
+from missionc.backends.smt.paper.build_prm import build_prms
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.roadmap.sample_nodes import NoRoadmap
+from missionc.backends.smt.settings import SmtSettings
 from missionc.ir.distances.signed_distance import signed_distance
 from tests.support.resolved_missions import demo, mission
 
@@ -16,6 +17,9 @@ HALL = demo(
     "obstacle wall = box (4, 2) to (5, 8)",
     team="team drone[2] { radius 0.1 m  dynamics unicycle(speed 1..2 m/s)  start in base }",
 )
+
+SETTINGS = SmtSettings()
+STARTS = SETTINGS.paper.start_samples
 
 
 def prms_of(text: str, seed: int = 0) -> tuple[Roadmap, ...]:
@@ -26,7 +30,7 @@ def prms_of(text: str, seed: int = 0) -> tuple[Roadmap, ...]:
 
 def test_each_agent_has_a_roadmap_of_its_own_with_its_start_set_sampled_in() -> None:
     one, other = prms_of(HALL)
-    assert len(one.nodes) == len(other.nodes) == STATES + STARTS
+    assert len(one.nodes) == len(other.nodes) == SETTINGS.roadmap.nodes + STARTS
     assert not np.array_equal(one.nodes.position, other.nodes.position)
     base = mission(HALL).regions[0].shape
     inside = np.asarray(signed_distance(np, base, one.nodes.position)) <= 0
@@ -45,7 +49,7 @@ def test_an_edge_leads_to_one_of_the_nearest_and_no_steerable_one_of_these_is_le
         position = prm.nodes.position
         distance = np.linalg.norm(position[:, None] - position[None], axis=-1)
         for node in range(len(position)):
-            nearest = set(np.argsort(distance[node])[1 : NEIGHBOURS + 1].tolist())
+            nearest = set(np.argsort(distance[node])[1 : SETTINGS.paper.neighbors + 1].tolist())
             found = set(prm.edges.target[prm.edges.source == node].tolist())
             assert found <= nearest
             in_the_open = {

@@ -10,10 +10,10 @@ nx = pytest.importorskip("networkx")
 
 import missionc
 from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
-from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.task_residuals import TaskCosts
+from missionc.backends.clot.settings import Spare, Weights
 from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.ir import Connected

@@ -14,7 +14,7 @@ pytest.importorskip("torch")
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, Planned, Report
 from missionc.backends.clot.backend import BACKEND
-from missionc.backends.clot.cost_weights import METRES, SHORT, Spare, Weights, longest_step
+from missionc.backends.clot.cost_weights import METRES, SHORT, longest_step
 from missionc.backends.clot.optimise.candidate import System
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import _Program, descend
@@ -22,6 +22,7 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.improve import effort, travelled
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Rows
+from missionc.backends.clot.settings import Spare, Weights
 from missionc.backends.options import Options
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
@@ -60,23 +61,18 @@ minimize distance
 """
 
 
-def planned(text: str, seed: int = 0, **overrides: str) -> tuple[Trace, Report]:
-    mission, kernel = checked(text, **overrides)
+def planned(text: str, seed: int = 0, settings: dict[str, str] | None = None, **overrides: str) -> tuple[Trace, Report]:
+    mission, kernel = checked(text, settings=settings, **overrides)
     outcome = BACKEND.plan(mission, kernel, Options(), Budget(time.monotonic() + 120, seed=seed))
     assert isinstance(outcome, Planned)
     assert attempt(mission, kernel, outcome.trace).is_plan
     return outcome.trace, outcome.report
 
 
-def untidied(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.backends.clot.optimise.improve.TIDIED", 0)
-
-
 @pytest.mark.parametrize("seed", range(2))
-def test_a_plan_nobody_asked_to_be_short_has_fewer_detours(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_nobody_asked_to_be_short_has_fewer_detours(seed: int) -> None:
     tidy, _ = planned(VISIT, seed, N="5")
-    untidied(monkeypatch)
-    plain, _ = planned(VISIT, seed, N="5")
+    plain, _ = planned(VISIT, seed, settings={"clot.tidy": "0"}, N="5")
     assert travelled(tidy) < 0.95 * travelled(plain)
     assert (
         np.linalg.norm(np.diff(tidy.velocity, axis=1), axis=-1).sum()

@@ -17,13 +17,12 @@ from missionc.backends.api import Budget, Planned, Progress
 from missionc.backends.clot.backend import BACKEND
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.motion_batch import team
-from missionc.backends.clot.cost_weights import ProbeWeights
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.prefix import about
 from missionc.backends.clot.paper.prefix_check import prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.transport import transport
-from missionc.backends.clot.run.transport_settings import TransportSettings
+from missionc.backends.clot.settings import ProbeWeights, TransportSettings
 from missionc.backends.clot.torch_device import available, one_thread
 from missionc.backends.options import DEVICES, Options
 from missionc.base.diagnostics.code import NO_DEVICE, NOT_ITS_FLAG

@@ -44,8 +44,9 @@ require row:   eventually[1 s, 3 s] always[0, 0.4 s] row
 """
 
 
-def compiled(text: str, *, limit: float = 120.0, seed: int = 0, backend: str = "clot") -> Compiled:
-    return driver.compile(Source("a.mission", text), backend=backend, seed=seed, time_limit=Seconds(limit))
+def compiled(text: str, *, limit: float = 120.0, seed: int = 0, backend: str = "clot", schedules: int = 40) -> Compiled:
+    source, settings = Source("a.mission", text), {"clot.schedules": schedules}
+    return driver.compile(source, backend=backend, seed=seed, time_limit=Seconds(limit), settings=settings)
 
 
 def verified(text: str, **options: int) -> Verified:
@@ -112,20 +113,18 @@ def test_a_mission_of_the_roadmap_paper_is_planned_here_too() -> None:
     assert verified(SMALL.replace("solve with smt { nodes = 40 }\n", "")).certificate.passed
 
 
-def test_what_is_not_found_is_undecided_and_says_where_the_best_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(transport, "ATTEMPTS", 1)
+def test_what_is_not_found_is_undecided_and_says_where_the_best_fails() -> None:
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
-    found = compiled(text, limit=6.0)
+    found = compiled(text, limit=6.0, schedules=1)
     assert isinstance(found.outcome, NotFound)
     assert found.outcome.reason in (Reason.TIME, Reason.SOLVER)
     assert "the best candidate fails" in found.outcome.statement
     assert "impossible" not in found.findings[-1].message
 
 
-def test_the_best_candidate_is_told_requirement_by_requirement(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(transport, "ATTEMPTS", 1)
+def test_the_best_candidate_is_told_requirement_by_requirement() -> None:
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
-    found = compiled(text)
+    found = compiled(text, schedules=1)
     assert isinstance(found.outcome, NotFound)
     best = found.outcome.best
     assert best is not None
@@ -164,10 +163,11 @@ def test_the_best_candidate_is_told_requirement_by_requirement(monkeypatch: pyte
 
 
 def test_what_would_do_is_tried_for_the_best_candidate_and_nobody_is_blamed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(transport, "ATTEMPTS", 1)
     monkeypatch.setattr(search_relaxations, "SEARCHED", 0.5)
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
-    found = driver.compile(Source("a.mission", text), backend="clot", explain_limit=Seconds(8))
+    found = driver.compile(
+        Source("a.mission", text), backend="clot", explain_limit=Seconds(8), settings={"clot.schedules": 1}
+    )
     assert isinstance(found.outcome, NotFound)
     assert found.outcome.best is not None
     assert found.explained is not None
@@ -252,11 +252,10 @@ def test_a_search_without_any_candidate_has_none_to_tell_of() -> None:
     assert compiled_lines(found, "", Seconds(1.0), verbose=True) == []
 
 
-def test_the_listener_hears_attempt_iteration_and_the_best_margin_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(transport, "ATTEMPTS", 2)
+def test_the_listener_hears_attempt_iteration_and_the_best_margin_so_far() -> None:
     heard: list[Progress] = []
     text = TOGETHER + "require never: always[0, 4 s] (not row or distance(drone[0], drone[1]) >= 2)\n"
-    driver.compile(Source("a.mission", text), backend="clot", listen=heard.append)
+    driver.compile(Source("a.mission", text), backend="clot", listen=heard.append, settings={"clot.schedules": 2})
     first = [each.iteration for each in heard if (each.stage, each.round) == ("polish", 1)]
     assert first == list(range(1, len(first) + 1))
     assert first

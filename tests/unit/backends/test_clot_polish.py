@@ -14,7 +14,6 @@ torch = pytest.importorskip("torch")
 
 from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
@@ -26,6 +25,7 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
 from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.settings import Spare, Weights
 from missionc.compiler import driver
 from missionc.geometry.displacement import displaced
 from missionc.ir import Connected, Mission

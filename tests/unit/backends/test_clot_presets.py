@@ -22,7 +22,6 @@ from missionc.backends.clot.backend import BACKEND, TransportRun
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.backends.clot.cost_graph.motion_batch import States, team, velocities
 from missionc.backends.clot.cost_graph.robustness import Robustness
-from missionc.backends.clot.cost_weights import ProbeWeights
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.expand_agent import Expansion
@@ -37,6 +36,7 @@ from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
 from missionc.backends.clot.paper.tree_search import Candidate
 from missionc.backends.clot.run.presets import PRESETS, fewer_samples, preset
 from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.settings import ProbeWeights
 from missionc.backends.offers import is_published
 from missionc.backends.options import OWN_PRESETS, Options
 from missionc.backends.options import TRANSPORT_PRESETS as NAMES

@@ -66,6 +66,11 @@ ONCE = ContinuousTime.AT_STEPS
 """For missions whose plans do not hold between the steps: they are planned once, and not again for that."""
 
 
+SEARCH_EVERY = 4
+SEARCHED = {"clot.search_every": SEARCH_EVERY}
+"""Settings by which the fourth attempt is a search."""
+
+
 def compiled(
     text: str,
     processes: int,
@@ -74,6 +79,7 @@ def compiled(
     preset: str = "sketch",
     samples: int | None = None,
     seed: int = 0,
+    settings: dict[str, int] | None = None,
     listen: Callable[[Progress], None] = ignore,
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
@@ -81,6 +87,7 @@ def compiled(
 ) -> Compiled:
     return driver.compile(
         Source("a.mission", text),
+        settings=settings,
         backend=backend,
         seed=seed,
         options=Options(preset=preset, samples=samples, processes=processes),
@@ -102,11 +109,10 @@ def gap_by_two() -> tuple[Compiled, tuple[Progress, ...]]:
 @pytest.fixture
 def no_early_plan(monkeypatch: pytest.MonkeyPatch) -> None:
     """No attempt finds a plan before the first that searches from the best schedule so far, which is the fourth."""
-    monkeypatch.setattr(clot, "SEARCH_EVERY", 4)
     judged = TransportRun.judged
 
     def strict(run, polished, made, begun):  # type: ignore[no-untyped-def]
-        if run.account.sizes["attempts"] >= clot.SEARCH_EVERY:
+        if run.account.sizes["attempts"] >= SEARCH_EVERY:
             return judged(run, polished, made, begun)
         come_to = clot.attempt(run.mission, run.kernel, made)
         came_of = (None, None) if begun is None else (begun.number, begun.motion)
@@ -137,20 +143,20 @@ def test_the_first_plan_of_this_mission_is_not_the_first_attempt() -> None:
 
 @pytest.mark.usefixtures("no_early_plan")
 def test_a_search_begins_from_the_best_of_the_attempts_made_at_once() -> None:
-    one, two, three = (compiled(PAIR, processes) for processes in (1, 2, 3))
+    one, two, three = (compiled(PAIR, processes, settings=SEARCHED) for processes in (1, 2, 3))
     assert files(one) == files(two) == files(three)
     assert isinstance(two.outcome, Verified)
-    assert dict(two.outcome.report.sizes)["attempts"] == clot.SEARCH_EVERY
+    assert dict(two.outcome.report.sizes)["attempts"] == SEARCH_EVERY
 
 
 @pytest.mark.usefixtures("no_early_plan")
 @pytest.mark.parametrize(("before", "after"), [(2, 1), (1, 2)])
 def test_a_run_may_be_taken_up_with_another_number_of_processes(before: int, after: int) -> None:
     kept: list[bytes] = []
-    whole = compiled(PAIR, before, keep=kept.append)
-    assert {words(each)["number"] for each in kept} == set(range(clot.SEARCH_EVERY))
+    whole = compiled(PAIR, before, settings=SEARCHED, keep=kept.append)
+    assert {words(each)["number"] for each in kept} == set(range(SEARCH_EVERY))
     for moment in (kept[1], kept[-2], kept[-1]):
-        assert files(compiled(PAIR, after, resume=moment)) == files(whole)
+        assert files(compiled(PAIR, after, settings=SEARCHED, resume=moment)) == files(whole)
 
 
 @pytest.mark.usefixtures("no_early_plan")
@@ -297,7 +303,7 @@ def test_when_time_is_up_the_plan_of_a_later_attempt_is_the_best_so_far(
         end_time()
 
     monkeypatch.setattr(parallel_attempts, "defer_stop", hold_until_the_end)
-    outcome = compiled(PAIR, 2).outcome
+    outcome = compiled(PAIR, 2, settings=SEARCHED).outcome
     assert isinstance(outcome, Verified)
     assert outcome.report.cut_short is CutShort.TIME
 
@@ -312,7 +318,7 @@ def test_a_signal_ends_the_wait_for_an_earlier_attempt(monkeypatch: pytest.Monke
 
     monkeypatch.setattr(parallel_attempts, "defer_stop", hold_and_interrupt)
     with stoppable():
-        outcome = compiled(PAIR, 2).outcome
+        outcome = compiled(PAIR, 2, settings=SEARCHED).outcome
     assert isinstance(outcome, Verified)
     assert outcome.report.cut_short is CutShort.SIGNAL
 

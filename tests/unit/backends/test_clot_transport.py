@@ -15,7 +15,7 @@ from missionc.backends.clot.paper.polytope import directions, rotations
 from missionc.backends.clot.paper.prior import End, Fixed, Free, Prior, prior, smoother
 from missionc.backends.clot.paper.sinkhorn import _by_logarithms, _by_scaling, row_softmax, sinkhorn
 from missionc.backends.clot.paper.transport import transport
-from missionc.backends.clot.run.transport_settings import Coupling, Polytope, TransportSettings
+from missionc.backends.clot.settings import Coupling, Polytope, TransportSettings
 
 Array = NDArray[np.float64]
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from missionc.backends.smt.prioritized.iterative_deepening import FIRST, deepened, within_horizon
+from missionc.backends.smt.prioritized.iterative_deepening import deepened, within_horizon
 from missionc.ir.kernel.nodes import All, Always, At, Eventually, Is, Node, Until, WindowNode
 
 HERE = Is(frozenset((0,)))
+
+FIRST = 16
 
 
 def _end(formula: Node) -> int | None:
@@ -17,13 +19,13 @@ def _end(formula: Node) -> int | None:
 
 def test_windows_grow_and_end_as_they_were_asked_for() -> None:
     asked: list[Node] = [At(0, Eventually(HERE, 2, 100)), At(1, Always(HERE, 0, None))]
-    windows = [[_end(formula) for formula in formulas] for formulas in deepened(asked, 100)]
+    windows = [[_end(formula) for formula in formulas] for formulas in deepened(asked, 100, FIRST)]
     assert windows == [[2 + FIRST, None], [2 + 2 * FIRST, None], [100, None]]
 
 
 def test_what_waits_for_nothing_is_asked_for_once() -> None:
     asked: list[Node] = [At(0, Always(Eventually(HERE, 0, 90), 0, 9)), At(0, Eventually(HERE, 0, FIRST))]
-    assert list(deepened(asked, 100)) == [asked]
+    assert list(deepened(asked, 100, FIRST)) == [asked]
 
 
 def test_a_window_without_end_ends_with_the_mission() -> None:

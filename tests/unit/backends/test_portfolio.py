@@ -260,9 +260,10 @@ def test_a_flag_leaves_those_that_hear_of_it() -> None:
     assert nobody.code is NOT_ITS_FLAG
 
 
-def turned(backend: Backend, grant: float) -> tuple[Outcome, int]:
+def turned(backend: Backend, grant: float, settings: dict[str, str] | None = None) -> tuple[Outcome, int]:
     """The outcome of turns of so many units each, and how many there were."""
-    checked = check(Source("small.mission", f"{SMALL}\nminimize distance\n"))
+    source = Source("small.mission", f"{SMALL}\nminimize distance\n")
+    checked = check(source, overrides=settings)
     assert checked.mission is not None
     assert checked.kernel is not None
     turns = backend.turns(checked.mission, checked.kernel, Options(), Budget(time.monotonic() + 60))
@@ -275,11 +276,10 @@ def turned(backend: Backend, grant: float) -> tuple[Outcome, int]:
             return ended.value, count
 
 
-def test_roadmaps_wait_for_the_work_that_their_clauses_take(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.backends.smt.paced_run.LEAST_CLAUSES", 50)
+def test_roadmaps_wait_for_the_work_that_their_clauses_take() -> None:
     backend = load.load("smt")
     assert not isinstance(backend, Diagnostic)
-    whole, short = turned(backend, 100.0), turned(backend, 0.002)
+    whole, short = (turned(backend, grant, {"smt.turn_clauses": "50"}) for grant in (100.0, 0.002))
     assert (whole[1], short[1] > 3) == (1, True)
     assert isinstance(whole[0], Planned)
     assert isinstance(short[0], Planned)

@@ -7,8 +7,6 @@ import pytest
 
 import missionc
 from missionc.backends.api import Impossible
-from missionc.backends.smt import backend
-from missionc.backends.smt.prioritized import prioritized_planning
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.requirement_parts import named_agents, restricted_to
 from missionc.backends.smt.prioritized.shorter_makespan import ShorterMakespan
@@ -50,8 +48,11 @@ solve with smt
 """Whom nobody escorts all the way is led the way of its own, and the others go by that."""
 
 
-def compiled(text: str, agents: int = 12, seed: int = 0) -> missionc.Compiled:
-    return missionc.compile(Source("turns.mission", FIELD.replace("NUMBER", str(agents)) + text), seed=seed)
+def compiled(
+    text: str, agents: int = 12, seed: int = 0, settings: dict[str, object] | None = None
+) -> missionc.Compiled:
+    source = Source("turns.mission", FIELD.replace("NUMBER", str(agents)) + text)
+    return missionc.compile(source, seed=seed, settings=settings)
 
 
 @pytest.fixture
@@ -107,14 +108,15 @@ def test_a_motion_that_is_over_late_is_made_shorter(monkeypatch: pytest.MonkeyPa
         find(search)
 
     monkeypatch.setattr(ShorterMakespan, "find", find_of_delayed)
-    monkeypatch.setattr(backend, "WHOLE", 0)
     text = (
         FIELD.replace("horizon 12 s", "horizon 20 s")
         .replace("NUMBER", "3")
         .replace("unicycle(speed 0..2 m/s)", "single_integrator(speed <= 2 m/s)")
     )
     asked = "require visits: every drone: eventually[0, 20 s] post\nminimize duration\nsolve with smt { nodes = 60 }\n"
-    outcome = missionc.compile(Source("turns.mission", text + asked), backend="smt").outcome
+    outcome = missionc.compile(
+        Source("turns.mission", text + asked), backend="smt", settings={"smt.all_agents": 0}
+    ).outcome
     assert isinstance(outcome, Verified)
     (note,) = (note for note in outcome.report.notes if note.startswith("lasts"))
     lasts, before = (int(words.split()[0]) for words in note.removeprefix("lasts ").split(" steps, "))
@@ -136,9 +138,9 @@ def test_where_turns_find_nothing_all_are_planned_at_once(monkeypatch: pytest.Mo
 
 
 @pytest.mark.usefixtures("coarse_covers")
-def test_what_turns_do_not_find_is_impossible_only_by_a_proof_about_everybody(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(prioritized_planning, "FAILURES", 2)
-    outcome = compiled(RELAYED.replace("0..3", "0..1") + VISITS, agents=3).outcome
+def test_what_turns_do_not_find_is_impossible_only_by_a_proof_about_everybody() -> None:
+    text = RELAYED.replace("0..3", "0..1") + VISITS
+    outcome = compiled(text, agents=3, settings={"smt.failures": 2}).outcome
     assert isinstance(outcome, Impossible)
     assert set(outcome.conflict) == {"relay", "visits"}
 

@@ -45,6 +45,11 @@ NEVER = PAIR + "require never: always[0, 4 s] (not row or distance(drone[0], dro
 RUN = {"mission": "a", "seed": "0"}
 
 
+SEARCH_EVERY = 4
+SEARCHED = {"clot.search_every": SEARCH_EVERY}
+"""Settings by which the fourth attempt is a search."""
+
+
 def compiled(
     text: str,
     *,
@@ -56,9 +61,11 @@ def compiled(
     seed: int = 0,
     limit: float = LIMIT,
     throughout: ContinuousTime = ContinuousTime.WANTED,
+    settings: dict[str, int] | None = None,
 ) -> Compiled:
     return driver.compile(
         Source("a.mission", text),
+        settings=settings,
         backend=backend,
         options=Options(preset=preset, samples=samples),
         keep=keep,
@@ -107,11 +114,10 @@ def test_a_hybrid_run_is_taken_up_too() -> None:
 
 def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Some attempts are a search from the best schedule so far; here none before the first of those may succeed."""
-    monkeypatch.setattr(clot, "SEARCH_EVERY", 4)
     judged = TransportRun.judged
 
     def strict(run, polished, made, begun):  # type: ignore[no-untyped-def]
-        if run.account.sizes["attempts"] >= clot.SEARCH_EVERY:
+        if run.account.sizes["attempts"] >= SEARCH_EVERY:
             return judged(run, polished, made, begun)
         come_to = clot.attempt(run.mission, run.kernel, made)
         nearest = Nearest(polished.control, polished.shortfall, begun.number, begun.motion)
@@ -120,13 +126,13 @@ def test_a_later_attempt_knows_the_best_candidate_of_those_before(monkeypatch: p
 
     monkeypatch.setattr(TransportRun, "judged", strict)
     kept: list[bytes] = []
-    whole = compiled(PAIR, keep=kept.append)
-    assert {words(each)["number"] for each in kept} == set(range(clot.SEARCH_EVERY))
+    whole = compiled(PAIR, keep=kept.append, settings=SEARCHED)
+    assert {words(each)["number"] for each in kept} == set(range(SEARCH_EVERY))
     searching = [each for each in kept if words(each)["search"] is not None]
     assert searching, "no attempt was a search"
     assert words(searching[0])["nearest"]["sketch"] == 0  # type: ignore[index]
     for moment in (kept[0], kept[2], searching[0], searching[-1]):
-        assert files(compiled(PAIR, resume=moment)) == files(whole)
+        assert files(compiled(PAIR, resume=moment, settings=SEARCHED)) == files(whole)
 
 
 def test_the_time_limit_keeps_what_was_done_and_nothing_that_was_cut_short(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ pytest.importorskip("torch")
 
 from missionc.backends.acceptance import attempt
 from missionc.backends.clot.cost_graph.cost_graph import build
-from missionc.backends.clot.cost_weights import Weights, spare
+from missionc.backends.clot.cost_weights import spare
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
@@ -17,6 +17,7 @@ from missionc.backends.clot.optimise.path_nodes import Nodes, path_nodes
 from missionc.backends.clot.optimise.path_velocity import SPEEDS, Bounds, path_velocity
 from missionc.backends.clot.optimise.pursuit import pursued
 from missionc.backends.clot.optimise.retiming import retime
+from missionc.backends.clot.settings import Weights
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel

@@ -13,9 +13,9 @@ from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import Motion, all_ways, lower_motion
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.refine.collisions import too_near
-from missionc.backends.smt.refine.conflict_limit import LEAST, MOST, effort
-from missionc.backends.smt.refine.lazy_constraints import Effort
+from missionc.backends.smt.refine.conflict_limit import effort
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
+from missionc.backends.smt.settings import SmtSettings
 from missionc.backends.smt.shorten.minimize_distance import move_lengths
 from missionc.backends.smt.shorten.shorten_paths import shorten_paths
 from missionc.backends.smt.shorten.time_expanded_path import JointPaths
@@ -185,9 +185,9 @@ def ways_of(agent: int, mission: Mission, kernel: Kernel, motion: Motion) -> lis
     return found
 
 
-def test_a_gap_is_said_where_the_search_for_less_takes_too_much(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.backends.smt.shorten.minimize_distance.effort", lambda clauses: Effort(1, 1))
-    outcome = missionc.compile(Source("pair.mission", PAIR)).outcome
+def test_a_gap_is_said_where_the_search_for_less_takes_too_much() -> None:
+    hardly = {"smt.improve_least": 1, "smt.improve_most": 1, "smt.improve_rounds": 1}
+    outcome = missionc.compile(Source("pair.mission", PAIR), settings=hardly).outcome
     assert isinstance(outcome, Verified)
     best, bound = said_of(outcome)
     assert 0 < bound < best
@@ -209,4 +209,6 @@ def test_a_better_plan_is_the_same_plan_each_time(wish: str, solver: str) -> Non
 def test_a_question_about_more_clauses_may_take_fewer_conflicts() -> None:
     few, many = Clauses(10_000_000), Clauses(10_000_000)
     many.add(np.full((1_000_000, 1), 1, dtype=np.int32))
-    assert LEAST <= effort(many).conflicts <= effort(few).conflicts == MOST
+    (asked, _), limits = meant(TEAM), SmtSettings().solver
+    fewer, most = (effort(asked, clauses).conflicts for clauses in (many, few))
+    assert limits.improve_least <= fewer <= most == limits.improve_most

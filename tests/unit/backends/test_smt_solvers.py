@@ -255,9 +255,8 @@ def test_the_same_seed_gives_the_same_model_at_a_glance(glancing: Solvers) -> No
     assert (one == other).all()
 
 
-def test_a_glance_ends_with_the_time_and_leaves_no_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("missionc.backends.smt.sat.presolve.CONFLICTS", 10**9)
-    with Solvers("z3", ROOM, 0, time.monotonic() + 1) as solvers:
+def test_a_glance_ends_with_the_time_and_leaves_no_process() -> None:
+    with Solvers("z3", ROOM, 0, time.monotonic() + 1, presolve=10**9) as solvers:
         solvers.begin()
         process = solvers._presolver.process if solvers._presolver else None
         assert solvers.presolve(pigeons(14), ()) is None

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from missionc.backends.clot.cost_weights import Weights, spare
+from missionc.backends.clot.cost_weights import spare
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.backends.clot.optimise.flown_limits import FLOWN, flown_limits
 from missionc.backends.clot.optimise.residuals import rows
+from missionc.backends.clot.settings import Weights
 from missionc.backends.clot.straighten import straightened
 from missionc.base.source import Source
 from missionc.base.trace import Array, Trace

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from missionc.backends.clot.cost_weights import Spare, Weights
+from missionc.backends.clot.settings import Spare, Weights
 from missionc.backends.features import Feature
 from missionc.backends.offers import OFFERS
 from tests.support.names_in_pages import ROOT, dotted, is_defined, is_there, module_files, modules, paths

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
-from missionc.backends.clot.cost_weights import AIMS, TIDY, ProbeWeights, Spare, Weights
+from missionc.backends.clot.cost_weights import AIMS, TIDY
+from missionc.backends.clot.settings import ClotSettings, clot_settings
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.show import show
@@ -16,12 +17,14 @@ if TYPE_CHECKING:
 
 def show_cost_graph(graph: Kernel, mission: Mission) -> str:
     """Every formula once, then what is wanted of them, and what shortfalls weigh."""
-    return show(graph, mission) + show_weights()
+    return show(graph, mission) + show_weights(clot_settings(mission))
 
 
-def show_weights() -> str:
+def show_weights(settings: ClotSettings) -> str:
     """Every figure, with its unit and what it is for, one a line."""
-    shown: list[tuple[str, DataclassInstance]] = [(each.title, each()) for each in (Weights, Spare, ProbeWeights)]
+    shown: list[tuple[str, DataclassInstance]] = [
+        (each.title, each) for each in (settings.weights, settings.spare, settings.probe)
+    ]
     shown += [
         (f"minimize {goal.value}{', then' if number else ''}", aim)
         for goal, aims in AIMS.items()

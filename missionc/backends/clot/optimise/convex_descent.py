@@ -24,33 +24,8 @@ from missionc.backends.clot.optimise.candidate import System
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.residuals import Rows, rows
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
-
-REACH = 0.4
-"""Metres a coordinate of a control point may move in one program, for each metre of the longest step of the fastest
-agent, and for one at least; half as many where that led nowhere."""
-
-SHARES = 0.5, 0.25
-"""Shares of the way to an answer that still breaks something after all cuts."""
-
-LEAST_REACH = 0.05
-"""Likewise, below which no program is solved any more."""
-
-NEAR = 0.15
-"""Metres to spare beyond which a margin is not looked at, before it is broken."""
-
-USED = 0.5
-"""The share of what a margin is to have to spare that a step may use up."""
-
-LEAST_SPARE = 1e-6
-"""Metres, for margins that are to have nothing to spare."""
-
-PRECISION, GAP, PATIENCE = 1e-4, 1e-3, 20
-"""Precision of a program, by how much its answer may be worse than the best, and iterations of its solver: those that
-have an answer take about fifteen."""
-
-CONVEX = 1e-6
-"""Added to the diagonal, so that a program has one answer."""
 
 
 def descend(
@@ -70,11 +45,12 @@ def descend(
         gain: a step that gains less than this share is the last.
         cuts: programs solved for one step, each with what the one before it broke.
     """
+    settings = clot_settings(costs.mission).shortening
     system, here = System(costs, control), Vicinity(control, costs, demand)
     scale = max(1.0, longest_step(costs.mission))
-    reach = REACH * scale
+    reach = settings.reach * scale
     for left in reversed(range(steps)):
-        if not go_on() or reach < LEAST_REACH * scale or not system.count:
+        if not go_on() or reach < settings.least_reach * scale or not system.count:
             break
         ahead = here.best(system, reach, cuts)
         if ahead is None:
@@ -105,7 +81,8 @@ class Vicinity:
 
     def near(self, control: Array) -> list[Rows]:
         """The margins that matter at control points, of what has to hold here."""
-        groups = (rows(group, control, NEAR) for group in self.costs.groups(control, self.active))
+        within = clot_settings(self.costs.mission).shortening.near
+        groups = (rows(group, control, within) for group in self.costs.groups(control, self.active))
         return [replace(part, weight=1.0) for part in groups if part.value.size]
 
     def worse(self, than: Vicinity) -> list[Rows]:
@@ -114,6 +91,7 @@ class Vicinity:
 
     def best(self, system: System, reach: float, cuts: int) -> Array | None:
         """The best motion nearby, as far as can be seen; None where what was found breaks something."""
+        shares = (0.5, 0.25)  # of the way to an answer that still violates something after all cuts
         program = _Program(system, system.pull(self.control), reach)
         moved, parts = np.zeros(system.count), self.parts
         for _ in range(cuts):
@@ -125,13 +103,14 @@ class Vicinity:
             parts = _broken(self.near(self.control + system.moved(moved)), self.used)
             if not parts:
                 return self.control + system.moved(moved)
-        some = (self.control + system.moved(share * moved) for share in SHARES)
+        some = (self.control + system.moved(share * moved) for share in shares)
         return next((ahead for ahead in some if not _broken(self.near(ahead), self.used)), None)
 
 
 def _broken(parts: list[Rows], used: Mapping[str, float]) -> list[Rows]:
     """The rows of margins that keep less than part of what they are to have to spare, and less than before."""
-    found = [part.taken(part.value > max(used.get(part.name, 0.0), USED) * _spare(part)) for part in parts]
+    most_used = 0.5  # share of its spare that a margin may lose in one step
+    found = [part.taken(part.value > max(used.get(part.name, 0.0), most_used) * _spare(part)) for part in parts]
     return [part for part in found if part.value.size]
 
 
@@ -141,15 +120,17 @@ def _used(part: Rows) -> float:
 
 
 def _spare(part: Rows) -> float:
-    return max(part.spare, LEAST_SPARE)
+    least_spare = 1e-6  # metres
+    return max(part.spare, least_spare)
 
 
 class _Program:
     """The least smoothness over movements of at most ``reach`` metres along each axis, under rows that may be added."""
 
     def __init__(self, system: System, pull: Array, reach: float) -> None:
+        convex = 1e-6  # added to the diagonal, so that a program has one answer
         self.system, self.pull = system, pull
-        self.matrix = (system.base + CONVEX * sparse.identity(system.count)).tocsc()
+        self.matrix = (system.base + convex * sparse.identity(system.count)).tocsc()
         self.box = np.full(system.count, reach)
         self.sides: list[sparse.csr_matrix] = []
         self.bounds: list[Array] = []
@@ -165,12 +146,13 @@ class _Program:
 
     def solved(self) -> Array | None:
         """The movement, (unknowns,), metres; None where there is none."""
+        precision, gap, patience = 1e-4, 1e-3, 20  # programs with an answer take about 15 iterations
         solver = piqp.SparseSolver()
         settings = solver.settings
         settings.kkt_solver = piqp.KKTSolver.sparse_ldlt_ineq_cond
-        settings.eps_abs = settings.eps_rel = PRECISION
-        settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = GAP
-        settings.max_iter = PATIENCE
+        settings.eps_abs = settings.eps_rel = precision
+        settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = gap
+        settings.max_iter = patience
         side = sparse.vstack(self.sides, format="csc")
         solver.setup(self.matrix, self.pull, None, None, side, None, np.concatenate(self.bounds), -self.box, self.box)
         if solver.solve() != piqp.PIQP_SOLVED:

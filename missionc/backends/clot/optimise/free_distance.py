@@ -10,9 +10,6 @@ from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.ir import Box, Mission, Shape
 from missionc.ir.distances.signed_distance import signed_distance
 
-REACH = 0.4
-"""Metres: obstacles further than this beyond what a body needs are no matter."""
-
 
 class Surroundings:
     """What of a mission stands or moves around, at instants ``parts`` to a step.
@@ -40,10 +37,11 @@ class Surroundings:
         Returns:
             (..., instants, others), metres, negative where it is too near; at most ``REACH``.
         """
+        reach = 0.4  # metres beyond what a body needs, within which obstacles count
         need = radius + self.mission.clearance
         # Which obstacles are near is a number to be read; a GPU, which would be waited for, is asked about all.
         near = self.all_near if points.device.type == "cpu" else self.all_of_them
-        return torch.minimum(near(points, instants, need + REACH) - need, -_distance(self.world, points))
+        return torch.minimum(near(points, instants, need + reach) - need, -_distance(self.world, points))
 
     def all_near(self, points: Tensor, instants: Tensor, reach: float) -> Tensor:
         """How far points, as in ``room``, are from obstacles, at most ``reach``: (..., instants, others), metres."""

@@ -18,19 +18,11 @@ from missionc.backends.clot.optimise.minimize_duration import shorten
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.retiming import retime
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.monitor import monitor
-
-ITERATIONS = 40
-"""Iterations of one try."""
-
-SAME = 1e-3
-"""Metres: so little makes no plan shorter."""
-
-TIDIED = 6_000
-"""Numbers in the control points of a plan, times steps of descent, where nothing is asked to be least."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +53,7 @@ def improve(
         accept: the motion of control points, if it is a plan.
         enough: as of a ``Budget``.
     """
+    settings = clot_settings(mission).shortening
     roots = demand.roots
     notes: list[str] = []
     for wish in sorted(graph.preferences, key=lambda each: -(each.weight or 0.0)):
@@ -70,7 +63,7 @@ def improve(
         if not _kept(wish.name, mission, kernel, made):
             for choices in (demand.choices, {}):  # what was scheduled, or what is nearest to holding
                 wider = Demand.of(mission, (*roots, wish.formula), choices, mission.steps)
-                candidate = polish(control, costs, wider, ITERATIONS, go_on).control
+                candidate = polish(control, costs, wider, settings.iterations, go_on).control
                 motion = accept(candidate)
                 if motion is not None and _kept(wish.name, mission, kernel, motion):
                     break
@@ -97,10 +90,10 @@ def improve(
     measure = MEASURES.get(mission.objective)
     before = made
     for aim in AIMS.get(mission.objective, (TIDY,)):
-        if measure is travelled and travelled(made) - enough(travelled(made)) <= SAME:
+        if measure is travelled and travelled(made) - enough(travelled(made)) <= settings.same:
             notes.append("no plan is shorter")
             break
-        steps = min(aim.steps, TIDIED // max(1, control.size)) if aim is TIDY else aim.steps
+        steps = min(aim.steps, settings.tidy // max(1, control.size)) if aim is TIDY else aim.steps
         weights = replace(costs.weights, length=aim.length, bend=aim.bend, metres=aim.metres)
         aimed = replace(costs, weights=weights)
         tried = descend(control, aimed, full_demand, steps, aim.gain, aim.cuts, go_on)

@@ -18,30 +18,8 @@ from missionc.backends.clot.cost_weights import longest_step
 from missionc.backends.clot.optimise.candidate import Look, System
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
-
-DAMPING = 1e-3
-"""Against the length term, to begin with; and its bounds while it adapts."""
-
-LEAST_DAMPING, MOST_DAMPING = 1e-6, 1e4
-
-SETTLED = 1e-2
-"""A share of the cost: a step that gains less is one of the last."""
-
-ENOUGH = 0.9
-"""A motion is done when no margin lacks more than this share of what it is to have to spare."""
-
-EAGER, PATIENT = 8, 4
-"""What has to hold is decided anew at each of the first so many steps, and then at every so many."""
-
-HARDER = 4.0
-"""By what shortfalls weigh more where a motion has come to rest with some of them, again and again."""
-
-HARDEST = 256.0
-"""By what they weigh more at most."""
-
-LONGEST = 1.0
-"""Metres that a control point moves in one step; or as far as the fastest agent goes in one of the mission's."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,9 +52,12 @@ def polish(
         control: control points to start from, (agents, points, dim), metres.
         tell: is told, at each step, its number and the worst margin of the best motion so far, metres.
     """
+    settings = clot_settings(costs.mission).polish
+    least_damping, most_damping = 1e-6, 1e4
+    eager, patient = 8, 4  # the active set is chosen at each of the first iterations, then at every few
     system = System(costs, control)
-    damping, penalty = DAMPING, 1.0
-    most = max(LONGEST, longest_step(costs.mission))
+    damping, penalty = settings.damping, 1.0
+    most = max(settings.longest, longest_step(costs.mission))
 
     def decided(control: Array) -> Look:
         """A motion, and what has to hold by what it is itself."""
@@ -93,27 +74,27 @@ def polish(
             step *= most / longest
         ahead = Look(now.control + step, costs, now.active, system)
         gain = now.total(penalty) - ahead.total(penalty)
-        settled = gain <= SETTLED * now.total(penalty)
+        settled = gain <= settings.settled * now.total(penalty)
         if gain > 0:
-            damping = max(damping / 4, LEAST_DAMPING)
+            damping = max(damping / 4, least_damping)
             now = ahead
-            if done < EAGER or done % PATIENT == 0 or settled:
+            if done < eager or done % patient == 0 or settled:
                 now = decided(now.control)
                 if now.rank < best.rank:
                     best = now
         else:
-            damping = min(damping * 6, MOST_DAMPING)
-            settled = damping == MOST_DAMPING
+            damping = min(damping * 6, most_damping)
+            settled = damping == most_damping
         if settled and now.shortfall > 0:
             untangled = demand.untangled(*costs.splines.states(now.control))
             if untangled is not None:
                 demand = untangled
                 now = decided(now.control)
                 continue
-        if settled and now.filled < ENOUGH:
+        if settled and now.filled < settings.enough:
             break
         if settled:
-            if penalty >= HARDEST:
+            if penalty >= settings.hardest:
                 break
-            penalty, damping = penalty * HARDER, DAMPING
+            penalty, damping = penalty * settings.harder, settings.damping
     return Polished(best.control, best.shortfall, best.worst, best.total(1.0), done)

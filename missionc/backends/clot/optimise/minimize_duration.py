@@ -16,10 +16,8 @@ from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Trace
-
-ITERATIONS = 40
-"""Iterations of one try."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +56,8 @@ def shorten(
         for start in _starts(made.position, best, target):
             first = np.where(costs.splines.fixed[..., None], control, costs.splines.through(start))
             stays = with_stays(demand, *costs.splines.states(first))
-            tried = polish(resting.splines.at_rest(first), resting, stays, ITERATIONS, go_on).control
+            iterations = clot_settings(costs.mission).shortening.duration_iterations
+            tried = polish(resting.splines.at_rest(first), resting, stays, iterations, go_on).control
             motion = accept(tried)
             if motion is not None and duration(motion) <= target:
                 control, made, best_costs, best = tried, motion, resting, duration(motion)

@@ -13,7 +13,6 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active
 from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
 from missionc.backends.clot.optimise.flown_limits import flown_limits
@@ -21,6 +20,7 @@ from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import TaskCosts, norm
 from missionc.backends.clot.optimise.turning import TURN, Turns, turns
+from missionc.backends.clot.settings import Spare, Weights, clot_settings
 from missionc.base.trace import Array
 from missionc.geometry.dynamics import speeds
 from missionc.geometry.required_separation import SpacingTable
@@ -30,15 +30,6 @@ from missionc.ir.distances.signed_distance import signed_distance
 
 OBSTACLES, SEPARATION = "obstacles", "separation"
 """Names of residuals."""
-
-CLOSE = 0.4
-"""Metres: bodies further than this beyond what they need are no matter for now."""
-
-GAP = 0.1
-"""Metres, at top speed, between the points at which obstacles are looked at: a corner that is cut lies between two."""
-
-FEWEST, MOST = 3, 12
-"""Such points within each step, whatever the speed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,11 +155,12 @@ class Costs:
 
     def obstacles(self, control: Array) -> Iterator[Group]:
         """Obstacles and the world's bounds, at the steps and between them."""
+        settings = clot_settings(self.mission).polish
         seen = self.samples
         radius, everywhere = seen.radius, seen.where
         point = everywhere.of(control)
         world = BoxShape(self.mission.world.low, self.mission.world.high)
-        far = np.flatnonzero(signed_distance(np, world, point) > -CLOSE)
+        far = np.flatnonzero(signed_distance(np, world, point) > -settings.close)
         if far.size:
             yield Group(
                 "world",
@@ -179,7 +171,7 @@ class Costs:
             )
         if not self.mission.obstacles:
             return
-        spare, reach = self.spare.bodies, float(radius.max()) + self.mission.clearance + CLOSE
+        spare, reach = self.spare.bodies, float(radius.max()) + self.mission.clearance + settings.close
         pairs = seen.obstacles.near(torch.from_numpy(point), torch.from_numpy(seen.instant), reach)
         if len(pairs.row):
             row = pairs.row.numpy()
@@ -208,7 +200,7 @@ class Costs:
         for axis in range(mission.dimension):
             between = middle[first, :, axis] - middle[second, :, axis]
             square += (between if metric is None else between * metric[:, axis, None]) ** 2
-        within = least[:, None] + CLOSE / 4
+        within = least[:, None] + clot_settings(self.mission).polish.close / 4
         within = within + max(1.0, float(spacing.flatness.max())) * (reach[first] + reach[second]) / 2
         pair, step_of = np.nonzero(square < within**2)
         one, other = first[pair], second[pair]
@@ -242,9 +234,10 @@ class Costs:
 
 
 def _samples(mission: Mission, made: Splines, start: int) -> Samples:
+    fewest, most = 3, 12  # points within a step, whatever the speed
     agents = np.arange(len(mission.agents))
     fastest = max(agent.dynamics.top_speed for agent in mission.agents)
-    count = int(np.clip(np.ceil(fastest * made.step / GAP), FEWEST, MOST))
+    count = int(np.clip(np.ceil(fastest * made.step / clot_settings(mission).polish.gap), fewest, most))
     parts = np.arange(made.steps * count + 1) if made.steps else np.zeros(1, dtype=np.int64)
     moment, part = parts // count, (parts % count) / count
     index = np.repeat(agents, len(parts))

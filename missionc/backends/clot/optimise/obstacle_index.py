@@ -25,15 +25,6 @@ from missionc.geometry.outline import outlined
 from missionc.ir import Mission, Obstacle
 from missionc.ir.distances.signed_distance import signed_distance
 
-CELLS = 64
-"""Along each axis of the plane, at most."""
-
-CHUNK = 1 << 18
-"""Pairs of points and boxes that are looked at at a time, all with all."""
-
-FEW = 8
-"""Standing obstacles that are quicker looked at one by one, where nobody asks for a gradient."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pairs:
@@ -136,12 +127,14 @@ class Obstacles:
 
     def standing_room(self, points: Array) -> Array:
         """How far points are from the nearest obstacle that stands, however far: (rows, dim) -> (rows,), metres."""
+        few = 8  # obstacles up to which each is evaluated by itself
+        chunk = 1 << 18  # pairs of points and boxes in one array
         room = np.full(len(points), np.inf)
-        if len(self.still) <= FEW:
+        if len(self.still) <= few:
             for shape in self.standing:
                 room = np.minimum(room, np.asarray(signed_distance(np, shape, points)))
             return room
-        size = max(CHUNK // max(len(self.still), 1), 1)
+        size = max(chunk // max(len(self.still), 1), 1)
         for begin in range(0, len(points) if len(self.still) else 0, size):
             some = torch.from_numpy(points[begin : begin + size])
             beside = self._beside(some[:, None], self.still[None])
@@ -167,10 +160,11 @@ class Obstacles:
         return row[close], which[close]
 
     def _made(self, reach: float) -> _Cells:
+        cells = 64  # along each axis of the plane, at most
         low, high = self.low[self.still, :2] - reach, self.high[self.still, :2] + reach
         corner = torch.tensor(self.mission.world.low[:2], dtype=low.dtype, device=low.device)
         extent = torch.tensor(self.mission.world.high[:2], dtype=low.dtype, device=low.device) - corner
-        along = min(CELLS, 2 * int(np.ceil(np.sqrt(len(self.still)))))
+        along = min(cells, 2 * int(np.ceil(np.sqrt(len(self.still)))))
         empty = _Cells(corner, extent / along, along, lists([], torch.zeros(0, dtype=torch.int64), low.device))
         # What is outside the world is in the cell at its border: that of a box reaches as far as that of its points.
         first, last = _cell(low, empty), _cell(high, empty)

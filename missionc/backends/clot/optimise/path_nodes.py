@@ -11,12 +11,6 @@ import numpy as np
 
 from missionc.base.trace import Array, Flags
 
-SPACING, EXACTLY = 0.5, 0.1
-"""Nodes are at least so many cells apart; and where it matters where somebody is."""
-
-ASIDE = 0.03
-"""The share of a straight way by which a path has to stray from it to have a corner."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nodes:
@@ -32,6 +26,7 @@ class Nodes:
 
     def corner(self, here: int, there: int) -> int | None:
         """The node between two that is furthest from the straight way; None where the path is straight there."""
+        bend = 0.03  # distance of a corner from the straight path, as a share of its length
         if there <= here + 1:
             return None
         ends, between = self.place[:, [here, there]], self.place[:, here + 1 : there]
@@ -39,7 +34,7 @@ class Nodes:
         square = np.maximum((way**2).sum(axis=2, keepdims=True), 1e-18)
         share = np.clip(((between - ends[:, :1]) * way).sum(axis=2, keepdims=True) / square, 0.0, 1.0)
         aside = np.linalg.norm(between - ends[:, :1] - share * way, axis=2).max(axis=0)
-        return here + 1 + int(aside.argmax()) if aside.max() > ASIDE * np.sqrt(square.max()) else None
+        return here + 1 + int(aside.argmax()) if aside.max() > bend * np.sqrt(square.max()) else None
 
 
 def lengths(path: Array, unit: Array) -> Array:
@@ -61,6 +56,7 @@ def path_nodes(path: Array, unit: Array, fine: int, exactly: Flags) -> Nodes:
         unit: a step at top speed, (agents,), metres.
         exactly: the points at which it matters where somebody is, (points,).
     """
+    fine_spacing, usual_spacing = 0.1, 0.5  # cells between two nodes at least
     steps = lengths(path, unit)
     reached = np.concatenate([[0.0], np.cumsum(steps)])
     parts = np.ceil(steps * fine).astype(np.int64)
@@ -72,7 +68,7 @@ def path_nodes(path: Array, unit: Array, fine: int, exactly: Flags) -> Nodes:
     matters = whole & exactly[time.astype(np.int64)]
     kept = np.zeros(len(time), dtype=np.bool_)
     kept[[0, -1]] = True
-    for some, spacing in ((matters, EXACTLY), (whole & ~matters, SPACING), (~whole, SPACING)):
+    for some, spacing in ((matters, fine_spacing), (whole & ~matters, usual_spacing), (~whole, usual_spacing)):
         for each in np.flatnonzero(some & ~kept):
             taken = along[kept]
             place = int(np.searchsorted(taken, along[each]))

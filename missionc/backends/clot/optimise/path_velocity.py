@@ -26,9 +26,6 @@ Indices = NDArray[np.int64]
 PACE = 0.4
 """The share of the top speed at which a way costs least."""
 
-TOP = 0.97
-"""The share of the top speed, and of the acceleration, that is used at most."""
-
 SETTING_OUT = 2.0
 """What it costs to set out, in steps: so that a way is gone in one piece."""
 

@@ -19,9 +19,6 @@ from missionc.base.trace import Array
 from missionc.geometry.dynamics import can_wait, turn_in_step
 from missionc.ir import Dynamics, Mission
 
-STILL = 1e-4
-"""A share of its longest step: who may wait, and is to move by less, stands."""
-
 
 def followed(mission: Mission, position: Array) -> Array:
     """The same positions, (agents, steps + 1, dim), metres, but for agents that turn slowly or cannot wait."""
@@ -34,13 +31,14 @@ def followed(mission: Mission, position: Array) -> Array:
 
 def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
     """A motion of first order after positions at the steps, (steps + 1, dim), metres, that obeys the dynamics."""
+    still = 1e-4  # share of its longest step, below which an agent that can wait stands
     limit = turn_in_step(dynamics, step)
     shortest, longest = dynamics.lowest_speed * step, dynamics.top_speed * step
     position, facing = ahead.copy(), math.nan
-    leaves = _leaves(ahead[:, :2], STILL * longest)
+    leaves = _leaves(ahead[:, :2], still * longest)
     for now in range(len(ahead) - 1):
         way = ahead[now + 1] - position[now]
-        if math.hypot(way[0], way[1]) > STILL * longest:
+        if math.hypot(way[0], way[1]) > still * longest:
             wanted = math.atan2(way[1], way[0])
             turn = 0.0 if math.isnan(facing) else (wanted - facing + math.pi) % (2 * math.pi) - math.pi
             if abs(turn) <= limit and shortest <= np.linalg.norm(way) <= longest:
@@ -53,7 +51,7 @@ def pursued(dynamics: Dynamics, ahead: Array, step: float) -> Array:
             facing += max(-limit, min(limit, turn))
         direction = 0.0 if math.isnan(facing) else facing
         along = way[0] * math.cos(direction) + way[1] * math.sin(direction)
-        far = max(shortest, min(longest, along if along > STILL * longest else 0.0))
+        far = max(shortest, min(longest, along if along > still * longest else 0.0))
         move = np.array([far * math.cos(direction), far * math.sin(direction), *way[2:]])
         if len(move) > 2:
             climb = math.sqrt(max(0.0, longest**2 - far**2))

@@ -25,9 +25,10 @@ from missionc.backends.clot.optimise.convex_descent import Vicinity
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import OBSTACLES, SEPARATION, Costs
 from missionc.backends.clot.optimise.path_nodes import Nodes, lengths, path_nodes
-from missionc.backends.clot.optimise.path_velocity import SPEEDS, TOP, Bounds, path_velocity, restlessness
+from missionc.backends.clot.optimise.path_velocity import SPEEDS, Bounds, path_velocity, restlessness
 from missionc.backends.clot.optimise.residuals import Rows
 from missionc.backends.clot.optimise.turning import TURN
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags, Trace
 from missionc.geometry.dynamics import can_wait, turn_in_step
 from missionc.geometry.required_separation import SpacingTable
@@ -38,21 +39,6 @@ from missionc.ir.kernel.nodes import Atom, Node, UntilNode, WindowNode
 from missionc.ir.kernel.walk import postorder
 
 Indices = NDArray[np.int64]
-
-FINE, FINER, FINEST = 6, 12, 48
-"""Cells of a path in a step at top speed; with momentum two in what a step gains, at least and at most."""
-
-CREEP, SHARE = 0.05, 0.1
-"""Who goes at less than this share of its top speed creeps; who creeps for this share of its steps may as well rest."""
-
-LESS = 0.5
-"""What has to be gained by another pace, in steps."""
-
-CUTS = 8
-"""Paces of a path that are tried, each without what the one before it broke."""
-
-WORK = 40_000_000
-"""Numbers looked at: nodes times steps times agents, over all paths."""
 
 ROUNDING = 1e-9
 """Metres."""
@@ -147,7 +133,8 @@ def _path(control: Array, members: list[int], costs: Costs) -> tuple[Array, Arra
 
 def _creeps(pace: Array) -> bool:
     """Whether it goes slowly for so much of its way that it may as well rest."""
-    return bool(((pace > 0) & (pace < CREEP)).sum() >= SHARE * len(pace))
+    creep, share = 0.05, 0.1  # of the top speed; of the steps, from which an agent may as well rest
+    return bool(((pace > 0) & (pace < creep)).sum() >= share * len(pace))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,10 +162,11 @@ class _Calm:
     metric: Array = field(init=False)
     room: float = field(init=False)
     """Metres to spare that are as good as any."""
-    work: int = WORK
+    work: int = field(init=False)
 
     def __post_init__(self) -> None:
         mission, made, roots = self.costs.mission, self.costs.splines, self.demand.roots
+        self.work = clot_settings(mission).shortening.retiming
         states = made.states(self.control)
         found = self.demand.witness(*states)
         choices = {key: chosen for key, chosen in found.items() if isinstance(key[0], WindowNode | UntilNode)}
@@ -198,6 +186,11 @@ class _Calm:
 
     def tune(self, group: tuple[int, ...]) -> None:
         """Gives agents another pace along their paths, one for all of them, where that is as good."""
+        # Cells of a path in a step at top speed: with momentum from 12 to 48, two for what a step gains.
+        plain, finer, finest = 6, 12, 48
+        cuts = 8  # paces that are tried, each without what the one before violated
+        less = 0.5  # steps that another pace has to gain
+        settings = clot_settings(self.costs.mission).shortening
         mission, made, members = self.costs.mission, self.costs.splines, list(group)
         agents = [mission.agents[each] for each in group]
         smooth = bool(made.smooth[members[0]])
@@ -208,7 +201,7 @@ class _Calm:
         if not steps.any() or not (_creeps(steps) or self._may_stay(members, path[:, :1])):
             return
         gain = min(each.dynamics.top_acceleration * made.step / each.dynamics.top_speed for each in agents)
-        fine = int(np.clip(np.ceil(2 / gain), FINER, FINEST)) if smooth else FINE
+        fine = int(np.clip(np.ceil(2 / gain), finer, finest)) if smooth else plain
         nodes = path_nodes(path, unit, fine, np.append(self.tight, self.tight[-1:]) if smooth else self.tight)
         self.work -= len(nodes.along) * len(steps) * len(self.control)
         if self.work < 0:
@@ -219,17 +212,17 @@ class _Calm:
         bounds = Bounds(
             self._allowed(members, nodes.place, cell),
             unit,
-            max(TOP, float(steps.max())),
-            TOP * gain,
+            max(settings.top, float(steps.max())),
+            settings.top * gain,
             1 + smooth,
             made.steps + smooth if made.rest is None else made.rest,
             any(isinstance(each.finish, Exactly) for each in agents),
             forbidden,
             stops,
         )
-        for _ in range(CUTS):
+        for _ in range(cuts):
             found = path_velocity(nodes, bounds)
-            if found is None or restlessness(lengths(nodes.place[:, found], unit)) > restlessness(steps) - LESS:
+            if found is None or restlessness(lengths(nodes.place[:, found], unit)) > restlessness(steps) - less:
                 return
             tried = self.control.copy()
             tried[members, : len(found)] = nodes.place[:, found]

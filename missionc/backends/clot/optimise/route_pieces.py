@@ -17,12 +17,6 @@ import numpy as np
 from missionc.base.trace import Array, Flags
 from missionc.verification.monitoring.graph_routes import shortest
 
-CLEAR = 0.4
-"""Metres: a route that falls short by more at one of its links or agents is no matter beyond that one."""
-
-MOST = 300
-"""Beginnings of routes looked at in breaking them, the shortest first; what is beyond is left to a later choice."""
-
 ROUNDING = 1e-9
 """Metres: what sums in another order may differ by."""
 
@@ -79,7 +73,9 @@ def that_break(place: RoutePoint, start: int, worth: float) -> set[Piece]:
         place: with ``through`` and ``end`` as they are to be for a route to be broken.
         worth: of the worst route's best; nothing chosen is worth less.
     """
-    enough = max(worth, CLEAR) - ROUNDING
+    clear = 0.4  # metres of shortfall at one link or agent, from which the rest of a route does not count
+    most = 300  # beginnings of routes considered, the shortest first
+    enough = max(worth, clear) - ROUNDING
     parted, passed, closed = -place.links >= enough, place.through >= enough, place.end >= enough
     metres = _metres(place, ~parted & ~passed[:, None])
     reached = np.isfinite(shortest(metres.T[None], np.arange(len(parted))[None] == start)[0])
@@ -89,7 +85,7 @@ def that_break(place: RoutePoint, start: int, worth: float) -> set[Piece]:
     pieces |= {("end", (one,)) for one in np.flatnonzero(reached & closed).tolist()}
     left = shortest(metres[None], ~closed[None])[0]
     queue: list[tuple[float, Members, float]] = [(left[start], (start,), 0.0)]
-    for _ in range(MOST):
+    for _ in range(most):
         if not queue:
             break
         _, route, length = heappop(queue)

@@ -17,9 +17,6 @@ from torch import Tensor
 from missionc.base.trace import Array
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
 
-CHUNK = 1 << 16
-"""Numbers in a table of points and sides: as many are worked on at a time, so that they stay near the processor."""
-
 EVERYWHERE = Prism(-np.inf, np.inf)
 
 OPERATIONS = {Union: (1.0, 1.0), Intersection: (-1.0, -1.0), Difference: (-1.0, 1.0)}
@@ -128,13 +125,14 @@ class Stacked:
 
     def _leaves(self, points: Tensor, leaf: Tensor, slope: bool) -> tuple[Tensor, Tensor]:
         """``measured`` of plain shapes, by their own numbers."""
-        if len(self.leaves) == 1 and len(leaf) * self.leaves[0].sides.shape[2] <= CHUNK:
+        chunk = 1 << 16  # numbers in one table, which stays in the cache
+        if len(self.leaves) == 1 and len(leaf) * self.leaves[0].sides.shape[2] <= chunk:
             return _plain(points, self.leaves[0].sides[leaf], self.leaves[0].own[leaf], slope)
         value = points.new_empty(len(leaf))
         gradient = points.new_empty(len(leaf) if slope else 0, self.dimension)
         bucket, row = self.bucket[leaf], self.row[leaf]
         for number, leaves in enumerate(self.leaves):
-            for at in torch.nonzero(bucket == number)[:, 0].split(max(CHUNK // leaves.sides.shape[2], 1)):
+            for at in torch.nonzero(bucket == number)[:, 0].split(max(chunk // leaves.sides.shape[2], 1)):
                 value[at], leaf_gradient = _plain(points[at], leaves.sides[row[at]], leaves.own[row[at]], slope)
                 if slope:
                     gradient[at] = leaf_gradient

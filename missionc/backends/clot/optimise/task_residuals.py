@@ -18,11 +18,11 @@ from torch import Tensor
 
 from missionc.backends.clot.cost_graph.heading_of_motion import facing
 from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
-from missionc.backends.clot.cost_weights import Spare, Weights
 from missionc.backends.clot.optimise.active_set import Active, Links, Stretch
 from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
 from missionc.backends.clot.optimise.own_state_residuals import flag_pieces, level_groups
 from missionc.backends.clot.optimise.residuals import Group
+from missionc.backends.clot.settings import Spare, Weights, clot_settings
 from missionc.base.trace import Array, Flags
 from missionc.ir import (
     Beacon,
@@ -147,7 +147,9 @@ class TaskCosts:
             for what in ("radius", "altitude")
         )
         of_speed = predicate.is_of_speed or predicate.reads_heading
-        scale, spare = (made.step, Spare().task) if of_speed and made.steps else (1.0, self.spare.task)
+        scale, spare = (
+            (made.step, clot_settings(self.mission).spare.task) if of_speed and made.steps else (1.0, self.spare.task)
+        )
 
         def shortfall(*points: Tensor) -> Tensor:
             measured = predicate.margin(_OfPoints(points, named, radius, altitude)) + 0.0 * points[0][:, 0]

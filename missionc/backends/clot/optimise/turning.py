@@ -26,9 +26,6 @@ from missionc.ir import Mission
 TURN = "turn"
 """The name of its residuals."""
 
-STILL = 1e-6
-"""Metres: who moves by less within a step turns by nothing in it."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turns:
@@ -44,9 +41,10 @@ class Turns:
 
     def excess(self, one: Tensor, other: Tensor, share: float) -> Tensor:
         """Metres by which movements, (pairs, dim), metres, turn beyond what is allowed, less a share of it."""
+        still = 1e-6  # metres; an agent that moves less in a step does not turn in it
         one, other = one[:, :2], other[:, :2]
         first, second = norm(one), norm(other)
-        moving = ((first > STILL) & (second > STILL))[:, None]
+        moving = ((first > still) & (second > still))[:, None]
         ahead = torch.tensor([1.0, 0.0], dtype=one.dtype)
         here, there = torch.where(moving, one, ahead), torch.where(moving, other, ahead)
         dot = (here * there).sum(dim=1)

@@ -20,7 +20,6 @@ from torch import Tensor
 
 from missionc.backends.api import ignore
 from missionc.backends.clot.cost_graph.motion_batch import Team, team
-from missionc.backends.clot.cost_weights import ProbeWeights
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.first_motions import FirstMotions
@@ -33,7 +32,7 @@ from missionc.backends.clot.paper.transport import transport
 from missionc.backends.clot.paper.tree_search import Candidate
 from missionc.backends.clot.run.child_processes import Children, children
 from missionc.backends.clot.run.presets import Preset
-from missionc.backends.clot.run.transport_settings import TransportSettings
+from missionc.backends.clot.settings import ProbeWeights, TransportSettings, clot_settings
 from missionc.backends.clot.torch_device import seeded
 from missionc.base.trace import Array
 from missionc.ir import Mission
@@ -41,12 +40,6 @@ from missionc.ir.kernel import nodes as kernel
 
 TYPICAL = 10.0
 """Metres: the radii and deviations of presets are meant for a world of this size, and scaled for others."""
-
-TYPICAL_STEPS = 47
-"""Steps of the paper's missions, for which the widths of smoothing are meant; ``printed`` presets scale them."""
-
-PARTS = 4
-"""Instants of a step at which candidates are checked for obstacles."""
 
 
 def scale(mission: Mission) -> float:
@@ -115,14 +108,17 @@ class Expansion:
     known: dict[tuple[frozenset[int], int | None, bool], Goals] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
+        parts = 4  # instants of a step at which candidates are checked for obstacles.
+        # Steps of the paper's missions, for which the widths of smoothing are meant; ``printed`` presets scale them.
+        typical_steps = 47
         self.team = team(self.mission, self.device)
         self.probed = Surroundings(self.mission, 2, self.device)
-        self.checked = Surroundings(self.mission, PARTS, self.device)
+        self.checked = Surroundings(self.mission, parts, self.device)
         self.in_one_batch = self.device.type != "cpu" and not self.preset.settled
         by, given = scale(self.mission), self.preset.transport
         self.settings = replace(given, first_radius=given.first_radius * by, last_radius=given.last_radius * by)
         if self.preset.search.printed:
-            longer = self.mission.steps / TYPICAL_STEPS
+            longer = self.mission.steps / typical_steps
             first, last = given.first_width * longer, given.last_width * longer
             self.settings = replace(self.settings, first_width=first, last_width=last)
 
@@ -143,7 +139,7 @@ class Expansion:
     @contextmanager
     def spread(self, processes: int) -> Iterator[None]:
         """Within, pieces of work are shared out to so many child processes; on a GPU all stay in this one."""
-        count = min(processes, self.preset.search.wide)  # no round has more pieces
+        count = min(processes, max(self.preset.search.wide, self.preset.search.narrow))  # no round has more pieces
         if count == 1 or self.device.type != "cpu":
             yield
             return
@@ -186,7 +182,7 @@ class Expansion:
         margin = torch.stack(margins).amin(dim=0)
         self.tell(len(agents), float(margin.max()))
         effort = torch.stack([self._effort(joint[:, agent]) for agent in agents]).sum(dim=0)
-        return self._candidates(joint, margin, effort - _spare(margin))
+        return self._candidates(joint, margin, effort - self._spare(margin))
 
     def _planned(self, pieces: Sequence[Piece]) -> list[tuple[list[Candidate], float]]:
         """Feasible candidates of each piece, and the best margin, metres; all are moved in one batch.
@@ -248,10 +244,10 @@ class Expansion:
         margin, whole = self._margins(crowd, motions, True)
         effort = self._effort(motions)
         if self.preset.search.printed:
-            lacks = (ProbeWeights().room - whole[1:]).clamp_min(0.0).sum(dim=0)
-            cost = effort + lacks - _spare(torch.minimum(margin, whole.amin(dim=0)).clamp_min(0.0))
+            lacks = (self.weights.room - whole[1:]).clamp_min(0.0).sum(dim=0)
+            cost = effort + lacks - self._spare(torch.minimum(margin, whole.amin(dim=0)).clamp_min(0.0))
         else:
-            cost = effort - _spare(whole.amin(dim=0))
+            cost = effort - self._spare(whole.amin(dim=0))
         shares = zip(motions.split(samples), margin.split(samples), cost.split(samples), strict=True)
         return [(self._candidates(own, by, price), float(by.max())) for own, by, price in shares]
 
@@ -274,7 +270,7 @@ class Expansion:
         newest = agent if as_whole else None
         goals = self._goals(known, newest, as_whole)
         kept = {root for root, _ in self._goals(known, newest, False)}
-        forms, weights, reward = tuple(form for _, form in goals), ProbeWeights(), self.preset.reward
+        forms, weights, reward = tuple(form for _, form in goals), self.weights, self.preset.reward
         shares: tuple[float, ...] = ()
         if self.preset.search.printed:
             shares = tuple(1.0 if root in kept else weights.later for root, _ in goals)
@@ -314,9 +310,12 @@ class Expansion:
             for motion, price in zip(motions[feasible], cost[feasible], strict=True)
         ]
 
+    @property
+    def weights(self) -> ProbeWeights:
+        return clot_settings(self.mission).probe
 
-def _spare(margin: Tensor) -> Tensor:
-    """What room is worth, up to what is asked for: it makes up for a longer way."""
-    room = ProbeWeights().room
-    worth: Tensor = margin.clamp(max=room) / room
-    return worth
+    def _spare(self, margin: Tensor) -> Tensor:
+        """Value of clearance, up to the clearance that is wanted: it makes up for a longer path."""
+        room = self.weights.room
+        worth: Tensor = margin.clamp(max=room) / room
+        return worth

@@ -21,18 +21,6 @@ from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array
 from missionc.ir import Mission
 
-MIDWAY = 0.072
-"""Half-way between two ends at rest, T steps apart, the prior deviates by so much times T^1.5 accelerations."""
-
-EARLY = 0.3
-"""The share of the way between two key frames by which an agent is ahead half-way, or behind; beyond 1/3 it turns."""
-
-AT_ONCE = 1 << 13
-"""Candidates that are drawn in one call, which no limit of time can interrupt."""
-
-LATE = 0.12
-"""The share of the mission by which an agent comes past a place after its parent, or before."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstMotions:
@@ -94,8 +82,11 @@ class FirstMotions:
 
     def _own_way(self, agent: int, count: int, generator: torch.Generator) -> Tensor:
         """From key frame to key frame round what stands there, early or late between them: (count, steps + 1, dim)."""
+        # The share of the way between two key frames by which an agent is ahead half-way, or behind; beyond 1/3 it
+        # turns.
+        most_early = 0.3
         radius = self.mission.agents[agent].radius + self.mission.clearance
-        early = (EARLY * (2 * torch.rand(count, generator=generator) - 1)).numpy()
+        early = (most_early * (2 * torch.rand(count, generator=generator) - 1)).numpy()
         early[0] = 0.0
         parts = [np.repeat(self.key[0].position[agent][None, None], count, axis=0)]
         for before, after in pairwise(self.key):
@@ -108,15 +99,16 @@ class FirstMotions:
 
     def _along(self, agent: int, parent: int, motion: Array, count: int, generator: torch.Generator) -> Tensor:
         """On the parent's track, before or after it, beside it near key frames only: (count, steps + 1, dim)."""
+        most_late = 0.12  # share of the mission by which an agent passes a place before or after its parent
         steps = self.mission.steps
-        late = (LATE * steps * (2 * torch.rand(count, generator=generator) - 1)).numpy()
+        late = (most_late * steps * (2 * torch.rand(count, generator=generator) - 1)).numpy()
         beside = torch.rand(count, generator=generator).round().numpy()
         at = [frame.step for frame in self.key]
         offset = np.stack([frame.position[agent] - frame.position[parent] for frame in self.key])
         time = np.arange(steps + 1.0)
         offsets = np.stack([np.interp(time, at, column) for column in offset.T], axis=1)
         nearest = np.abs(time[:, None] - np.array(at)).min(axis=1)
-        away = np.minimum(nearest / max(1.0, LATE * steps), 1.0)
+        away = np.minimum(nearest / max(1.0, most_late * steps), 1.0)
         tracks = []
         for by, side in zip(late, beside, strict=True):
             moment = np.clip(time - by * away, 0, steps)
@@ -126,8 +118,11 @@ class FirstMotions:
 
     def _from_prior(self, agent: int, samples: int, generator: torch.Generator, still: bool = False) -> Tensor:
         """Drawn from the prior, every candidate with a deviation of its own; ``still``: their deviations alone."""
-        if samples > AT_ONCE:
-            blocks = [min(AT_ONCE, samples - done) for done in range(0, samples, AT_ONCE)]
+        at_once = 1 << 13  # candidates that are drawn in one call, which no limit of time can interrupt.
+        # Half-way between two ends at rest, T steps apart, the prior deviates by so much times T^1.5 accelerations.
+        midway = 0.072
+        if samples > at_once:
+            blocks = [min(at_once, samples - done) for done in range(0, samples, at_once)]
             return torch.cat([self._from_prior(agent, block, generator, still) for block in blocks])
         steps, mission = self.mission.steps, self.mission
         dim = mission.dimension
@@ -136,7 +131,7 @@ class FirstMotions:
         at = torch.tensor(sorted(via), dtype=torch.int64).expand(samples, -1)
         places = torch.tensor([list(map(float, via[step])) for step in sorted(via)]).reshape(len(via), dim)
         finish = Fixed(end) if mission.agents[agent].finish is not None else Free()
-        acceleration = self.deviation / (MIDWAY * steps**1.5)
+        acceleration = self.deviation / (midway * steps**1.5)
         drawn = prior(steps + 1, Fixed(begin), finish, acceleration, at, places.expand(samples, -1, -1))
         sample = drawn.sample(generator) - drawn.mean
         varied = 1.5 * torch.rand(samples, 1, 1, generator=generator) * sample

@@ -13,7 +13,7 @@ from typing import assert_never
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.run.transport_settings import Polytope
+from missionc.backends.clot.settings import Polytope
 
 
 def directions(polytope: Polytope, dim: int) -> Tensor:

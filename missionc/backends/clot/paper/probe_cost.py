@@ -19,17 +19,14 @@ from torch import Tensor
 
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import Team
-from missionc.backends.clot.cost_weights import ProbeWeights
 from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.kept_distance import kept_from
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import SparsityPattern, sparsity_pattern
+from missionc.backends.clot.settings import ProbeWeights
 from missionc.backends.clot.torch_device import places as at
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Node
-
-NEAREST = 6
-"""So many of the planned agents are looked at for separation, at each waypoint the nearest."""
 
 PLACES = ((1.0, 0), (0.5, -1), (0.5, 1))
 """Where a moved waypoint is judged: itself, half-way to the one before and to the one after; what each weighs."""
@@ -100,12 +97,13 @@ class ProbeCost:
         return self.weights.bodies * cost
 
     def _apart(self, waypoints: Tensor, places: tuple[Tensor, ...], planned: Tensor) -> Tensor:
+        nearest = 6  # planned agents whose separation counts at a waypoint
         planned = planned.expand(len(waypoints), -1, -1, -1)
         least, factors = kept_from(self.mission, self.agent, self.others, waypoints)
         need = (least + self.weights.room)[None, :, None].expand(planned.shape[:-1])
         scale = factors[None, :, None].expand(planned.shape)
         distance = torch.linalg.vector_norm((planned - waypoints[:, None]) * scale, dim=-1) - need
-        near = distance.topk(min(NEAREST, len(self.others)), dim=1, largest=False).indices
+        near = distance.topk(min(nearest, len(self.others)), dim=1, largest=False).indices
         need = need.gather(1, near)[..., None]
         before = torch.cat([planned[:, :, :1], planned[:, :, :-1]], dim=2)
         after = torch.cat([planned[:, :, 1:], planned[:, :, -1:]], dim=2)

@@ -26,9 +26,6 @@ from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
-MOST = 3
-"""Joint motions that are handed on, the cheapest."""
-
 
 def run_algorithm_2(
     mission: Mission,
@@ -63,6 +60,7 @@ def run_algorithm_2(
     Source:
         [clot] Algorithm 2; V-A.3 (I) and (II) for presets without a search.
     """
+    most = 3  # joint motions that are returned, the cheapest
     agents = len(mission.agents)
     starts = begun.key[0].position
     most, best = (0, -np.inf) if resume is None else (resume.planned, resume.margin)
@@ -97,7 +95,7 @@ def run_algorithm_2(
     )
     if preset.order is SequenceChoice.TOGETHER:
         candidates = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
-        together = sorted(candidates, key=lambda one: one.cost)[:MOST]
+        together = sorted(candidates, key=lambda one: one.cost)[:most]
         return Searched(tuple(each.trajectory for each in together), most, best, 1, len(candidates))
     offers = _offers(preset, coupled, starts)
     if resume is None:
@@ -117,7 +115,7 @@ def run_algorithm_2(
 
     with expansion.spread(processes):
         solutions = search.run(budget.deadline, stop).solutions
-    cheapest = tuple(solution.trajectories for solution in solutions[:MOST])
+    cheapest = tuple(solution.trajectories for solution in solutions[:most])
     return Searched(cheapest, most, best, search.rounds, len(solutions))
 
 

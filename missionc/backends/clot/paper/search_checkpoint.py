@@ -11,7 +11,7 @@ import numpy as np
 from missionc.backends.clot.paper.planning_sequence import Offers
 from missionc.backends.clot.paper.search_tree import Tree
 from missionc.backends.clot.paper.tree_search import Expand, TreeSearch
-from missionc.backends.clot.run.search_settings import SearchSettings
+from missionc.backends.clot.settings import SearchSettings
 from missionc.base.trace import Array
 
 BUDGET = ("expansions", "improvement")

@@ -20,9 +20,6 @@ from torch import Tensor
 CHECKED_EVERY = 5
 """Rounds between two looks at the marginals; each look waits for the device."""
 
-LEAST_EXPONENT = 40.0
-"""Costs that differ by more regularisers than this are scaled as logarithms; exp(-40) squared is still a float32."""
-
 
 def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: int = 200, shares: int = 1) -> Tensor:
     """The plan of least cost minus entropy whose marginals are both uniform.
@@ -43,8 +40,10 @@ def sinkhorn(costs: Tensor, regulariser: float, tolerance: float = 1e-4, limit: 
         1/steps, to rounding; a direction's sum to 1/directions, to ``tolerance``
         unless ``limit`` came first.
     """
+    # Costs that differ by more regularisers than this are scaled as logarithms; exp(-40) squared is still a float32.
+    least_exponent = 40.0
     kernel = (costs - costs.amin(2, keepdim=True)) / -regulariser
-    if float(kernel.min()) > -LEAST_EXPONENT:
+    if float(kernel.min()) > -least_exponent:
         return _by_scaling(kernel.exp(), tolerance, limit, shares)
     return _by_logarithms(kernel, tolerance, limit, shares)
 

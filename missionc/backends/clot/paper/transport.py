@@ -30,17 +30,13 @@ from torch import Tensor
 from missionc.backends.clot.paper.polytope import directions, rotations
 from missionc.backends.clot.paper.prior import smoother
 from missionc.backends.clot.paper.sinkhorn import row_softmax, sinkhorn
-from missionc.backends.clot.run.transport_settings import Coupling, TransportSettings
+from missionc.backends.clot.settings import Coupling, TransportSettings
 from missionc.base.memory import reserve
 
 Cost: TypeAlias = Callable[[Tensor, Tensor], Tensor]
 """From waypoints (batch, steps, dim) and probes (batch, steps, probes, dim), metres, to what each trajectory would
 cost if that waypoint alone moved to that probe: (batch, steps, probes), finite; terms that no probe changes may be left
 out. Of fixed waypoints nothing is read."""
-
-
-ARRAYS = 12
-"""Arrays with a number for each probe that a cost and its weights have in memory at once, about."""
 
 
 def transport(
@@ -79,12 +75,13 @@ def transport(
         from its neighbours. It ends when ``done`` says so, not when waypoints
         come to rest, which they do in bad places too.
     """
+    arrays = 12  # arrays of all probes in memory at once, about
     batch, steps, dim = waypoints.shape
     generators = [generator] if isinstance(generator, torch.Generator) else generator
     shares = len(generators)
     corners = directions(settings.polytope, dim).to(waypoints)
     moved_to = len(corners) * settings.probes
-    numbers = batch * steps * (dim * dim * 2 + dim * (len(corners) + moved_to) + ARRAYS * moved_to)
+    numbers = batch * steps * (dim * dim * 2 + dim * (len(corners) + moved_to) + arrays * moved_to)
     if not waypoints.is_cuda:
         reserve(numbers * waypoints.element_size(), f"{batch} trajectories of {steps} waypoints")
     # Farthest last; the same order for every direction, so that costs fold back into (directions, probes).

@@ -18,7 +18,7 @@ import numpy as np
 
 from missionc.backends.clot.paper.planning_sequence import Offers
 from missionc.backends.clot.paper.search_tree import Node, Tree, similar_nodes
-from missionc.backends.clot.run.search_settings import SearchSettings
+from missionc.backends.clot.settings import SearchSettings
 from missionc.base.trace import Array
 
 

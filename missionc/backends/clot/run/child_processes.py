@@ -26,12 +26,6 @@ Answer = TypeVar("Answer")
 
 Say: TypeAlias = Callable[[Progress], None]
 
-LOOK = 0.2
-"""Seconds between two looks at whether to wait any longer."""
-
-PATIENCE = 5.0
-"""Seconds that a child may take to end once it has closed its pipe."""
-
 
 class Children(Generic[Piece, Answer]):
     """Those that are there to work; ``children`` starts and ends them."""
@@ -51,6 +45,7 @@ class Children(Generic[Piece, Answer]):
             MemoryError: a child had too little memory, or the system killed it.
             RuntimeError: a child failed, and how.
         """
+        look = 0.2  # seconds between two checks of the deadline
         left = enumerate(pieces)
         idle = list(self._all)
         at_work: dict[Connection, int] = {}
@@ -60,7 +55,7 @@ class Children(Generic[Piece, Answer]):
                 at_work[idle.pop()] = drawn[0]
             if not at_work or enough():
                 return
-            for ready in (pipe for pipe in wait(list(at_work), LOOK) if isinstance(pipe, Connection)):
+            for ready in (pipe for pipe in wait(list(at_work), look) if isinstance(pipe, Connection)):
                 kind, content = self._receive(ready)
                 if kind == "answer":
                     idle.append(ready)
@@ -113,8 +108,9 @@ class Children(Generic[Piece, Answer]):
         return kind, content
 
     def _gone(self, pipe: Connection) -> NoReturn:
+        patience = 5.0  # seconds that a child may take to end
         child = self._all[pipe]
-        child.join(PATIENCE)
+        child.join(patience)
         if child.exitcode == -signal.SIGKILL:  # the system's way out where memory is short
             raise MemoryError
         raise RuntimeError(f"a child process ended with status {child.exitcode}")

@@ -23,17 +23,12 @@ from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.own_state_stops import with_stops
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Outline
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.walk import postorder
 from missionc.verification.monitoring.monitor import monitor
-
-NOISE = 0.4
-"""How differently distances are judged for every schedule but the first."""
-
-APART_EVERY = 3
-"""Attempts of which the second one begins with tours, whether they keep the links or not."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +54,8 @@ class InitialGuesses:
         """The beginning of the attempt of a number; the generator is that of the attempt, unused."""
         scheduler = Scheduler(self.mission, self.asked, self.geodesics, drawn)
         left_out = len(scheduler.numbers) < len(self.asked.tasks)
-        turn = (number == 0 and left_out) or (number % APART_EVERY == 1 and bool(self.asked.tasks))
+        in_turn = number % clot_settings(self.mission).attempts.tours_every == 1
+        turn = (number == 0 and left_out) or (in_turn and bool(self.asked.tasks))
         if turn and scheduler.tied and not tied_agents(self.asked, scheduler.company, links=False):
             (other,) = drawn.spawn(1)
             apart = Scheduler(self.mission, self.asked, self.geodesics, other, links=False)
@@ -76,7 +72,7 @@ class InitialGuesses:
         def begin(scheduler: Scheduler) -> WarmStart:
             generator.bit_generator.state = drawn
             self.made()
-            noise = NOISE if number else 0.0
+            noise = clot_settings(scheduler.mission).attempts.noise if number else 0.0
             return draft(number, self.mission, scheduler, self.geodesics, generator, noise, self.in_time)
 
         return with_stops(self.mission, self.graph, scheduler, begin, number, self.in_time)

@@ -5,18 +5,17 @@ from __future__ import annotations
 from missionc.backends.api import Attempt, Violation
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.run.search_results import Searched
+from missionc.backends.clot.settings import clot_settings
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.kernel.walk import postorder
 
-NEAR = 0.2
-"""Metres by which a near miss is short at most; or such a share of the longest step of the fastest agent."""
-
 
 def near(mission: Mission) -> float:
     """By how much a motion may fall short to be worth another polish, metres."""
+    settings = clot_settings(mission).attempts
     furthest = max(agent.dynamics.top_speed for agent in mission.agents) * mission.step
-    return max(NEAR, NEAR * furthest)
+    return max(settings.near, settings.near * furthest)
 
 
 def freed(choices: Choices, graph: Kernel, come_to: Attempt) -> Choices:

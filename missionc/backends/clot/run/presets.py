@@ -27,8 +27,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 
-from missionc.backends.clot.run.search_settings import FSOT, PAPER, SearchSettings
-from missionc.backends.clot.run.transport_settings import Coupling, TransportSettings
+from missionc.backends.clot.offer import CLOT
+from missionc.backends.clot.settings import ClotSettings, Coupling, SearchSettings, TransportSettings, clot_settings
+from missionc.backends.setting import own_values, with_values
+from missionc.ir import Mission
 
 
 class SequenceChoice(Enum):
@@ -71,6 +73,14 @@ class Preset:
     search: SearchSettings = field(default_factory=SearchSettings)
     transport: TransportSettings = field(default_factory=TransportSettings)
 
+    def tuned(self, mission: Mission) -> Preset:
+        """The same with the values that a mission has of its search and transport."""
+        values = {
+            name: each for name, each in own_values(mission, CLOT.name) if name.startswith(("search.", "transport."))
+        }
+        own = with_values(ClotSettings(search=self.search, transport=self.transport), values)
+        return replace(self, search=own.search, transport=own.transport)
+
     def with_samples(self, samples: int | None, device: str = "cpu") -> Preset:
         """The same with so many trajectories optimised at once; with as many as published, on a GPU and not told."""
         if samples is None and device != "cpu":
@@ -80,6 +90,21 @@ class Preset:
         few = max(1, samples * self.search.narrow // self.search.wide) if self.search.printed else samples
         return replace(self, search=replace(self.search, few_samples=few, many_samples=samples))
 
+
+PAPER = SearchSettings(few_samples=200, many_samples=800, children=800, printed=True, eta=0.01)
+"""As many trajectories as scenarios 1 and 2 optimise at once, shared by the nodes of a round; scenario 3 takes 1000.
+Each that is feasible makes a node.
+
+Source:
+    [clot] V-A.1.
+"""
+
+FSOT = SearchSettings(wide=1, narrow=1, children=1, tries=1)
+"""One motion for each agent, never taken back; with ``planning_sequence.in_order``, the ablation with a fixed sequence.
+
+Source:
+    [clot] V-A.3, baseline (II).
+"""
 
 _PUBLISHED = TransportSettings(iterations=40, coupling=Coupling.SINKHORN)
 
@@ -122,6 +147,8 @@ def preset(name: str, samples: int | None = None, device: str = "cpu") -> Preset
     """
     if name not in PRESETS:
         raise ValueError(f"there is no preset `{name}`; there are {', '.join(PRESETS)}")
+    if samples is not None and samples < 1:
+        raise ValueError(f"many_samples = {samples} is below 1")
     return PRESETS[name].with_samples(samples, device)
 
 
@@ -133,3 +160,9 @@ def fewer_samples(way: Preset, samples: int | None, device: str) -> str | None:
         f"preset `{way.name}` moved {way.search.many_samples} trajectories at once, where the paper has {way.published}"
         " on a GPU: `--device cuda` takes as many, and `--samples` says how many"
     )
+
+
+def tuned_settings(mission: Mission, name: str, samples: int | None, device: str) -> ClotSettings:
+    """All settings of a mission; those of search and transport as the preset has them, ``search`` for ``sketch``."""
+    searching = preset(name if name in PRESETS and PRESETS[name].local else "search", samples, device).tuned(mission)
+    return replace(clot_settings(mission), search=searching.search, transport=searching.transport)

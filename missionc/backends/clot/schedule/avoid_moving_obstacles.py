@@ -18,25 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.backends.clot.schedule.geodesics import Geodesics, cells_of, middles
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.geometry.displacement import displaced
 from missionc.ir import Mission
 from missionc.ir.distances.signed_distance import signed_distance
-
-CELLS = 2_500
-"""Cells of the grid, about; none is smaller than one of ``Geodesics``."""
-
-AHEAD = 2.0
-"""Cells that the team gets as far as in a layer, at least where the steps are that long."""
-
-HURRY = 1.25
-"""How much further it may go in a layer: ways along a grid are longer than those of a motion."""
-
-MEETING = 60.0
-"""What a whole radius in something that moves costs a layer; in squares of cells moved."""
-
-ROOM = 0.05
-"""Metres of room beyond what bodies need."""
 
 
 def avoid_moving_obstacles(
@@ -49,15 +35,17 @@ def avoid_moving_obstacles(
         times: of the steps, (steps,), seconds; the first one is a step after ``start``.
         start, end: of the middle, (dim,), metres.
     """
+    ahead = 2.0  # cells that a team moves in one layer
+    hurry = 1.25  # length of a path on the grid over that of a motion
     radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
     speed = min(float(mission.agents[agent].dynamics.top_speed) for agent in team)
     size = np.array(mission.world.high) - geodesics.low
-    cell = max(geodesics.cell, float((np.prod(size) / CELLS) ** (1 / len(size))))
-    count = int(np.clip(len(times) * mission.step * speed / (AHEAD * cell), 1, len(times)))
+    cell = max(geodesics.cell, float((np.prod(size) / clot_settings(mission).guess.moving_grid) ** (1 / len(size))))
+    count = int(np.clip(len(times) * mission.step * speed / (ahead * cell), 1, len(times)))
     layers = np.unique(np.linspace(0, len(times) - 1, count + 1).astype(np.int64))
     if len(layers) < 2:
         return None
-    reach = HURRY * speed * mission.step * float(np.diff(layers).max()) / cell
+    reach = hurry * speed * mission.step * float(np.diff(layers).max()) / cell
     shape = tuple(int(each) for each in np.maximum(np.ceil(size / cell), 1))
     points = middles(geodesics.low, cell, shape)
     cost = _costs(mission, points, around[:, layers], times[layers], radius, geodesics)
@@ -73,6 +61,7 @@ def avoid_moving_obstacles(
 
 def _costs(mission: Mission, points: Array, around: Array, times: Array, radius: float, geodesics: Geodesics) -> Array:
     """What it costs that the middle is in a cell at a layer, (layers, *cells); infinite where somebody meets a wall."""
+    room = 0.05  # metres beyond what bodies need
     cost = np.zeros((len(times), *points.shape[:-1]))
     movers = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
     for layer, time in enumerate(times.tolist()):
@@ -82,7 +71,7 @@ def _costs(mission: Mission, points: Array, around: Array, times: Array, radius:
             for mover in movers:
                 moved = there - displaced(mover, time, points.shape[-1])
                 gap = np.asarray(signed_distance(np, mover.shape, moved)) - mover.grown(time)
-                cost[layer] += MEETING * np.maximum(0.0, radius + ROOM - gap) / radius
+                cost[layer] += clot_settings(mission).guess.meeting * np.maximum(0.0, radius + room - gap) / radius
     return cost
 
 

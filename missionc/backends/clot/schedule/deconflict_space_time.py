@@ -22,20 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags
 from missionc.geometry.displacement import displaced
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
 from missionc.ir.distances.signed_distance import signed_distance
-
-CELLS = 20_000
-"""The grid has at most about so many cells; where they are too wide for that, nothing is done."""
-
-ROUNDS = 3
-"""How often those who meet others are given another motion, after the first."""
-
-MEETING = 60.0
-"""What it costs to be where another is, for a layer; in squares of cells moved."""
 
 ROOM = 0.05
 """Metres of room beyond what bodies need."""
@@ -90,7 +82,7 @@ class _Layers:
         high = np.minimum(around.max(axis=(0, 1)) + 3 * apart, mission.world.high)
         cell = apart / 2
         shape = tuple(int(each) + 1 for each in np.floor((high - low) / cell))
-        if np.prod(shape) > CELLS:
+        if np.prod(shape) > clot_settings(mission).guess.grid:
             return None
         return _Layers(apart, metric, np.linspace(0.0, 1.0, count + 1), cell, low, shape)
 
@@ -135,7 +127,7 @@ class _GiveWay:
         for agent in sorted(meeting, key=lambda each: (-lengths[each], each)):
             self._replan(agent)
             self._take(agent, 1.0)
-        for _ in range(ROUNDS):
+        for _ in range(clot_settings(self.mission).guess.rounds):
             still = self._meeting()
             if not still:
                 break
@@ -211,7 +203,7 @@ class _GiveWay:
                 better = ahead < best
                 best[better] = ahead[better]
                 chosen[layer][better] = number
-            cost = best + wall + (MEETING * self.taken[layer] if layer else 0.0)
+            cost = best + wall + (clot_settings(self.mission).guess.meeting * self.taken[layer] if layer else 0.0)
         if not np.isfinite(cost[first]):
             return
         index = np.array(first)

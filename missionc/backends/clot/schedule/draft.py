@@ -14,11 +14,9 @@ from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tours import tours
 from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.ir import Mission
-
-ASIDE = 0.3
-"""How likely a team goes another way than the shortest, in every attempt but the first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,5 +57,6 @@ def draft(
             return WarmStart(number, schedule, frames, motion)
         toured = {agent: motion[agent] for agent in sorted(loose)}
     key = joint_waypoints(mission, schedule, scheduler, geodesics, generator, go_on, toured)
-    first = sketch(mission, schedule, key, geodesics, generator, ASIDE if noise else 0.0, toured)
+    detours = clot_settings(mission).attempts.detours if noise else 0.0
+    first = sketch(mission, schedule, key, geodesics, generator, detours, toured)
     return WarmStart(number, schedule, key, first)

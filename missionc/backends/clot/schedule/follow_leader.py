@@ -17,13 +17,6 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import FormationEdge
 from missionc.ir.kernel.nodes import Atom
 
-TURNS = 0.5
-"""What a radian costs by which the leader turns where it goes on beyond its goal, against a metre too far or too near,
-each as a share of the way that it goes on."""
-
-SAMPLES = 200
-"""Points of the way from the last to the leader at which it is looked whether a place begins there."""
-
 
 @dataclass(frozen=True, slots=True)
 class File:
@@ -147,11 +140,12 @@ def _leaders(
     file: File, position: Array, asked: Sequence[int], place: FormationSlot, geodesics: Geodesics, room: float
 ) -> Array | None:
     """The leader's route by which the last of those asked gets into a place, behind all others."""
+    count = 200  # points of the path from the last agent to the leader that are evaluated
     behind = dict(zip(file.agents, file.behind.tolist(), strict=True))
     last = max(asked, key=lambda agent: behind[agent])
     ahead = position[list(file.agents[: file.agents.index(last) + 1])][::-1]
     trail = _along(ahead)
-    samples = np.linspace(0.0, trail[-1], SAMPLES)
+    samples = np.linspace(0.0, trail[-1], count)
     inside = np.flatnonzero(place.holds(_at(ahead, trail, samples)))
     way = ahead[-2:]  # the file is under way there already
     metres = float(samples[inside[0]]) if len(inside) else behind[last]
@@ -168,6 +162,9 @@ def _leaders(
 
 def _onward(way: Array, metres: float, geodesics: Geodesics, room: float, within: Flags | None) -> Array | None:
     """A way so long from the end of another, which it carries on."""
+    # What a radian costs by which the leader turns where it goes on beyond its goal, against a metre too far or too
+    # near, each as a share of the way that it goes on.
+    turns = 0.5
     end = way[-1]
     before = way[-2] if len(way) > 1 else end
     heading = (end - before) / max(float(np.linalg.norm(end - before)), 1e-9)
@@ -177,7 +174,7 @@ def _onward(way: Array, metres: float, geodesics: Geodesics, room: float, within
         free &= within
     far = np.linalg.norm(points - end, axis=1)
     cosine = (points - end) @ heading / np.maximum(far, 1e-9)
-    cost = np.where(free, np.abs(far - metres) / metres + TURNS * np.arccos(np.clip(cosine, -1.0, 1.0)), np.inf)
+    cost = np.where(free, np.abs(far - metres) / metres + turns * np.arccos(np.clip(cosine, -1.0, 1.0)), np.inf)
     target = int(cost.argmin())
     if not np.isfinite(cost[target]):
         return None

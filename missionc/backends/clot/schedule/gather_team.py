@@ -24,17 +24,8 @@ from missionc.ir.language.margins.connected import Indices, spanning_tree
 from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.pair_ranges import directed, range_of
 
-ROUNDS = 100
-"""Moves at most. Each leaves less amiss in all."""
-
 NEAR = 0.02
 """Metres: no tie is further from what it should be than this."""
-
-FLAT = 1e-6
-"""The share of its length, squared, that a figure may be thick and count as flat."""
-
-SHAKEN = 0.01
-"""Metres by which agents are shaken first: two on top of each other have no direction from one to the other."""
 
 
 def can_be_gathered(predicate: Predicate) -> bool:
@@ -50,6 +41,8 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
     Args:
         position: of all the mission's agents, (agents, dim), metres.
     """
+    shaken = 0.01  # metres of noise: two agents in one place have no direction to each other
+    rounds = 100  # moves at most; each lowers the total error
     shapes = tuple(shapes)
     first, second, least, most, offset = _ties(shapes, position)
     if not len(first):
@@ -64,8 +57,8 @@ def gather_team(shapes: Iterable[Predicate], position: Array) -> Array:
         return position
     tied = np.unique(np.concatenate([first, second]))
     moved = _laid(shapes, position)
-    moved[tied] += SHAKEN * np.random.default_rng(0).uniform(-1, 1, (len(tied), dim))
-    for _ in range(ROUNDS):
+    moved[tied] += shaken * np.random.default_rng(0).uniform(-1, 1, (len(tied), dim))
+    for _ in range(rounds):
         apart = differences @ moved
         if _furthest(apart, *wishes) <= NEAR:
             break
@@ -111,6 +104,7 @@ def _laid(shapes: Iterable[Predicate], position: Array) -> Array:
 
 def _figure(formation: Formation) -> Array | None:
     """A flat formation of which every two agents keep a distance, round its middle: (agents, 2), metres; else None."""
+    flat = 1e-6  # squared thickness of a flat figure over its squared length
     count = len(formation.agents)
     distances = {
         frozenset((edge.first, edge.second)): edge.target
@@ -125,7 +119,7 @@ def _figure(formation: Formation) -> Array | None:
         squares[one, other] = squares[other, one] = length**2
     centred = squares - squares.mean(axis=0)
     sizes, axes = np.linalg.eigh((centred - centred.mean(axis=1, keepdims=True)) / -2)
-    if count > 2 and sizes[-3] > FLAT * sizes[-1]:
+    if count > 2 and sizes[-3] > flat * sizes[-1]:
         return None
     figure: Array = axes[:, -2:] * np.sqrt(np.maximum(sizes[-2:], 0.0))
     return figure

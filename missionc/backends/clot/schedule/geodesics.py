@@ -15,22 +15,11 @@ from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.clot.optimise.control_points import Indices
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.geometry.vectors import norm
 from missionc.ir import Box, Dynamics, Mission, Still
 from missionc.ir.distances.signed_distance import signed_distance
-
-CELLS = 12_000
-"""About so many cells has the grid."""
-
-TOGETHER = 1 << 18
-"""Points, at most, of which the room is looked up at once."""
-
-DETOUR = 1.4
-"""A way with more room may be so many times as long as the shortest."""
-
-EASE = 0.8
-"""The share of its top acceleration with which an agent speeds up and slows down where there is time for it."""
 
 
 class Geodesics:
@@ -47,7 +36,7 @@ class Geodesics:
         self.standing = Obstacles(mission, standing)
         low, high = np.array(mission.world.low), np.array(mission.world.high)
         size = high - low
-        self.cell = float((np.prod(size) / CELLS) ** (1 / len(size)))
+        self.cell = float((np.prod(size) / clot_settings(mission).schedule.cells) ** (1 / len(size)))
         self.low = low
         self.shape = tuple(int(count) for count in np.maximum(np.ceil(size / self.cell), 1))
         self.graphs: dict[float, sparse.csr_matrix] = {}
@@ -64,7 +53,8 @@ class Geodesics:
 
     def room_at(self, points: Array) -> Array:
         """Room at points, of the part that has least: metres to standing obstacles and bounds, (..., dim) -> (...)."""
-        size = max(1, TOGETHER // (points.size // points.shape[-1]))
+        together = 1 << 18  # points in one array
+        size = max(1, together // (points.size // points.shape[-1]))
         parts = self.figure.reshape(-1, *(1,) * (points.ndim - 1), points.shape[-1])
         some = [self._room(points + parts[begin : begin + size]).min(axis=0) for begin in range(0, len(parts), size)]
         room: Array = np.min(some, axis=0)
@@ -104,7 +94,7 @@ class Geodesics:
         shortest = self._with(start, end, least, avoid, slowness)
         if shortest is None:
             return None
-        longest = DETOUR * self._effort(shortest, slowness)
+        longest = clot_settings(self.mission).schedule.detour * self._effort(shortest, slowness)
         for room in (wanted, (wanted + least) / 2):
             way = self._with(start, end, room, avoid, slowness)
             if way is not None and self._effort(way, slowness) <= longest and self._open(way, least):
@@ -266,8 +256,9 @@ def eased(share: Array, way: Array, seconds: float, dynamics: Dynamics) -> Array
         way: (corners, dim), metres.
         seconds: that it takes.
     """
+    ease = 0.8  # share of the top acceleration that an agent uses if there is time
     far = _length(way)
-    most = EASE * dynamics.top_acceleration * seconds**2
+    most = ease * dynamics.top_acceleration * seconds**2
     if not 0 < 4 * far <= most < np.inf:
         return share
     ramp = (1 - np.sqrt(1 - 4 * far / most)) / 2

@@ -19,6 +19,7 @@ from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.clot.schedule.geodesics import Geodesics, slowed
+from missionc.backends.clot.settings import clot_settings
 from missionc.backends.point_margins import PointMargins
 from missionc.backends.speed_limits import slowness
 from missionc.base.trace import Array, Flags
@@ -28,15 +29,6 @@ from missionc.geometry.vectors import norm
 from missionc.ir import Mission, Predicate
 from missionc.ir.kernel.evaluate import evaluate
 from missionc.ir.kernel.nodes import Atom, Node
-
-INSIDE = 0.3
-"""Metres by which what is asked should hold where an agent goes for it, where there are such places."""
-
-FINER = 7
-"""Points along each side of a cell that are looked at where no cell's middle will do."""
-
-NEARER = 0.8
-"""Those who meet do so within this share of the distance that may be between them."""
 
 DETOUR = 0.1
 """What a second on the way counts against one by which all are there later, where some meet."""
@@ -167,7 +159,7 @@ class GoalSets:
         goals: Sequence[GoalSet | None],
         onward: Sequence[GoalSet | None],
     ) -> tuple[Array, Array]:
-        within = NEARER * reach / 2
+        within = clot_settings(self.mission).schedule.meeting * reach / 2
         side = 1 + 2 * int(within / self.grid.cell / math.sqrt(self.mission.dimension))
         ways, (last, about, sum_of_ways) = [], np.zeros((3, len(self.places)))
         for number, (agent, goal) in enumerate(zip(agents, goals, strict=True)):
@@ -298,15 +290,17 @@ class GoalSets:
         return number
 
     def _made(self, agent: int, nodes: Sequence[Node]) -> GoalSet | None:
+        settings = clot_settings(self.mission).schedule
         margin = self.margin(agent, nodes, self.places)
         if margin is None:
             return None
         roaming = self.roaming(agent)
         margin = np.where(roaming.cells, np.broadcast_to(margin, len(self.places)), -np.inf)
         best = float(margin.max())
-        cells = np.flatnonzero(margin >= min(INSIDE, 0.5 * best)) if best > 0 else np.array([int(margin.argmax())])
+        deep = np.flatnonzero(margin >= min(settings.inside, 0.5 * best))
+        cells = deep if best > 0 else np.array([int(margin.argmax())])
         points = self.places[cells]
-        if best <= INSIDE:  # it is smaller than a cell, or not where there is room
+        if best <= settings.inside:  # it is smaller than a cell, or not where there is room
             points, best = self._finer(agent, [*nodes, *self.kept[agent]], points)
         length, _, source = dijkstra(roaming.moves, indices=cells, min_only=True, return_predecessors=True)
         number = np.zeros(len(self.places), dtype=np.int64)
@@ -316,8 +310,9 @@ class GoalSets:
 
     def _finer(self, agent: int, nodes: Sequence[Node], points: Array) -> tuple[Array, float]:
         """The point round each of these, (cells, dim), at which the formulas hold best; and how well."""
+        finer = 7  # points along each side of a cell, if no cell's middle satisfies the requirement
         dim = points.shape[1]
-        line = (np.arange(FINER) / (FINER - 1) - 0.5) * self.grid.cell * 2
+        line = (np.arange(finer) / (finer - 1) - 0.5) * self.grid.cell * 2
         around = np.stack(np.meshgrid(*[line] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
         every = points[:, None] + around
         margin = self.margin(agent, nodes, every.reshape(-1, dim))

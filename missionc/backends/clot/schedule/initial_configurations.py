@@ -16,25 +16,13 @@ from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.key_frame import KeyFrame, Routes
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom
 from missionc.ir.pair_ranges import all_ranges
-
-MIDDLES = 400
-"""Places at which the middle of a team that gets into a formation is tried, about so many."""
-
-TURNS = 0.0, 90.0, 45.0, 135.0
-"""Degrees by which the formation is turned there, where it may be."""
-
-LACKING = 1e3
-"""What a metre of room that is lacking there costs against one that an agent goes."""
-
-ROOM = 0.1
-"""Metres of room asked there beyond what bodies need."""
-
 
 Guess: TypeAlias = tuple[Array, Routes]
 """The positions of all agents, (agents, dim), metres, and the routes by which they come there."""
@@ -108,7 +96,8 @@ class FirstGuesses:
                 radius = max(self.mission.agents[each].radius for each in going)
                 room = radius + self.mission.clearance
                 goal = self._nearest(region, position[agent], radius, room)
-                way = self.geodesics.way(position[agent], goal, room + ROOM, room)
+                wide = room + clot_settings(self.mission).guess.clearance
+                way = self.geodesics.way(position[agent], goal, wide, room)
                 if way is not None and np.asarray(signed_distance(np, region.shape, position[agent])) > 0:
                     position[going] += along(way, np.array([share]))[0] - position[agent]
         return position
@@ -157,7 +146,7 @@ class FirstGuesses:
     def _led(self, file: File, position: Array, places: dict[Region, list[int]]) -> Routes | None:
         """The routes of a file of whom some are to be in places where they are not."""
         radius = max(self.mission.agents[agent].radius for agent in file.agents)
-        room = radius + self.mission.clearance + ROOM
+        room = radius + self.mission.clearance + clot_settings(self.mission).guess.clearance
         found: Routes | None = None
         for region, agents in places.items():
             asked = [agent for agent in file.agents if agent in agents]
@@ -197,6 +186,7 @@ class FirstGuesses:
 
     def _formed(self, step: int, before: Array, formed: Array, places: dict[Region, list[int]]) -> Array:
         """Each team in its formation, where it has room and is in its places, and the longest way there is short."""
+        turns = (0.0, 90.0, 45.0, 135.0)  # degrees
         guess = before.copy()
         ties, _ = self._ties(step)
         pinned = self._pinned(step)
@@ -207,7 +197,7 @@ class FirstGuesses:
             if len(team) == 1 or pinned[team].any():
                 guess[team] = formed[team]
                 continue
-            angles = TURNS if turned.isdisjoint(team) else TURNS[:1]
+            angles = turns if turned.isdisjoint(team) else turns[:1]
             guess[team] = self._put(team, figure, formed[team].mean(axis=0), angles, before, guess[put], places)
             put.extend(team)
         return guess
@@ -223,10 +213,12 @@ class FirstGuesses:
         places: dict[Region, list[int]],
     ) -> Array:
         """A figure, (members, dim) round its middle, at the best of many places: (members, dim), metres."""
+        settings = clot_settings(self.mission).guess
+        lacking_cost = 1e3  # cost of a metre of missing clearance, in metres travelled
         cells = self.geodesics.points.reshape(-1, before.shape[1])
-        middles = np.concatenate([middle[None], cells[:: max(1, len(cells) // MIDDLES)]])
+        middles = np.concatenate([middle[None], cells[:: max(1, len(cells) // settings.middles)]])
         radius = np.array([self.mission.agents[agent].radius for agent in team])
-        needed = radius + self.mission.clearance + ROOM
+        needed = radius + self.mission.clearance + settings.clearance
         spacing = SpacingTable.of(self.mission).among(np.array(team))
         asked = [
             (region, [number for number, agent in enumerate(team) if agent in agents])
@@ -237,13 +229,13 @@ class FirstGuesses:
             lacking = np.maximum(needed - self.geodesics.room_at(points), 0.0).max(axis=-1)
             for region, members in asked:
                 if members:
-                    outside = np.asarray(signed_distance(np, region.shape, points[:, members])) + ROOM
+                    outside = np.asarray(signed_distance(np, region.shape, points[:, members])) + settings.clearance
                     lacking = lacking + np.maximum(outside, 0.0).max(axis=-1)
             if len(others):
                 apart = np.linalg.norm(points[:, :, None] - others, axis=-1).min(axis=(1, 2))
                 lacking = lacking + np.maximum(spacing - apart, 0.0)
             far = np.linalg.norm(points - before[team], axis=-1).max(axis=-1)
-            total: Array = LACKING * lacking + far
+            total: Array = lacking_cost * lacking + far
             return total
 
         best: tuple[float, Array] | None = None

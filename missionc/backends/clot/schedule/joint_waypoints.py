@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from missionc.backends.clot.cost_weights import Weights, spare
+from missionc.backends.clot.cost_weights import spare
 from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
@@ -27,23 +27,18 @@ from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.schedule.follow_leader import length, parted
 from missionc.backends.clot.schedule.gather_team import tree_of
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
-from missionc.backends.clot.schedule.initial_configurations import ROOM, FirstGuesses, Guess
+from missionc.backends.clot.schedule.initial_configurations import FirstGuesses, Guess
 from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame, Routes
 from missionc.backends.clot.schedule.presence import agents_of
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Hold
 from missionc.backends.clot.schedule.visits import Appointment, Schedule, Visit
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags
 from missionc.ir import Anywhere, Graph, Inside, Mission, Predicate
 from missionc.ir.kernel.nodes import At, Atom
 from missionc.ir.language.margins.connected import Indices
 from missionc.ir.pair_ranges import range_of
-
-ITERATIONS = 40
-"""Iterations of one guess at one configuration."""
-
-JITTER = 0.02
-"""Metres by which a guess is shaken: what is exactly straight, or exactly on top of another, has no way out."""
 
 PITCHES = 0.95, 0.75
 """How far apart relays are put, of what their graph bridges."""
@@ -133,7 +128,7 @@ class _KeyFrames(FirstGuesses):
         """The first guess that can be made right, or the one that comes nearest."""
         demand = self._demand(step)
         pinned = self._pinned(step)
-        costs = Costs(self.mission, self._still(pinned), Weights(), spare(self.mission), step)
+        costs = Costs(self.mission, self._still(pinned), clot_settings(self.mission).weights, spare(self.mission), step)
         best: tuple[Polished, Routes] | None = None
         for polished, routes in self._tries(step, guesses, before, costs, demand):
             if best is None or polished.shortfall < best[0].shortfall:
@@ -165,11 +160,12 @@ class _KeyFrames(FirstGuesses):
                 yield from relayed(self._relayed(each, step, demand, round_corners=False))
 
     def _polished(self, step: int, guess: Array, costs: Costs, demand: Demand) -> Polished:
-        shaken = guess + JITTER * self.generator.uniform(-1, 1, guess.shape)
+        settings = clot_settings(costs.mission).guess
+        shaken = guess + settings.jitter * self.generator.uniform(-1, 1, guess.shape)
         for agent, point in self._exact(step).items():
             shaken[agent] = point
         control = np.repeat(shaken[:, None, :], costs.splines.points, axis=1)
-        return polish(control, costs, demand, ITERATIONS, self.go_on)
+        return polish(control, costs, demand, settings.iterations, self.go_on)
 
     # --------------------------------------------------------- what is asked
 
@@ -247,7 +243,7 @@ class _KeyFrames(FirstGuesses):
     def _way(self, agents: tuple[int, ...], start: Array, end: Array) -> Array:
         """The way round what stands for the widest of these agents, (corners, dim), metres; straight where none is."""
         room = max(self.mission.agents[agent].radius for agent in agents) + self.mission.clearance
-        way = self.geodesics.way(start, end, room + ROOM, room)
+        way = self.geodesics.way(start, end, room + clot_settings(self.mission).guess.clearance, room)
         return np.stack([start, end]) if way is None else way
 
     def _spreading(self, step: int, before: KeyFrame | None, position: Array) -> Routes:

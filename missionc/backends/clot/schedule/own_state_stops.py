@@ -30,27 +30,15 @@ from missionc.backends.clot.schedule.presence import reads_past
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option
 from missionc.backends.clot.schedule.visits import Appointment, Key
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.ir import Compare, Flagged, Inside, Level, Mission, Predicate, Region
 from missionc.ir.kernel.nodes import Always, At, Atom, Kernel, Node
 from missionc.ir.kernel.walk import postorder
 from missionc.ir.language.margins.resources import levels_along
 
-TRIES, GAPS = 60, 4
-"""Schedules that are tried with stops, and places that a stop is tried at, of its agent's, the latest first."""
-
-NESTED = 2
-"""Stops that may be needed on the way to another one: who has to be washed before it gets what it is to bring."""
-
 ROUNDING = 1e-6
 """Seconds."""
-
-SLACKS = 0.0, 0.1, 0.2
-"""Shares of a full resource that may be lacking on a first motion, which goes further and slower than it has to: of the
-first attempt, of the next, and so on in turns."""
-
-SHARES = 1.0, 0.5, 0.25
-"""Shares of the time that it takes to fill a resource: a stop for less of it, where there is not that much."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,14 +98,17 @@ def with_stops(
         begin: what follows from a scheduler, the same each time it is asked.
         number: of the attempt.
     """
+    # Shares of a full resource that may be lacking on a first motion, which goes further and slower than it has to:
+    # of the first attempt, of the next, and so on in turns.
+    slacks = (0.0, 0.1, 0.2)
     roots = tuple(goal.formula for goal in graph.requirements)
-    slack = SLACKS[number % len(SLACKS)]
+    slack = slacks[number % len(slacks)]
     allowed = {leaf: slack * _most(mission, leaf) for leaf in postorder(roots) if reads_past(leaf)}
     first = begin(scheduler)
     if not allowed:
         return first
 
-    tasks, tries = len(scheduler.outline.tasks), iter(range(TRIES))
+    tasks, tries = len(scheduler.outline.tasks), iter(range(clot_settings(mission).schedule.stops))
 
     def made(scheduler: Scheduler, begun: WarmStart) -> _Draft:
         stops = tuple(
@@ -179,7 +170,7 @@ def _mended(
     tasks: int,
     made: Callable[[Scheduler], _Draft],
     go_on: Callable[[], bool],
-    more: int = NESTED,
+    more: int = 2,
 ) -> _Draft | None:
     """The draft with the stop that gets the agent of a lack furthest; None where no stop gets it further.
 
@@ -209,9 +200,10 @@ def _mended(
 
 def _gaps(visits: list[Appointment], step: int) -> Iterator[tuple[Key | None, Key | None]]:
     """Between which two visits of an agent a stop may be that is to help at a step, the latest first."""
+    gaps = 4  # places in its agent's schedule that a stop is tried at, the latest first
     keys = [None, *(each.visit.key for each in visits), None]
     last = next((number for number, each in enumerate(visits) if each.step >= step), len(visits))
-    for number in range(last, max(last - GAPS, -1), -1):
+    for number in range(last, max(last - gaps, -1), -1):
         yield keys[number], keys[number + 1]
 
 
@@ -221,6 +213,8 @@ def _stops(mission: Mission, lack: UnmetResource, motion: Array) -> Iterator[tup
     Args:
         motion: of its agent, (steps + 1, dim), metres.
     """
+    # Shares of the time that it takes to fill a resource: a stop for less of it, where there is not that much.
+    shares = (1.0, 0.5, 0.25)
     asked, holds = signed_predicate(lack.leaf)
     match asked:
         case Flagged(flag):
@@ -229,7 +223,7 @@ def _stops(mission: Mission, lack: UnmetResource, motion: Array) -> Iterator[tup
                 yield (_stay(mission, lack.agent, region, 0),)
         case predicate:
             fills = list(_fills(mission, predicate, holds, lack, motion))
-            lengths = {math.ceil(share * longest) for share in SHARES for _, longest in fills}
+            lengths = {math.ceil(share * longest) for share in shares for _, longest in fills}
             for length in sorted(lengths, reverse=True):
                 yield tuple(_stay(mission, lack.agent, region, min(length, longest)) for region, longest in fills)
 

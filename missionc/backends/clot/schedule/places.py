@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate, signed_predicate
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.geometry.required_separation import SpacingTable
 from missionc.geometry.sampling import points_in
@@ -19,9 +20,6 @@ from missionc.ir import Ball, Beacon, Box, Compare, Disc, Intersection, Mission,
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom, Node, Not
 from missionc.ir.predicates.features import DistanceTo
-
-SAMPLES = 256
-"""Points of a place among which the deepest are looked for."""
 
 
 @dataclass(slots=True)
@@ -63,7 +61,8 @@ class Places:
         """A point deep in a place, (dim,), metres."""
         if place not in self.deepest:
             world = self.mission.world
-            points, depth = points_in(place.shape, world, SAMPLES, np.random.default_rng(0))
+            count = clot_settings(self.mission).schedule.samples
+            points, depth = points_in(place.shape, world, count, np.random.default_rng(0))
             middle = np.array(world.low) / 2 + np.array(world.high) / 2
             best = depth >= depth.max(initial=0.0) * 0.98
             self.deepest[place] = points[best].mean(axis=0) if len(points) else middle

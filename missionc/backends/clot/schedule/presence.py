@@ -33,9 +33,6 @@ from missionc.ir.kernel.nodes import (
 from missionc.ir.kernel.walk import children
 from missionc.ir.language.margins.predicate_margins import of_pair
 
-LENGTHS = 240
-"""Distances at which a comparison of two agents' places is looked at, from none to the world's diagonal."""
-
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
@@ -191,9 +188,10 @@ def _by_distance(
     mission: Mission, predicate: Predicate, agent: int, first: int, second: int
 ) -> tuple[Array, Array] | None:
     """The margins of a predicate by the distance of two agents, both (lengths,), metres; None of another kind."""
+    lengths = 240  # distances at which a comparison of two places is evaluated, up to the world's diagonal
     low, high = np.array(mission.world.low), np.array(mission.world.high)
-    length = np.geomspace(1e-2, float(np.linalg.norm(high - low)), LENGTHS)
-    here = np.tile(low, (LENGTHS, 1))
+    length = np.geomspace(1e-2, float(np.linalg.norm(high - low)), lengths)
+    here = np.tile(low, (lengths, 1))
     there = here.copy()
     there[:, 0] += length
     asked, other = (second, first) if agent == second else (first, second)

@@ -45,25 +45,13 @@ from missionc.backends.clot.schedule.timetable import (
     _Draft,
 )
 from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit, schedule_of
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.ir.kernel.nodes import Node
 
-SHARES = 0.8, 0.95
-"""The share of an agent's top speed that a sketch counts on, and that of one which would be late otherwise."""
-
-
-WHOLE = 0.9
-"""What holds from the first step on for this share of the mission is kept to by everybody who goes anywhere."""
-
 VAST = 0.5
 """A place of more than this share of all there is is nowhere to go to: who is there may leave its nearest point."""
-
-PASSING = 1.5
-"""Steps before and after a visit in which its agent counts as one of those of whom only so many may be in a place."""
-
-WORK, VAIN = 30_000, 6
-"""Visits looked at while tasks are put in other ways, and tries in vain for each task, after which that ends."""
 
 UNHURRIED = 0.5, 0.0, 1.0
 """Where between the soonest and the latest moment that the rest leaves it a visit is put: first, and in other
@@ -92,7 +80,7 @@ class Scheduler(Timetable):
         self.places = Places(mission)
         self.shaped: dict[tuple[tuple[Predicate, ...], bytes], Array] = {}
         self.speed = np.array([agent.dynamics.top_speed for agent in mission.agents])
-        self.pace = self.speed * SHARES[0]
+        self.pace = self.speed * clot_settings(mission).schedule.speed
         self.unhurried = UNHURRIED[0]
         self.stopping = np.array([pause(agent.dynamics) for agent in mission.agents])
         self.starts = np.array([self._place(agent.start) for agent in mission.agents])
@@ -102,7 +90,8 @@ class Scheduler(Timetable):
         self.tied = tied_agents(outline, self.company, links=links)
         self.goals = GoalSets(mission, geodesics, self._kept(geodesics))
         self.numbers = [number for number, task in enumerate(outline.tasks) if self._scheduled(task)]
-        self.capacities = capacities(outline.holds, mission.step, PASSING * mission.step)
+        settings = clot_settings(mission).schedule
+        self.capacities = capacities(outline.holds, mission.step, settings.passing * mission.step)
         scheduled = replace(outline, tasks=tuple(outline.tasks[number] for number in self.numbers))
         self.formations = formations(outline)
         self.denied = denials(scheduled, self._seconds_apart)
@@ -133,7 +122,8 @@ class Scheduler(Timetable):
         """A schedule; ``noise`` is by what share distances are misjudged on purpose, for another one than before."""
         perturbed = PerturbedDistances(noise, self.generator)
         self.unhurried = float(self.generator.choice(UNHURRIED)) if noise else UNHURRIED[0]
-        for share in SHARES:
+        settings = clot_settings(self.mission).schedule
+        for share in (settings.speed, settings.late_speed):
             self.pace = self.speed * share
             made = self._made(perturbed)
             if made.late <= 0 or self.tied:
@@ -255,10 +245,11 @@ class Scheduler(Timetable):
 
     def _repaired(self, draft: _Draft, numbers: list[int], perturbed: PerturbedDistances) -> _Draft:
         """These tasks taken out and put back in another order, as long as that is better and there is work left."""
+        settings = clot_settings(self.mission).schedule
         best, work, vain = draft, 0, 0
         numbers = sorted(numbers)
         drawn = np.random.default_rng(len(numbers))
-        while work < WORK and vain < VAIN * len(numbers):
+        while work < settings.work and vain < settings.vain * len(numbers):
             count = min(len(numbers), 1 + int(drawn.integers(0, 3)))
             out = [int(each) for each in drawn.permutation(numbers)[:count]]
             tried = best.without(out)
@@ -274,7 +265,7 @@ class Scheduler(Timetable):
         """Any two agents in each other's place, as long as that is better and there is work left."""
         best, work = draft, 0
         for pair in combinations(range(len(self.mission.agents)), 2):
-            if work >= WORK:
+            if work >= clot_settings(self.mission).schedule.work:
                 break
             tried = self._exchanged(best, numbers, pair, perturbed)
             work += tried.work + 1
@@ -355,7 +346,8 @@ class Scheduler(Timetable):
         return kept
 
     def _whole(self, hold: Hold) -> bool:
-        return hold.timeless and hold.low == 0 and hold.high >= WHOLE * self.mission.steps
+        whole = 0.9  # share of the mission, from which a requirement bounds every path
+        return hold.timeless and hold.low == 0 and hold.high >= whole * self.mission.steps
 
     def _passing(self, holds: Iterable[Hold]) -> Iterator[Hold]:
         """What holds at fixed steps, not all the time, and makes somebody go somewhere."""

@@ -16,22 +16,11 @@ from missionc.backends.clot.schedule.deconflict_space_time import deconflict_spa
 from missionc.backends.clot.schedule.geodesics import Geodesics, along
 from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame
 from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.ir import Box, Mission
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom
-
-SAME = 0.5
-"""Metres by which members of a team may be elsewhere in it at the end of a way than at the beginning, and go as one."""
-
-MORE = 0.3
-"""Metres of room that those who go as one look for beyond what they need."""
-
-BENDS = 24
-"""Detours tried where the way is blocked by something that moves."""
-
-BEND_COST, LEAST_BEND, ROOM = 0.02, 0.5, 0.05
-"""What a metre of detour costs against one in an obstacle; the least size of a detour and the room asked, metres."""
 
 
 def sketch(
@@ -100,15 +89,17 @@ class _Teams:
 
     def together(self, team: list[int], earlier: KeyFrame, later: KeyFrame, other_way: bool) -> Array:
         """A team's middle goes round the obstacles, everybody keeps the place beside it: (agents, steps, dim)."""
+        bend_cost = 0.02  # cost of a metre of detour, in metres within an obstacle
+        settings = clot_settings(self.mission).guess
         mission, geodesics, share = self.mission, self.geodesics, _share(earlier, later)
         start, end = earlier.position[team], later.position[team]
         middle, goal = start.mean(axis=0), end.mean(axis=0)
         radius = self.radius(team)
         extent = max(float(np.linalg.norm(each - each.mean(axis=0), axis=1).max()) for each in (start, end))
         way = None
-        if len(team) > 1 and float(np.linalg.norm((end - goal) - (start - middle), axis=1).max()) <= SAME:
+        if len(team) > 1 and float(np.linalg.norm((end - goal) - (start - middle), axis=1).max()) <= settings.team:
             figure = self.of_figure(((start - middle) + (end - goal)) / 2)
-            way = figure.way(middle, goal, radius + MORE, radius)
+            way = figure.way(middle, goal, radius + settings.team_clearance, radius)
         if way is None:
             way = geodesics.way(middle, goal, radius + 0.1 + extent, radius)
         if way is not None and other_way:
@@ -132,7 +123,7 @@ class _Teams:
         bends = np.stack(_bends(share, length, mission.dimension, self.generator))
         blocked = _blocked(Obstacles(mission, mission.obstacles, time), moved + bends[:, None], radius)
         extra = np.linalg.norm(np.diff(bends, axis=1), axis=2).sum(axis=1)
-        bent: Array = moved + bends[int(np.argmin(blocked + BEND_COST * extra))]
+        bent: Array = moved + bends[int(np.argmin(blocked + bend_cost * extra))]
         return bent
 
     def of_figure(self, figure: Array) -> Geodesics:
@@ -173,20 +164,22 @@ def _times(mission: Mission, earlier: KeyFrame, later: KeyFrame) -> Array:
 
 def _bends(share: Array, length: float, dimension: int, generator: np.random.Generator) -> list[Array]:
     """Ways to leave a way and come back to it, the first of which does not: (steps, dim), metres, each."""
+    bends, least_bend = 24, 0.5  # detours tried, and their least size in metres
     shape = np.sin(np.pi * share)[:, None]
-    offsets = generator.standard_normal((BENDS, dimension)) * max(length / 3, LEAST_BEND)
+    offsets = generator.standard_normal((bends, dimension)) * max(length / 3, least_bend)
     skewed = [np.sin(np.pi * share ** float(np.exp(0.5 * generator.standard_normal())))[:, None] for _ in offsets]
     return [0.0 * shape * offsets[0], *(skew * offset for skew, offset in zip(skewed, offsets, strict=True))]
 
 
 def _blocked(obstacles: Obstacles, position: Array, radius: float) -> Array:
     """By how much agents of motions, (motions, agents, steps, dim), are in obstacles or out of the world: metres."""
+    room = 0.05  # metres beyond what bodies need
     world = Box(obstacles.mission.world.low, obstacles.mission.world.high)
     total: Array = np.maximum(signed_distance(np, world, position), 0.0).sum(axis=(1, 2))
     points = torch.from_numpy(position.reshape(-1, position.shape[-1]))
     instant = torch.arange(position.shape[2]).repeat(position.shape[0] * position.shape[1])
-    pairs = obstacles.near(points, instant, radius + ROOM)
-    lacking = (radius + ROOM - obstacles.distance(points[pairs.row], pairs)).clamp_min(0.0)
+    pairs = obstacles.near(points, instant, radius + room)
+    lacking = (radius + room - obstacles.distance(points[pairs.row], pairs)).clamp_min(0.0)
     motion = pairs.row // (position.shape[1] * position.shape[2])
     return total + np.bincount(motion.numpy(), lacking.numpy(), len(position))
 

@@ -27,9 +27,6 @@ from missionc.ir.kernel.walk import bottom_up, children, window_of
 MOST_OPTIONS = 256
 """Options of one task. Where there are more, these are drawn from among them, the same ones each time."""
 
-MOST_AGAIN = 40
-"""Events of one recurrence. One of more is left to the motion."""
-
 
 @dataclass(frozen=True, slots=True)
 class Hold:
@@ -201,13 +198,14 @@ class _Reader:
         The first of them is in the first of these windows, the last in the last of them, and no two that follow each
         other are further apart than a window is wide and one step more. All of them are alike; who comes may be open.
         """
+        most_again = 40  # events of one recurrence; one with more is left to the polish
         hold = self._hold(node, agent, low, high)
         most = self.steps if node.high is None else node.high
         first, last, apart = min(low + most, self.steps), high + node.low, most - node.low + 1
         count = 1 + max(0, -((first - last) // apart))
         if 2 * ((count - 1) * apart - (last - first)) < apart:
             count += 1  # as few as can be would leave nothing to choose when each of them is
-        if count > MOST_AGAIN:
+        if count > most_again:
             return (Option((hold,)),)
         bodies = self.options(node.body, agent, 0, 0, True)
         chains = [(body,) * count for body in bodies]

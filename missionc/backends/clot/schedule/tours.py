@@ -18,21 +18,15 @@ from itertools import pairwise
 import numpy as np
 
 from missionc.backends.clot.schedule.geodesics import Geodesics, eased
-from missionc.backends.clot.schedule.goal_sets import NEARER, GoalSet, GoalSets
+from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
 from missionc.backends.clot.schedule.key_frame import KeyFrame
-from missionc.backends.clot.schedule.schedule import SHARES
 from missionc.backends.clot.schedule.visits import Escort, Schedule
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Exactly, Inside, Mission, Region
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom
-
-ROOM = 0.3
-"""Metres beside what bodies need, from a way to obstacles and between those who stand in one place."""
-
-SHAKEN = 0.1
-"""By what share of a body and of the separation each tour is moved aside."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,14 +59,14 @@ def tours(
     mission: Mission, schedule: Schedule, goals: GoalSets, geodesics: Geodesics, generator: np.random.Generator
 ) -> tuple[tuple[KeyFrame, ...], Array]:
     """The key frames of the tours, and the positions of all, (agents, steps + 1, dim), metres."""
-    stops = _stops(mission, schedule, goals)
+    stops, near = _stops(mission, schedule, goals), clot_settings(mission).schedule.meeting
     position = np.zeros((len(mission.agents), mission.steps + 1, mission.dimension))
     for each in mission.agents:
         position[each.index] = _tour(mission, each.index, stops[each.index], goals, geodesics)
     everybody = [Escort(meeting, 0, mission.steps) for meeting in schedule.company.meetings]
     along: dict[int, list[Along]] = {}
     for escort in sorted((*everybody, *schedule.escorts), key=lambda each: each.low):
-        for agent, leader in _followers(position, escort, stops):
+        for agent, leader in _followers(position, escort, stops, near):
             here = position[agent, escort.low] - position[leader, escort.low]
             ways = along.setdefault(agent, [])
             ways.append(Along(escort.low, position[leader, escort.low : escort.high + 1] + here))
@@ -123,6 +117,7 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
     apart = SpacingTable.of(mission).between(everyone[:, None], everyone)
     for first, second, least in schedule.company.apart:
         apart[first, second] = apart[second, first] = max(least, apart[first, second])
+    apart += clot_settings(mission).schedule.tour_clearance
     order = [(stop.begin, agent, stop, goal) for agent, own in enumerate(wanted) for stop, goal in own]
     for _, agent, stop, goal in sorted(order, key=lambda each: each[:2]):
         stops[agent].append(stop if goal is None else _beside(agent, stop, goal, stops, apart))
@@ -131,8 +126,9 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
 
 def _shaken(mission: Mission, position: Array, generator: np.random.Generator) -> None:
     """Moves whole tours aside a little: of two on top of each other neither has a direction to give way in."""
+    shaken = 0.1  # share of a body and of the separation that a tour is moved by
     for agent in mission.agents:
-        aside = generator.uniform(-1, 1, mission.dimension) * SHAKEN * (agent.radius + mission.separation)
+        aside = generator.uniform(-1, 1, mission.dimension) * shaken * (agent.radius + mission.separation)
         begin, end = (int(isinstance(place, Exactly)) for place in (agent.start, agent.finish))
         position[agent.index, begin : mission.steps + 1 - end] += aside
 
@@ -152,7 +148,7 @@ def _beside(agent: int, stop: Stop, goal: GoalSet, stops: list[list[Stop]], apar
         for each in taken:
             if other != agent and each.begin <= stop.end and stop.begin <= each.end:
                 others.append(each.point)
-                gaps.append(apart[agent, other] + ROOM)
+                gaps.append(apart[agent, other])
     if not others:
         return stop
     points = np.concatenate([stop.point[None], goal.points])
@@ -172,7 +168,8 @@ def _tour(mission: Mission, agent: int, stops: list[Stop], goals: GoalSets, geod
     slowness = goals.roaming(agent).slowness
     for here, there in pairwise(sorted(stops, key=lambda each: (each.begin, each.end))):
         begin, end = min(here.end, there.begin), there.begin
-        way = geodesics.way(here.point, there.point, radius + ROOM, radius, slowness=slowness)
+        wide = radius + clot_settings(mission).schedule.tour_clearance
+        way = geodesics.way(here.point, there.point, wide, radius, slowness=slowness)
         if way is None:
             way = np.stack([here.point, there.point])
         begin, end = _at_the_refill(mission, agent, here, there, (begin, end), way)
@@ -201,13 +198,16 @@ def _at_the_refill(
     fills = [any(float(signed_distance(np, shape, stop.point)) <= 0 for shape in shapes) for stop in (here, there)]
     dynamics = mission.agents[agent].dynamics
     metres = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
-    seconds = metres / (SHARES[-1] * dynamics.top_speed) + dynamics.top_speed / dynamics.top_acceleration
+    seconds = (
+        metres / (clot_settings(mission).schedule.late_speed * dynamics.top_speed)
+        + dynamics.top_speed / dynamics.top_acceleration
+    )
     begin, end = when
     takes = min(math.ceil(seconds / mission.step), end - begin)
     return (end - takes, end) if fills[0] else (begin, begin + takes) if fills[1] else when
 
 
-def _followers(position: Array, escort: Escort, stops: list[list[Stop]]) -> Iterator[tuple[int, int]]:
+def _followers(position: Array, escort: Escort, stops: list[list[Stop]], near: float) -> Iterator[tuple[int, int]]:
     """Who goes along with whom in an escort: those who have nowhere to go meanwhile and would get too far away."""
 
     def meanwhile(agent: int) -> int:
@@ -217,5 +217,5 @@ def _followers(position: Array, escort: Escort, stops: list[list[Stop]]) -> Iter
     span = slice(escort.low, escort.high + 1)
     for agent in escort.meeting.agents:
         away = np.linalg.norm(position[agent, span] - position[leader, span], axis=-1).max()
-        if agent != leader and not meanwhile(agent) and away > NEARER * escort.meeting.reach:
+        if agent != leader and not meanwhile(agent) and away > near * escort.meeting.reach:
             yield agent, leader

@@ -49,9 +49,6 @@ from missionc.ir.kernel.nodes import (
     WindowNode,
 )
 
-DEEP = 20_000
-"""Frames: formulas nest some hundreds deep, and each level takes a few."""
-
 
 @dataclass(frozen=True, slots=True)
 class Lowered:
@@ -201,8 +198,9 @@ class Formulas:
 @contextmanager
 def deep() -> Iterator[None]:
     """Room for formulas that nest deep."""
+    deep = 20_000  # stack frames; a formula nests some hundreds deep, with a few frames for each level
     before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, DEEP))
+    sys.setrecursionlimit(max(before, deep))
     try:
         yield
     finally:

@@ -27,12 +27,6 @@ from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
 
-MOVE_BYTES = 100
-"""Bytes that a move at a step takes on its way into clauses, about."""
-
-PAIRWISE = 5
-"""Up to so many literals, at most one of them is said pair by pair."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
@@ -201,6 +195,7 @@ def _grouped(flags: Flags, owner: Indices, count: int) -> Flags:
 
 def _template(roadmap: Roadmap, ways: Flags, limit: int) -> tuple[Clauses, Literals]:
     """One agent's clauses, and its literals (steps + 1, states)."""
+    move_bytes = 100  # memory of one move at one step while it becomes clauses, about
     clauses = Clauses(limit)
     literals = np.full(ways.shape, FALSE, dtype=np.int32)
     choices = ways.sum(axis=1)
@@ -218,7 +213,7 @@ def _template(roadmap: Roadmap, ways: Flags, limit: int) -> tuple[Clauses, Liter
         add_at_most_one(clauses, at_once)
     source, target = roadmap.moves[:, 0], roadmap.moves[:, 1]
     live = ways[:-1, source] & ways[1:, target] & roadmap.allowed
-    reserve(MOVE_BYTES * int(live.sum()), f"the moves of {len(ways) - 1} steps among {ways.shape[1]} states")
+    reserve(move_bytes * int(live.sum()), f"the moves of {len(ways) - 1} steps among {ways.shape[1]} states")
     into = np.argsort(target, kind="stable")
     add_moves(clauses, literals[:-1], literals[1:], live, source, target)
     add_moves(clauses, literals[1:], literals[:-1], live[:, into], target[into], source[into])
@@ -262,7 +257,8 @@ def add_at_most_one(clauses: Clauses, matrix: Literals) -> None:
 @cache
 def _at_most_one(width: int) -> tuple[Literals, int]:
     """The clauses, (clauses, 2), over literals 1 … ``width`` and helpers after them; and how many helpers."""
-    if width <= PAIRWISE:
+    pairwise = 5  # literals up to which "at most one" is encoded pair by pair
+    if width <= pairwise:
         pairs = [(-one, -other) for one in range(1, width + 1) for other in range(1, one)]
         return np.array(pairs, dtype=np.int32).reshape(-1, 2), 0
     rows = int(np.ceil(np.sqrt(width)))

@@ -11,9 +11,6 @@ from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, 
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.ir.kernel.nodes import Node, UntilNode, WindowNode
 
-SHARED = 4
-"""Windows share halves, quarters and so on where that saves so many times the literals."""
-
 
 class AgentWindows(Protocol):
     """Literals for formulas about agents: (cells,) twice, an agent and a step each, -> (cells,)."""
@@ -98,12 +95,13 @@ class Windows:
 
     def _between(self, body: Node, every: bool, agents: Indices, first: Indices, final: Indices) -> Literals:
         """At every step from ``first`` to ``final``, or at some; all are within the mission."""
+        shared = 4  # windows share halves, quarters and so on if that saves this many times the literals
         sizes = final - first + 1
         if not sizes.size:
             return np.zeros(0, dtype=np.int32)
         covered = len(np.unique(_cells(agents, first, sizes, self.last + 1)))
         levels = int(sizes.max()).bit_length() - 1
-        if int(sizes.sum()) <= SHARED * max(levels, 1) * covered:
+        if int(sizes.sum()) <= shared * max(levels, 1) * covered:
             owner = np.repeat(np.arange(len(sizes)), sizes)
             step = first[owner] + np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
             literals = self.of_agents.holds(body, agents[owner], step)

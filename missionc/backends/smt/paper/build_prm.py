@@ -16,30 +16,20 @@ from missionc.backends.smt.roadmap.edges import Edges, are_clear
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground
 from missionc.backends.smt.roadmap.unroll import unroll
+from missionc.backends.smt.settings import smt_settings
 from missionc.base.trace import Array
 from missionc.geometry.dynamics import States, steer
 from missionc.geometry.sampling import bounds
 from missionc.ir import Agent, Anywhere, Exactly, Mission
 from missionc.ir.distances.signed_distance import signed_distance
 
-STATES, NEIGHBOURS = 110, 10
-"""P, as many as Table 2 has nodes; and k, which the paper does not print. ``nodes`` and ``neighbors`` of a mission
-replace them."""
-
-STARTS = 5
-"""Samples of a start region, beside the random states that lie in it."""
-
-TRIES = 200
-"""Draws of P points each before free space, or a start region, counts as empty."""
-
 
 def build_prms(mission: Mission, generator: np.random.Generator) -> tuple[Roadmap, ...] | NoRoadmap:
     """One roadmap for each agent, in their order, of as many states and neighbours as the mission says."""
-    states = round(mission.solve.option("nodes", STATES))
-    neighbours = round(mission.solve.option("neighbors", NEIGHBOURS))
+    settings = smt_settings(mission)
     prms: list[Roadmap] = []
     for agent in mission.agents:
-        prm = build_prm(mission, agent, states, neighbours, generator)
+        prm = build_prm(mission, agent, settings.roadmap.nodes, settings.paper.neighbors, generator)
         if isinstance(prm, NoRoadmap):
             return prm
         prms.append(prm)
@@ -92,19 +82,20 @@ def build_prm(
 
 def _start_set(ground: Ground, agent: Agent, generator: np.random.Generator) -> Array:
     """Samples of the set that the agent may start from: (samples, dim), metres."""
+    settings = smt_settings(ground.mission).paper
     if isinstance(agent.start, Exactly):
         point = np.array([agent.start.point])
         return point[ground.is_free(point)]
     shape = agent.start.region.shape
     low, high = bounds(shape, ground.mission.world)
-    points = _draw(ground, np.array(low), np.array(high), STARTS * TRIES, generator)
-    return points[np.asarray(signed_distance(np, shape, points)) <= 0][:STARTS]
+    points = _draw(ground, np.array(low), np.array(high), settings.start_samples * settings.draws, generator)
+    return points[np.asarray(signed_distance(np, shape, points)) <= 0][: settings.start_samples]
 
 
 def _draw(ground: Ground, low: Array, high: Array, count: int, generator: np.random.Generator) -> Array:
     """Independent uniform points of a box that are free: (count, dim), metres, or fewer if most of it is not."""
     points = np.zeros((0, len(low)))
-    for _ in range(TRIES):
+    for _ in range(smt_settings(ground.mission).paper.draws):
         if len(points) >= count:
             break
         drawn = generator.uniform(low, high, (count, len(low)))

@@ -13,17 +13,16 @@ import sys
 import time
 from typing import Any
 
-DEEPEST = 1_000_000
-"""Levels of a formula, each of them a few calls; set here because it holds for the whole process."""
-
 
 def main() -> None:
+    # Levels of a formula, each of them a few calls; set here because it holds for the whole process.
+    deepest = 1_000_000
     memory, seed = int(sys.argv[1]), int(sys.argv[2])
     sys.path += sys.argv[3:]
     from missionc.backends.smt.sat.worker import OUT_OF_MEMORY, die_with_parent
 
     die_with_parent()
-    sys.setrecursionlimit(DEEPEST)
+    sys.setrecursionlimit(deepest)
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     try:
         solve(json.load(sys.stdin), seed)

@@ -24,16 +24,6 @@ from missionc.backends.smt.prioritized.progression import Letter, Relaxation, Re
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.trace import Array, Flags
 
-KEPT = 1 << 28
-"""Bytes of bounds that are remembered."""
-
-PHASES = 40
-"""More relaxed residuals than this one task may leave are not gone through: then nothing is bounded."""
-
-WHOLE, NEAR = 10_000, 16
-"""A roadmap with more states is looked at only so many of the longest moves away, then twice as many, until a start is
-among them."""
-
 NO_WAY = 1e-12
 """Metres of a move that leads nowhere: a sparse graph has no edges of length 0."""
 
@@ -48,12 +38,14 @@ class DistanceToGo:
     """
 
     def __init__(self, moves: Indices, length: Array, states: int) -> None:
+        # A roadmap with more states is searched this many longest moves away, then twice as far, until a start is met.
+        whole, near = 10_000, 16
         self._source, self._target = moves.T
         self._length, self._states = np.maximum(length, NO_WAY), states
         self._nothing, self._everything = np.zeros(states), np.full(states, np.inf)
         self._known: OrderedDict[object, tuple[Array, float]] = OrderedDict()
         self._furthest = float(self._length.sum())
-        self._near = math.inf if states <= WHOLE else NEAR * float(self._length.max(initial=0.0))
+        self._near = math.inf if states <= whole else near * float(self._length.max(initial=0.0))
 
     def of(
         self,
@@ -73,6 +65,8 @@ class DistanceToGo:
             finish: (states,), where the way may end.
             starts: one of them is near; what is further may be said to be less far than it is.
         """
+        most_phases = 40  # remaining formulas, above which there is no bound
+        kept = 1 << 28  # bytes of remembered bounds
         place = b"" if finish.all() else finish.tobytes()
         if residual is False:
             return self._everything
@@ -96,7 +90,7 @@ class DistanceToGo:
                     waiting.append(more)
                 else:
                     beyond[more] = known
-            if len(phases) > PHASES:
+            if len(phases) > most_phases:
                 return self._nothing
         graph = self._graph(phases, after, beyond, relaxation, kind, letters, finish)
         near = max(near, self._near)
@@ -106,7 +100,7 @@ class DistanceToGo:
             found = self._within(graph, near)
         for phase, number in phases.items():
             self._known[signature(phase), place] = np.asarray(found[number]), near
-        while len(self._known) * self._nothing.nbytes > KEPT:
+        while len(self._known) * self._nothing.nbytes > kept:
             self._known.popitem(last=False)
         return np.asarray(found[0])
 

@@ -23,9 +23,6 @@ from missionc.ir.kernel.conjuncts import Conjunct
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Node
 from missionc.ir.kernel.walk import children, postorder, rebuilt
 
-ELSEWHERE = 0.5
-"""What holds of an agent in this share of its states or more asks it to keep away, and not to be there."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Exclusion:
@@ -45,12 +42,13 @@ class Exclusion:
     @staticmethod
     def of(conjunct: Conjunct, labels: Labels) -> Exclusion | None:
         """The conjunct as an exclusion; None where it is something else."""
+        elsewhere = 0.5  # share of the states with a property, from which the requirement is to keep away from the rest
         own = frozenset(own_states(postorder((conjunct.formula,)), labels))
         leaves = _leaves(conjunct, own)
         named = frozenset(who for who, _ in leaves)
         if conjunct.steps is None or len(named) < 2:
             return None
-        away = all(states_of(node, who, labels).mean() >= ELSEWHERE for who, node in leaves)
+        away = all(states_of(node, who, labels).mean() >= elsewhere for who, node in leaves)
         return Exclusion(conjunct, own, named, labels) if away else None
 
     def allows(self, agent: int, reservations: Reservations) -> Flags:

@@ -15,17 +15,15 @@ from dataclasses import replace
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Eventually, Node, Until
 from missionc.ir.kernel.walk import children, rebuilt, same_objects
 
-FIRST = 16
-"""Steps that the first windows are long at most; each time twice as many."""
 
-
-def deepened(formulas: Sequence[Node], steps: int) -> Iterator[list[Node]]:
+def deepened(formulas: Sequence[Node], steps: int, first: int) -> Iterator[list[Node]]:
     """The formulas with short windows, with longer ones, and last as they are.
 
     Args:
         steps: of the mission, where a window without end ends.
+        first: steps of the first windows at most; each time twice as many.
     """
-    longest = FIRST
+    longest = first
     while 2 * longest <= steps:
         shorter = [within_horizon(formula, longest, steps) for formula in formulas]
         if same_objects(shorter, formulas):

@@ -26,22 +26,10 @@ from scipy.spatial import cKDTree
 from missionc.backends.smt.prioritized.label_setting import FAR, Mover
 from missionc.backends.smt.prioritized.progression import Residual, TooComplex
 from missionc.backends.smt.prioritized.reservations import ReservationTable, within
-from missionc.backends.smt.prioritized.single_agent_search import HASTE
 from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.settings import smt_settings
 from missionc.base.trace import Array, Flags
 from missionc.geometry.relative_motion import closest_approach
-
-EDGES = 12_000_000
-"""Joint moves of the untimed product, of which there may be no more."""
-
-WORK = 1_000_000
-"""Joint moves looked at in the timed one, after which the search gives up."""
-
-PHASES = 12
-"""More relaxed residuals than this of one agent are not gone through."""
-
-WIDER, BOUNDS = 4.0, 4
-"""A motion is looked for that is longer than it must be by a longest move, then by so many times more, so often."""
 
 NO_WAY = 1e-12
 """Metres of a move that leads nowhere: a sparse graph has no edges of length 0."""
@@ -86,7 +74,7 @@ class ProductGraph:
                 if after not in phases:
                     phases[after] = len(phases)
                     waiting.append(after)
-                if len(phases) > PHASES:
+                if len(phases) > smt_settings(mover.table.mission).search.joint_phases:
                     raise TooComplex
                 of_kind = np.flatnonzero(ever & (task.own_places[source] == kind))
                 tails.append(number * states + source[of_kind])
@@ -107,7 +95,8 @@ class JointSearch:
 
     def __init__(self, movers: Sequence[Mover], apart: Array, metric: Array | None, step: float) -> None:
         self.movers, self._step = movers, step
-        self._haste = HASTE * max(mover.table.longest for mover in movers)
+        self._settings = smt_settings(movers[0].table.mission).search
+        self._haste = self._settings.haste * max(mover.table.longest for mover in movers)
         self._pairs = [(one, other) for other in range(len(movers)) for one in range(other)]
         self._clear = {
             (one, other): self._clear_moves(
@@ -127,7 +116,7 @@ class JointSearch:
         self, one: ReservationTable, other: ReservationTable, least: float, factors: Array | None
     ) -> Flags:
         """Which moves of the one are clear of which of the other, (moves, moves)."""
-        if len(one.length) * len(other.length) > EDGES:
+        if len(one.length) * len(other.length) > self._settings.joint_edges:
             raise TooComplex
         clear = np.ones((len(one.length), len(other.length)), dtype=np.bool_)
         reach = one.reach + other.reach.max(initial=0.0) + within(least, factors)
@@ -150,7 +139,7 @@ class JointSearch:
 
     def _distances(self) -> Array:
         untimed = self._untimed
-        if np.prod([len(each.tail) for each in untimed], dtype=float) > EDGES:
+        if np.prod([len(each.tail) for each in untimed], dtype=float) > self._settings.joint_edges:
             raise TooComplex
         rows: list[Indices] = [np.arange(len(untimed[0].tail))]
         for agent in range(1, len(untimed)):
@@ -196,12 +185,13 @@ class JointSearch:
         Raises:
             TooComplex: it takes too much work, or something is asked that reads the past.
         """
+        settings = self._settings
         if any(mover.task.memory is not None for mover in self.movers):
             raise TooComplex
         work = [0]
         longest = max(mover.table.longest for mover in self.movers)
-        for attempt in range(BOUNDS + 1):
-            more = longest * WIDER**attempt if attempt < BOUNDS else np.inf
+        for attempt in range(settings.joint_bounds + 1):
+            more = longest * settings.joint_widening**attempt if attempt < settings.joint_bounds else np.inf
             found = self._within(more, work)
             if found is not None:
                 return found
@@ -231,7 +221,7 @@ class JointSearch:
                 again = np.repeat(np.arange(len(row)), sizes)
                 move = np.arange(len(again)) + np.repeat(table.begins[state] - np.cumsum(sizes) + sizes, sizes)
                 work[0] += len(move)
-                if work[0] > WORK:
+                if work[0] > self._settings.joint_work:
                     raise TooComplex
                 there = table.roadmap.moves[move, 1]
                 free = mover.may[step + 1, there] & table.free(step, move, pushing=False)

@@ -29,36 +29,13 @@ from missionc.backends.smt.prioritized.reservations import ReservationTable
 from missionc.backends.smt.prioritized.resource_labels import Carried, OwnMemory
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.backends.smt.settings import smt_settings
 from missionc.base.trace import Array, Flags
 from missionc.ir.kernel.nodes import AtLeast, Node
 from missionc.ir.kernel.walk import children, window_of
 
-PUSH = 8.0
-"""To come too near one who can be moved counts as so many of the longest moves."""
-
-END = 6.0
-"""To end where others pass counts as so many of the longest moves, for one who had to make way."""
-
-RESTLESS = 1e-6
-"""Metres that a step in motion counts more than it is long, or up to twice as many: of equal ways that over soonest."""
-
 FAR = 1e-9
 """Metres to go that are some."""
-
-RESIDUALS = 3_000
-"""More residuals than this are not looked at."""
-
-DENSE = 4
-"""Keys that are so many times as many as rows at most are looked up in a table."""
-
-STEP_WORK = 1_000
-"""What a step takes by itself, in moves."""
-
-LEFT_WORK = 200
-"""What it takes to work out what a residual leaves after a step, in moves; it is known from then on."""
-
-WORK = 20_000_000
-"""Moves looked at, after which a search gives up."""
 
 
 @dataclass(slots=True, eq=False)
@@ -98,8 +75,9 @@ class Task:
     """What is left after a step, by the step and one number for what was left and both letters."""
 
     def number(self, residual: Residual) -> int:
+        residuals = 3_000  # remaining formulas, above which the search gives up
         if residual not in self.numbers:
-            if len(self.residuals) >= RESIDUALS:
+            if len(self.residuals) >= residuals:
                 raise TooComplex
             self.numbers[residual] = len(self.residuals)
             self.residuals.append(residual)
@@ -141,7 +119,8 @@ class Task:
     @property
     def work(self) -> int:
         """What it took to work out what is left after each step, in moves."""
-        return LEFT_WORK * len(self._after)
+        left_work = 200  # moves that it takes to progress a formula by one step
+        return left_work * len(self._after)
 
     def to_go(self, residual: Indices, states: Indices) -> Array:
         """At least so many metres are left, (rows,)."""
@@ -193,7 +172,7 @@ class Sweep:
     rest: float
     pushing: bool
     in_the_way: Flags
-    most: float = WORK
+    most: float
     work: int = 0
 
     def within(self, bound: float) -> Indices | None:
@@ -202,6 +181,9 @@ class Sweep:
         Raises:
             TooComplex: it takes too much work.
         """
+        step_work = 1_000  # overhead of a step, in moves
+        restless = 1e-6  # metres added to each step in motion, later steps more: of equal paths the earliest wins
+        settings = smt_settings(self.table.mission).search
         task, table, memory = self.task, self.table, self.task.memory
         states, steps = len(task.finish), len(table.roadmap.allowed)
         carried = None if memory is None else memory.at(self.starts)
@@ -217,7 +199,7 @@ class Sweep:
             sizes = table.sizes.take(state)
             row = np.arange(len(key)).repeat(sizes)
             move = np.arange(len(row)) + (table.begins.take(state) - sizes.cumsum() + sizes).take(row)
-            self.work += STEP_WORK + len(move)
+            self.work += step_work + len(move)
             if self.work > self.most:
                 raise TooComplex
             there = target.take(move)
@@ -237,12 +219,12 @@ class Sweep:
             self.work += task.work - known
             row, move, there, left = _of(left >= 0, row, move, there, left)
             after = cost.take(row) + table.length.take(move)
-            after += RESTLESS * (1 + step / (1 + steps)) * table.leads_on.take(move)
+            after += restless * (1 + step / (1 + steps)) * table.leads_on.take(move)
             after += (self.step_cost * goes).take(row)
             if self.pushing:
-                after += PUSH * table.longest * table.weight(step, move)
+                after += settings.push * table.longest * table.weight(step, move)
             if step == steps - 1:
-                after += END * table.longest * self.in_the_way.take(there)
+                after += settings.end * table.longest * self.in_the_way.take(there)
             to_go = task.to_go(left, there)
             going, resting = max(table.over - step - 1, 0), steps - max(table.over, step + 1)
             in_time = to_go <= going * self.stride + resting * self.rest + FAR
@@ -286,8 +268,9 @@ def _of(which: Flags, *columns: NDArray[Any]) -> tuple[NDArray[Any], ...]:
 
 def _cheapest(key: Indices, cost: Array) -> tuple[Indices, Indices]:
     """Each key once, ascending, and the first of those with this key that cost least: (keys,) each."""
+    dense = 4  # keys for each row, up to which a table is used
     count = int(key.max(initial=-1)) + 1
-    if count <= DENSE * len(key):  # a table of all keys there may be is quicker than sorting them
+    if count <= dense * len(key):  # a table of all keys there may be is quicker than sorting them
         keys, group = None, key
     else:
         keys, group = np.unique(key, return_inverse=True)

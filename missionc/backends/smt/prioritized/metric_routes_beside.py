@@ -16,9 +16,6 @@ from missionc.ir.kernel.nodes import At, Atom, Node
 from missionc.ir.kernel.walk import postorder
 from missionc.verification.monitoring.monitor import truths
 
-AWAY = 1e12
-"""Metres from each other, and from the world, of agents that are not settled: no link is so long."""
-
 
 def is_measured(node: Node) -> bool:
     """Whether lengths in metres are read by the formula or below it."""
@@ -31,6 +28,7 @@ def holds_beside(node: Node, agent: int, reservations: Reservations, labels: Lab
     Raises:
         TooComplex: it is about other steps, or about agents by name that are not settled.
     """
+    away = 1e12  # metres to agents without a path, and between them; no link is that long
     present = {agent, *reservations.agents}
     for part in postorder((node,)):
         unknown = isinstance(part, At) and part.agent not in present
@@ -41,7 +39,7 @@ def holds_beside(node: Node, agent: int, reservations: Reservations, labels: Lab
         raise TooComplex
     mission, motion = labels.mission, reservations.motion
     step, state = np.nonzero(may)
-    position = np.full((motion.agents, len(step), mission.dimension), AWAY)
+    position = np.full((motion.agents, len(step), mission.dimension), away)
     position[:, :, 0] *= np.arange(1, motion.agents + 1)[:, None]
     for other in reservations.agents:
         position[other] = motion.roadmap(other).position[reservations.states[other]][step]

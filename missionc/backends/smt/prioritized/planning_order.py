@@ -19,10 +19,6 @@ from missionc.base.trace import Array, Flags
 from missionc.ir.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode
 from missionc.ir.kernel.walk import awaited, children, postorder
 
-FEW = 16
-"""What can be reached in so many moves is looked at first, then in twice as many, until something asked for is among
-it."""
-
 
 @dataclass(frozen=True, slots=True)
 class Need:
@@ -97,6 +93,7 @@ class PlanningOrder:
 
     def _moves(self, agent: int, places: Flags, most: int) -> int:
         """In how many moves the agent can be in one of these places, (states,); so many at most."""
+        few = 16  # moves of the first search; doubled until a goal is reached
         number = self.labels.roadmap_of[agent]
         roadmap = self.labels.roadmaps[number]
         starts = roadmap.starts[roadmap.agents.index(agent)]
@@ -108,7 +105,7 @@ class PlanningOrder:
         if self._last is not None and self._last[0] == key:
             _, near, moves_to = self._last
         while near < most and not (near and np.isfinite(moves_to[places]).any()):
-            near = max(FEW, 2 * near)
+            near = max(few, 2 * near)
             moves_to = dijkstra(self._graphs[number], indices=starts, unweighted=True, limit=near, min_only=True)
             self._last = key, near, moves_to
         return int(min(moves_to[places].min(initial=np.inf), most))

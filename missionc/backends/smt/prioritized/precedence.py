@@ -14,15 +14,10 @@ from dataclasses import replace
 
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
 from missionc.backends.smt.prioritized.requirement_parts import named_agents, throughout
+from missionc.backends.smt.settings import smt_settings
 from missionc.ir.kernel.conjuncts import Conjunct, conjuncts
 from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Eventually, Goal, Kernel, Node, Until
 from missionc.ir.kernel.walk import children, rebuilt, same_objects
-
-AMPLE, SPARE = 1.25, 2
-"""What is waited for may take so many times the steps that it takes at least, and so many more."""
-
-LATER = 0.0, 0.5, 1.0
-"""It is waited for so far into the time that is left in its window then, first to last."""
 
 
 def with_steps_chosen(kernel: Kernel, order: PlanningOrder, later: float) -> Kernel:
@@ -61,11 +56,12 @@ def _formula(conjunct: Conjunct) -> Node:
 
 def _chosen(conjunct: Conjunct, order: PlanningOrder, later: float) -> list[Node]:
     """``end`` at a step of the window, and ``hold`` at all steps before it."""
+    settings = smt_settings(order.labels.mission).prioritized
     agent, _, node = conjunct
     assert isinstance(node, Until)
     hold, end = (part if agent is None else At(agent, part, node.span) for part in (node.hold, node.end))
     last = order.labels.mission.steps if node.high is None else node.high
-    soon = min(max(node.low, int(AMPLE * order.need(_sometime(end)).steps) + SPARE), last)
+    soon = min(max(node.low, int(settings.wait_factor * order.need(_sometime(end)).steps) + settings.wait_steps), last)
     step = soon + int(later * (last - soon))
     before: list[Node] = [Always(hold, 0, step - 1, node.span)] if step else []
     return [*before, Always(end, step, step, node.span)]

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from missionc.backends.api import Planned, Progress
-from missionc.backends.smt.prioritized.precedence import LATER
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.shorter_makespan import ShorterMakespan
 from missionc.backends.smt.prioritized.shorter_ways import metres_alone, path_length, shorter
@@ -25,9 +24,6 @@ from missionc.backends.smt.sat.wait_for_process import is_over
 from missionc.base.trace import Trace
 from missionc.ir import Objective
 from missionc.ir.kernel.nodes import Kernel
-
-SAME = 1e-6
-"""Metres: so little makes no plan shorter."""
 
 
 @dataclass(slots=True, eq=False)
@@ -87,7 +83,8 @@ class PrioritizedPlan:
         Args:
             choosing: choose steps of what some wait for others with; then nothing tells how good a plan can be.
         """
-        for later in LATER if choosing else (None,):
+        shares = (0.0, 0.5, 1.0) if choosing else (None,)  # of the time left in the window for the goal waited for
+        for later in shares:
             planner = self.planner_of(required, self.roadmaps, self.first, later)
             states = planner.plan()
             if states is not None or not planner.chosen or not self.affordable:
@@ -124,11 +121,12 @@ class PrioritizedPlan:
 
     def shorter(self, states: Indices) -> Indices:
         """A joint motion of fewer metres in all; how many they are is noted."""
+        same = 1e-6  # metres
         assert self.planner is not None
         states = shorter(self.planner, states)
         metres, least = path_length(self.planner, states), metres_alone(self.planner)
         known = ""
-        if least is not None and metres - least < SAME:
+        if least is not None and metres - least < same:
             known = ", the least on this roadmap"
         elif least is not None:
             known = f"; on this roadmap the agents travel {least:.6g} m at least"

@@ -33,26 +33,15 @@ from missionc.backends.smt.prioritized.requirement_parts import (
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_planning import SingleAgentPlanning
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
-from missionc.backends.smt.refine.problem import LINKS, Problem
+from missionc.backends.smt.refine.problem import Problem
 from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.settings import smt_settings
 from missionc.backends.smt.shorten.shorten_paths import shorten_paths
 from missionc.base.solved import SEARCH, solved_by
 from missionc.base.trace import Trace
 from missionc.ir.kernel.nodes import All, Goal
 from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import TRUTH
-
-TOGETHER = 8
-"""So many agents are planned in one turn, unless more belong together."""
-
-REPAIRS = 6
-"""So often those of whom something does not hold at the end may be planned again."""
-
-FAILURES = 12
-"""After so many turns that found nothing all agents are planned at once."""
-
-EFFORT = Effort(conflicts=1_000, rounds=50)
-"""The effort of a turn, which is the planning of one group."""
 
 
 @dataclass(slots=True, eq=False)
@@ -82,7 +71,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
             Unexpressible: a predicate is about too many agents at once.
         """
         waiting = self.order.groups(self.requirements.parts)
-        if sum(map(len, waiting)) > TOGETHER:
+        if sum(map(len, waiting)) > self.settings.group:
             waiting = self.order.groups(self.failing_alone())
         return self.completed(sorted(waiting, key=lambda group: first.isdisjoint(group)))
 
@@ -103,7 +92,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
 
     def completed(self, waiting: list[tuple[int, ...]]) -> Indices | None:
         """The joint motion once these groups are planned too, and again who breaks something in it."""
-        for _ in range(REPAIRS):
+        for _ in range(self.settings.repairs):
             if not self.plan_groups(waiting):
                 return None
             with self.setting.account.stage("bystanders"):
@@ -164,7 +153,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
             if self.refused is not None or not self.together:
                 return False
             count = sum(map(len, waiting))
-            size = max(size, -(-count // -(-count // TOGETHER)))  # turns of equal size
+            size = max(size, -(-count // -(-count // self.settings.group)))  # turns of equal size
             batch: list[int] = []
             for group in waiting:
                 if not batch or len(batch) + len(group) <= size:
@@ -192,7 +181,12 @@ class PrioritizedPlanner(SingleAgentPlanning):
             self.failures += 1
             if not helpers and self.plan_around_leader(batch):
                 return self.everyone
-            if helpers >= len(more) or self.failures >= FAILURES or not self.affordable or not self.solvers.alive:
+            if (
+                helpers >= len(more)
+                or self.failures >= self.settings.failures
+                or not self.affordable
+                or not self.solvers.alive
+            ):
                 return NOBODY
             helpers = max(1, 2 * helpers)
 
@@ -202,7 +196,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         So what is asked of several, an escort that takes turns, say, is asked of the others once the leader is known.
         False where somebody is settled already, where one turn does not hold the others, or where none is found.
         """
-        if self.reservations.agents or len(self.everyone) - 1 > TOGETHER:
+        if self.reservations.agents or len(self.everyone) - 1 > self.settings.group:
             return False
         for leader in sorted(leaders):
             own = [part for part in self.requirements.parts if part.named == frozenset((leader,))]
@@ -240,7 +234,8 @@ class PrioritizedPlanner(SingleAgentPlanning):
             ways = reservations.fixed(
                 [open_ways[agent] if agent in batch else way for agent, way in enumerate(standing)]
             )
-        for asked in deepened(formulas, setting.mission.steps):
+        group_effort = Effort(self.settings.conflicts, self.settings.rounds)
+        for asked in deepened(formulas, setting.mission.steps, self.settings.first_window):
             with setting.account.stage("lower"):
                 if self.infeasible(asked, ways, before | batch):
                     continue
@@ -248,10 +243,11 @@ class PrioritizedPlanner(SingleAgentPlanning):
             with setting.account.stage("lower"):
                 shorter = first_steps(setting, roadmaps, ways, last)
             goal = Goal("all parts", All(tuple(asked)), setting.mission.span)
-            problem = shorter[0].problem((goal,), *shorter[1:], batch, before, LINKS, self.solvers)
+            links = smt_settings(setting.mission).solver.links
+            problem = shorter[0].problem((goal,), *shorter[1:], batch, before, links, self.solvers)
             if problem.lowered.infeasible:
                 continue
-            effort = EFFORT.within(self.most - setting.account.work, problem.search.clauses.count)
+            effort = group_effort.within(self.most - setting.account.work, problem.search.clauses.count)
             result = problem.search.find(problem.lowered.goals, effort=effort)
             if not isinstance(result, JointMotion):
                 continue

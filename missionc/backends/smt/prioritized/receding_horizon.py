@@ -25,15 +25,13 @@ from missionc.ir import Mission
 from missionc.ir.kernel.analysis import steps_ahead
 from missionc.ir.kernel.nodes import Node
 
-SHORTER = 2
-"""So many times as many steps has a mission at least for a part of them to be looked at alone."""
-
 
 def last_asked(formulas: Sequence[Node], mission: Mission) -> int:
     """The last step that decides formulas of the first step, and the motion there; the mission's, if that is near."""
+    shorter = 2  # mission steps for each step of a part that is planned alone, at least
     ahead = steps_ahead(formulas, mission.steps)
     last = max((ahead[formula] for formula in formulas), default=0) + 1
-    return last if SHORTER * last <= mission.steps else mission.steps
+    return last if shorter * last <= mission.steps else mission.steps
 
 
 def first_steps(

@@ -29,12 +29,6 @@ from missionc.ir.kernel.nodes import Atom, Node, Not
 from missionc.ir.language.margins.predicate_margins import holds, of_states
 from missionc.ir.language.margins.resources import changes, within
 
-BUCKETS = 48
-"""Levels told apart of each resource, from nothing to its capacity: of ways that differ by less not all are kept."""
-
-MOST_PROPOSITIONS = 20
-"""So many propositions are told apart by a number."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Carried:
@@ -59,9 +53,10 @@ class OwnMemory:
     """
 
     def __init__(self, nodes: Sequence[Node], agent: int, labels: Labels, roadmap: Roadmap, *, exact: bool) -> None:
+        most_propositions = 20  # bits of a number
         self.nodes = tuple(nodes)
         atoms = [_atom(node) for node in nodes]
-        if len(nodes) > MOST_PROPOSITIONS or any(each.others or each.reads_speed for each in atoms):
+        if len(nodes) > most_propositions or any(each.others or each.reads_speed for each in atoms):
             raise TooComplex
         mine = [each.flag for each in atoms if isinstance(each, Flagged)]
         self._flags: list[Flag] = list(dict.fromkeys(mine))
@@ -118,12 +113,13 @@ class OwnMemory:
 
     def kept(self, key: Indices, cost: Array, carried: Carried) -> Indices:
         """The rows of the ways that are kept: of each key and label the cheapest."""
+        buckets = 48  # levels of a resource; of paths with the same levels the cheapest is kept
         label = np.zeros(len(key), dtype=np.int64)
         for column in carried.flags.T:
             label = 2 * label + column
         share = carried.levels / np.maximum(self._capacity, 1e-12)
-        for column in np.clip(np.floor(BUCKETS * share), 0, BUCKETS - 1).astype(np.int64).T:
-            label = BUCKETS * label + column
+        for column in np.clip(np.floor(buckets * share), 0, buckets - 1).astype(np.int64).T:
+            label = buckets * label + column
         order = np.lexsort((cost, label, key))
         first = np.ones(len(order), dtype=np.bool_)
         first[1:] = (np.diff(key[order]) != 0) | (np.diff(label[order]) != 0)

@@ -18,22 +18,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from missionc.backends.api import Progress
-from missionc.backends.smt.prioritized.prioritized_planning import FAILURES, PrioritizedPlanner
+from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.refine.problem import Setting
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.backends.smt.sat.wait_for_process import is_over
+from missionc.backends.smt.settings import smt_settings
 from missionc.backends.smt.shorten.minimize_duration import duration, rests_from
 from missionc.backends.work import MOVE_STEP
-
-WORK, AS_MANY = 8.0, 2.0
-"""Units of work that the bound may take; and the search, or so many times those that the motion at hand took."""
-
-TURNS = 2
-"""So many turns of the solver may find nothing before an attempt is given up."""
-
-STRIDES = 8
-"""The first stride is such a part of what lies between the motion and the bound."""
 
 
 @dataclass(slots=True, eq=False)
@@ -67,10 +59,11 @@ class ShorterMakespan:
 
     def find(self) -> None:
         """Makes it as short as it gets, and notes what is known."""
+        settings = smt_settings(self.setting.mission).work
         account = self.setting.account
         made, before = account.work, self.best
         least = self.least(int(self.setting.budget.enough(self.best)))
-        self.most = account.work + max(WORK, AS_MANY * made)
+        self.most = account.work + max(settings.makespan, settings.makespan_share * made)
         self.descend(least)
         if self.affordable and self.best > least and self.attempt(self.best - 1, anew=True):
             self.descend(least)
@@ -81,7 +74,7 @@ class ShorterMakespan:
 
     def descend(self, least: int) -> None:
         """Goes down in strides that double as long as each comes off, and then halve."""
-        vain, stride = least - 1, max(1, (self.best - least) // STRIDES)
+        vain, stride = least - 1, max(1, (self.best - least) // smt_settings(self.setting.mission).prioritized.strides)
         while self.affordable and self.best - vain > 1:
             target = max(self.best - stride, vain + 1)
             if self.attempt(target):
@@ -95,10 +88,11 @@ class ShorterMakespan:
         Args:
             anew: all are planned from the beginning; else who is not late goes as before, unless pushed.
         """
+        settings = smt_settings(self.setting.mission).prioritized
         self.setting.budget.listen(Progress("improve", 0, f"{self.best} steps; are {steps} enough?"))
         late = frozenset(np.flatnonzero(rests_from(self.states) > steps).tolist())
         planner = self.planner_of(self.still(steps), self.most)
-        planner.failures = FAILURES - TURNS
+        planner.failures = settings.failures - settings.makespan_failures
         planner.together = not anew
         found = planner.plan(late) if anew else planner.plan_again(self.states, late, self.planner.by_solver)
         if found is None:
@@ -119,7 +113,7 @@ class ShorterMakespan:
     def least(self, least: int) -> int:
         """The steps that some agent needs by itself, whatever the others do, where so many are known to be needed."""
         own = rests_from(self.states)
-        self.most = self.setting.account.work + WORK
+        self.most = self.setting.account.work + smt_settings(self.setting.mission).work.makespan
         for agent in sorted(self.planner.everyone, key=lambda agent: (-int(own[agent]), agent)):
             if own[agent] <= least or not self.affordable or self.able(agent, least):
                 continue

@@ -5,22 +5,19 @@ from __future__ import annotations
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.roadmap.roadmap import Indices
-
-ROUNDS, GAIN = 2, 1e-6
-"""So often who was planned alone is planned again by metres; a way shorter by no more than this is not taken."""
-
-AGAIN = 60_000_000
-"""After so much work no more rounds are begun."""
+from missionc.backends.smt.settings import smt_settings
 
 
 def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
     """The motion after who was planned alone has been planned again, one by one, by metres alone."""
+    settings = smt_settings(planner.setting.mission).prioritized
+    gain = 1e-6  # metres that a new path saves at least
     reservations = planner.reservations.emptied()
     everyone = sorted(planner.everyone)
     reservations.reserve(everyone, states)
     search = planner.search(haste=0.0)
-    for number, agent in ((number, agent) for number in range(ROUNDS) for agent in everyone):
-        if number and search.work > AGAIN:
+    for number, agent in ((number, agent) for number in range(settings.shorter_rounds) for agent in everyone):
+        if number and search.work > settings.shorter_work:
             break
         named = [part for part in planner.requirements.parts if agent in part.named]
         if any(len(part.named) > 1 for part in named) or search.work > planner.enough:
@@ -29,7 +26,7 @@ def shorter(planner: PrioritizedPlanner, states: Indices) -> Indices:
         changed = reservations.states.copy()
         metres = search.metres(agent, changed[agent])
         way = search.way(agent, planner.own_parts(agent), reservations, most=metres)
-        if way is not None and search.metres(agent, way) < metres - GAIN:
+        if way is not None and search.metres(agent, way) < metres - gain:
             changed[agent] = way
         reservations.reserve((agent,), changed)
     better = reservations.states

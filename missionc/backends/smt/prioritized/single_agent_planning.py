@@ -39,32 +39,17 @@ from missionc.backends.smt.prioritized.requirement_parts import (
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
-from missionc.backends.smt.prioritized.single_agent_search import HASTE, SingleAgentSearch
+from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSearch
 from missionc.backends.smt.refine.collisions import metric, needed
 from missionc.backends.smt.refine.problem import Setting
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.backends.smt.sat.solve import Solvers
 from missionc.backends.smt.sat.wait_for_process import is_over
+from missionc.backends.smt.settings import PrioritizedSettings, smt_settings
 from missionc.backends.work import MOVE_STEP
 from missionc.base.trace import Flags
 from missionc.ir.kernel.nodes import Kernel, Node
-
-IN_VAIN = 3
-"""After so many agents one after the other that found no way by themselves, some are planned together."""
-
-PUSHES = 6
-"""So many times the number of agents may have to make way for another."""
-
-BACK_AND_FORTH, IN_THE_END = 2, 4
-"""After two have so often taken each other's place they are planned together; where that fails, one is left in the end.
-"""
-
-ORDERS, ORDERED = 6, 30_000_000
-"""So many orders are tried, as long as single-agent searches have done no more work."""
-
-ENOUGH, ENOUGH_EACH = 100_000_000, 3_000_000
-"""After so much work of single-agent searches, and so much more for each agent, none is begun any more."""
 
 
 @dataclass(slots=True, eq=False)
@@ -72,7 +57,7 @@ class SingleAgentPlanning:
     """Reserved trajectories as they grow, agent by agent.
 
     ``most``: units of ``work`` of the run's account that it may come to.
-    ``later``: where in its window a step is chosen for what some wait for others with (``precedence.LATER``).
+    ``later``: where in its window a step is chosen for what some wait for others with (0 to 1).
     """
 
     setting: Setting
@@ -120,9 +105,13 @@ class SingleAgentPlanning:
             self.single_agent = self.search()
 
     @property
+    def settings(self) -> PrioritizedSettings:
+        return smt_settings(self.setting.mission).prioritized
+
+    @property
     def enough(self) -> int:
         """The work of single-agent searches after which none is begun."""
-        return ENOUGH + ENOUGH_EACH * len(self.everyone)
+        return self.settings.search_work + self.settings.search_work_each * len(self.everyone)
 
     @property
     def affordable(self) -> bool:
@@ -138,7 +127,7 @@ class SingleAgentPlanning:
         """What the requirements ask of this agent by itself."""
         return [part.formula for part in self.requirements.parts if part.named == frozenset((agent,))]
 
-    def search(self, haste: float = HASTE) -> SingleAgentSearch:
+    def search(self, haste: float | None = None) -> SingleAgentSearch:
         limit = self.setting.budget.limits.clauses
         never, exclusions = self.requirements.never, self.requirements.exclusions
         return SingleAgentSearch(self.order.labels, never, self.reservations, limit, haste, exclusions)
@@ -174,7 +163,7 @@ class SingleAgentPlanning:
             who is left in the last of these orders.
         """
         order, left, urgent = list[tuple[int, ...]](), waiting, list[tuple[int, ...]]()
-        for _ in range(ORDERS):
+        for _ in range(self.settings.orders):
             before, order = order, [*urgent, *(group for group in waiting if group not in urgent)]
             if order != before:
                 self.release(list(self.reservations.agents))
@@ -182,7 +171,12 @@ class SingleAgentPlanning:
                 self.pushed.clear()
                 left = self.plan_single_agents(order)
             stuck = [group for group in left if len(group) == 1 and group not in urgent[:1]]
-            if not stuck or self.refused is not None or self.single_agent.work > ORDERED or not self.affordable:
+            if (
+                not stuck
+                or self.refused is not None
+                or self.single_agent.work > self.settings.orders_work
+                or not self.affordable
+            ):
                 break
             urgent = [*stuck, *(group for group in urgent if group not in stuck)]
         return left
@@ -190,7 +184,7 @@ class SingleAgentPlanning:
     def plan_single_agents(self, waiting: list[tuple[int, ...]]) -> list[tuple[int, ...]]:
         """Settles those for whom there is a way by themselves; who is left."""
         queue, left, failures = deque(waiting), list[tuple[int, ...]](), 0
-        while queue and failures < IN_VAIN and self.affordable and self.refused is None:
+        while queue and failures < self.settings.single_failures and self.affordable and self.refused is None:
             group = queue.popleft()
             moved = self.plan_single_agent(group[0]) if len(group) == 1 else None
             if moved is None:
@@ -202,12 +196,12 @@ class SingleAgentPlanning:
                 for other in moved:
                     self.pushed[group[0], other] += 1
                     exchanges = min(self.pushed[group[0], other], self.pushed[other, group[0]])
-                    if exchanges == BACK_AND_FORTH and self.plan_jointly((group[0], other)):
+                    if exchanges == self.settings.exchanges and self.plan_jointly((group[0], other)):
                         queue.remove((other,))
-                    elif exchanges >= IN_THE_END:
+                    elif exchanges >= self.settings.exchanges_most:
                         queue.remove((other,))
                         left.append((other,))
-                    if exchanges >= BACK_AND_FORTH:
+                    if exchanges >= self.settings.exchanges:
                         break
         return left + list(queue)
 
@@ -230,7 +224,10 @@ class SingleAgentPlanning:
                 self.infeasible_alone.add(agent)
                 self.lost_alone.add(agent)
                 return None
-            may_push = bool(reservations.alone) and reservations.moved.sum() < PUSHES * reservations.motion.agents
+            may_push = (
+                bool(reservations.alone)
+                and reservations.moved.sum() < self.settings.pushes * reservations.motion.agents
+            )
             with self.counted(self.single_agent) as search:
                 way = search.way_or_push(agent, formulas, reservations, may_push=may_push)
             if way is None:

@@ -23,9 +23,6 @@ from missionc.ir import Predicate
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 
-STEPS = 5_000
-"""After sweeping over so many steps the rest is taken to be possible: a window at every step of a window costs many."""
-
 May = Callable[[int, int], Flags]
 """In which states, (states,), a formula may hold of an agent at a step; worked out when it is asked for."""
 
@@ -128,13 +125,15 @@ class SingleAgentRelaxation(Domain[May]):
             at: of a step of the window; ``before``: of one before the window.
         """
 
+        steps = 5_000  # steps swept, after which the rest counts as possible: nested windows cost many
+
         def may(agent: int, step: int) -> Flags:
             ways, roadmap = self.ways[agent], self.labels.roadmaps[self.labels.roadmap_of[agent]]
             first, final = step + node.low, len(ways) - 1 if node.high is None else step + node.high
             if first > final or final > len(ways) - 1:  # past the last step nothing holds
                 return self._everywhere(agent, False)
             self._swept += final - step
-            if self._swept > STEPS:
+            if self._swept > steps:
                 return self._everywhere(agent, True)
             source, target = roadmap.moves.T
             states = last(agent, final)

@@ -27,7 +27,7 @@ from missionc.backends.smt.encode.lower_motion import lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.prioritized.distance_to_go import DistanceToGo
 from missionc.backends.smt.prioritized.exclusions import Exclusion, may_be
-from missionc.backends.smt.prioritized.label_setting import PUSH, WORK, Mover, Sweep, Task, _letters, _Signature
+from missionc.backends.smt.prioritized.label_setting import Mover, Sweep, Task, _letters, _Signature
 from missionc.backends.smt.prioritized.metric_routes_beside import holds_beside, is_measured
 from missionc.backends.smt.prioritized.progression import (
     Progression,
@@ -37,36 +37,15 @@ from missionc.backends.smt.prioritized.progression import (
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.resource_labels import OwnMemory
-from missionc.backends.smt.refine.problem import LINKS
 from missionc.backends.smt.roadmap.agent_local import own_states, states_of
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.settings import smt_settings
 from missionc.base.trace import Array, Flags
 from missionc.ir.kernel.analysis import helped_by_more
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
 from missionc.ir.kernel.walk import children, postorder, window_of
 from missionc.ir.language.margins.predicate_margins import holds, of_pair
-
-HASTE = 0.25
-"""A step counts as so much of the longest move while there is somewhere to go: who waits, waits where it is done."""
-
-EXACT = 0.01
-"""A way is looked for first that costs no more than it must, but for so many longest moves."""
-
-SLACK, WIDER = 0.05, 2.0
-"""Then one that costs more by this share at most, then by so many times as much: work grows with its square."""
-
-BOUNDS = 6
-"""After so many bounds there is none."""
-
-SMALL = 20_000
-"""Where all moves at all steps are no more than so many, no bound is worth its while."""
-
-PUSHED = 0.5, 1.5, 3.0, 6.0, 12.0
-"""Ways that push are looked for that cost a push and so many times as much more than they must; then any."""
-
-CHANGED = 0.2
-"""What the settled do for a formula that more agents only help is worked out anew when so many have come or gone."""
 
 Settled = set[tuple[int, bytes]]
 """Agents and their ways."""
@@ -78,7 +57,7 @@ class SingleAgentSearch:
     Args:
         never: for some agents, where they may not be, (steps + 1, states).
         limit: of clauses.
-        haste: what a step counts for, of the longest move; 0 where metres alone count.
+        haste: cost of a step, as a share of the longest move; 0 counts metres alone, None is the setting.
         exclusions: what else keeps an agent away from where others are.
     """
 
@@ -88,9 +67,10 @@ class SingleAgentSearch:
         never: dict[int, Flags],
         reservations: Reservations,
         limit: int,
-        haste: float = HASTE,
+        haste: float | None = None,
         exclusions: Sequence[Exclusion] = (),
     ) -> None:
+        haste = smt_settings(labels.mission).search.haste if haste is None else haste
         self._labels, self._never, self._limit, self._haste = labels, never, limit, haste
         self._exclusions = exclusions
         self._nobody = reservations.emptied()
@@ -135,7 +115,11 @@ class SingleAgentSearch:
     def _way_or_push(
         self, agent: int, formulas: Sequence[Node], reservations: Reservations, may_push: bool
     ) -> Indices | None:
-        push = PUSH * reservations.tables[self._labels.roadmap_of[agent]].longest if may_push else np.inf
+        push = (
+            smt_settings(self._labels.mission).search.push * reservations.tables[self._labels.roadmap_of[agent]].longest
+            if may_push
+            else np.inf
+        )
         way = None
         with deep(), suppress(TooComplex):
             mover = self.mover(agent, formulas, reservations)
@@ -278,6 +262,7 @@ class SingleAgentSearch:
 
     def _beside(self, node: Node, agent: int, reservations: Reservations, may: Flags) -> Flags:
         """At which steps in which states something about others holds for certain: (steps + 1, states)."""
+        changed = 0.2  # share of the planned agents that came or went, from which a monotone formula is evaluated again
         leaf = node.body if isinstance(node, Not) else node
         labels, motion = self._labels, reservations.motion
         shape = reservations.tables[labels.roadmap_of[agent]].roadmap.standing.shape
@@ -300,7 +285,7 @@ class SingleAgentSearch:
             return np.broadcast_to(np.asarray(holds(leaf.predicate, np.asarray(margins))) == (leaf is node), shape)
         if is_measured(node):
             return holds_beside(node, agent, reservations, labels, may)
-        known = self._formulas(reservations, changed=CHANGED if self._monotone[node] else 0.0)
+        known = self._formulas(reservations, changed=changed if self._monotone[node] else 0.0)
         if not known.places.decides(node):
             raise TooComplex
         step, state = np.nonzero(may)
@@ -320,7 +305,11 @@ class SingleAgentSearch:
             ways = reservations.fixed(motion.ways)
             known = replace(lower_motion(motion.roadmaps, ways, frozenset(agents), clauses), links=motion.links)
             formulas = Formulas(
-                Labels(self._labels.mission, known.roadmaps), known, clauses, Occupancy(known, clauses), LINKS
+                Labels(self._labels.mission, known.roadmaps),
+                known,
+                clauses,
+                Occupancy(known, clauses),
+                smt_settings(self._labels.mission).solver.links,
             )
             self._known = settled, formulas
         return self._known[1]
@@ -362,6 +351,9 @@ class SingleAgentSearch:
         Raises:
             TooComplex: it takes too much work.
         """
+        settings = smt_settings(mover.table.mission).search
+        # Bounds on the cost of a path that displaces others: one push, and these multiples of the excess; then none.
+        pushed = (0.5, 1.5, 3.0, 6.0, 12.0)
         task, table, starts = mover.task, mover.table, mover.starts
         least = max(float(task.bound(task.begin)[starts].min(initial=np.inf)), float(table.to_come[0]))
         most = min(most, least + more)
@@ -378,16 +370,19 @@ class SingleAgentSearch:
             rest=rest,
             pushing=pushing,
             in_the_way=reservations.passed(agent),
-            most=min(WORK, self.most - self.work),
+            most=min(settings.work, self.most - self.work),
         )
-        excess, push = max(SLACK * least, table.longest), PUSH * table.longest
-        if any_way or len(table.length) * len(table.roadmap.allowed) <= SMALL:
+        excess, push = max(settings.slack * least, table.longest), settings.push * table.longest
+        if any_way or len(table.length) * len(table.roadmap.allowed) <= settings.unbounded:
             bounds = []
         elif pushing:
-            bounds = [push + excess * wider for wider in PUSHED]
+            bounds = [push + excess * wider for wider in pushed]
         else:
-            wider = 1 if np.isfinite(more) else BOUNDS
-            bounds = [EXACT * table.longest, *(excess * WIDER**attempt for attempt in range(wider))]
+            wider = 1 if np.isfinite(more) else settings.bounds
+            bounds = [
+                settings.exact * table.longest,
+                *(excess * settings.widening**attempt for attempt in range(wider)),
+            ]
         try:
             for bound in (min(most, least + excess) for excess in (*bounds, np.inf)):
                 way = sweep.within(bound)

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.refine.lazy_constraints import Effort
-
-WORK = 300_000_000
-"""Clauses times conflicts of one question."""
-
-LEAST, MOST = 500, 20_000
-"""Conflicts of one question, whatever the clauses."""
-
-ROUNDS = 60
-"""Rounds of collisions, for one question."""
+from missionc.backends.smt.settings import smt_settings
+from missionc.ir import Mission
 
 
-def effort(clauses: Clauses) -> Effort:
-    """What a question about so many clauses may take: fewer conflicts where they are many, for each takes longer."""
-    return Effort(conflicts=max(LEAST, min(MOST, WORK // max(1, clauses.count))), rounds=ROUNDS)
+def effort(mission: Mission, clauses: Clauses) -> Effort:
+    """Effort of one question: fewer conflicts if there are many clauses, since each takes longer."""
+    settings = smt_settings(mission).solver
+    conflicts = min(settings.improve_most, settings.improve_work // max(1, clauses.count))
+    return Effort(max(settings.improve_least, conflicts), settings.improve_rounds)

@@ -15,26 +15,10 @@ from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.collisions import Separation, too_near
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Answer, Satisfiable, Solvers, Stopped, Unsatisfiable
+from missionc.backends.smt.settings import smt_settings
 from missionc.backends.work import conflicts_of, question_work
 from missionc.base.trace import Flags
 from missionc.ir import Mission
-
-PAIR, CROWD = 2, 5
-"""That no two are in one place is said at once of a pair, which takes few clauses, and of a crowd, which often is."""
-
-SMALL = 20_000
-"""So it is of any number where there are fewer clauses: a round costs more than it saves there."""
-
-PRESOLVE_CLAUSES = 300_000
-"""Clauses: each presolve reads all of them, so that of many it is quicker to ask a solver that knows most already."""
-
-
-PRESOLVED = 100
-"""Conflicts that a presolve is taken to meet; it does not say how many."""
-
-
-LEAST_ROUNDS = 8
-"""So many rounds of collisions a question has in any case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +33,10 @@ class Effort:
 
     def within(self, work: float, clauses: int) -> Effort:
         """No more than that many units of work allow with so many clauses, but for some rounds: the first is dear."""
+        least_rounds = 8  # rounds of collision clauses of every question
         conflicts, rounds = conflicts_of(work, clauses), work / question_work(max(1, clauses), 0)
         fewer = self.conflicts if conflicts is None else min(self.conflicts, conflicts)
-        return Effort(fewer, int(min(self.rounds, max(LEAST_ROUNDS, rounds))))
+        return Effort(fewer, int(min(self.rounds, max(least_rounds, rounds))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +69,7 @@ class LazyConstraints:
     rounds: int = 0
     work: float = 0.0
     """Units of ``work`` that its questions took."""
-    presolve_budget: int = PRESOLVE_CLAUSES
+    presolve_budget: int = field(init=False)
     """Clauses that may still be read by presolves; none any more once one was not enough."""
     nearest: Indices | None = None
     """The model so far with fewest collisions, the first of them, (agents, steps + 1), as ``JointMotion`` has it."""
@@ -93,8 +78,11 @@ class LazyConstraints:
     _separation: Separation = field(init=False)
 
     def __post_init__(self) -> None:
+        pair, crowd = 2, 5  # a pair needs few clauses, and a crowd often meets: their places are kept apart at once
+        settings = smt_settings(self.mission).solver
+        self.presolve_budget = settings.presolve_clauses
         self._separation = Separation(self.mission, self.motion, self.cast, self.clauses)
-        if len(self.cast) == PAIR or len(self.cast) >= CROWD or self.clauses.count < SMALL:
+        if len(self.cast) == pair or len(self.cast) >= crowd or self.clauses.count < settings.eager_clauses:
             with self.account.stage("collisions"):
                 self._separation.one_in_each_place()
 
@@ -123,10 +111,11 @@ class LazyConstraints:
 
     def joint_motion(self, assumptions: tuple[int, ...], effort: Effort | None) -> Indices | Unsatisfiable | Stopped:
         """Each agent's state, (agents, steps + 1), in a model of the clauses so far, or why there is none."""
+        presolved = 100  # assumed conflicts of a presolve, which does not report them
         seen = None
         if self.presolve_budget > 0:
             seen = self.solvers.presolve(self.clauses, assumptions)
-            self.worked(PRESOLVED)
+            self.worked(presolved)
             self.presolve_budget = 0 if seen is None else self.presolve_budget - self.clauses.count
         if isinstance(seen, Unsatisfiable):
             return seen

@@ -22,9 +22,6 @@ from missionc.base.trace import Flags
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Goal
 
-LINKS = 8
-"""Routes are first given at most so many links; all they may have only where that finds nothing."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from missionc.backends.smt.refine.conflict_limit import effort
 from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
 from missionc.backends.smt.sat.solve import Unsatisfiable
-
-AGAIN, LEAST = 1.0, 1.0
-"""So many times the work that the question itself took may go into a smaller core, and no less than so many units."""
+from missionc.backends.smt.settings import smt_settings
 
 
 def named_by_solver(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
@@ -16,7 +14,7 @@ def named_by_solver(core: tuple[int, ...], search: LazyConstraints) -> tuple[int
     Asked without looking for collisions: what is still impossible is so for
     certain, and what is possible then stays in.
     """
-    answer = search.ask(core, effort(search.clauses))
+    answer = search.ask(core, effort(search.mission, search.clauses))
     return tuple(literal for literal in core if literal in answer.core) if isinstance(answer, Unsatisfiable) else core
 
 
@@ -25,14 +23,15 @@ def minimise(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
 
     Asked without looking for collisions, as ``named_by_solver`` does.
     """
+    settings = smt_settings(search.mission).work
     account = search.account
-    most = account.work + max(LEAST, AGAIN * search.work)
+    most = account.work + max(settings.core, settings.core_share * search.work)
     core = named_by_solver(core, search) if core else core
     for left_out in core:
         fewer = tuple(other for other in core if other != left_out)
         if left_out not in core or not fewer or account.work > most:
             continue
-        answer = search.ask(fewer, effort(search.clauses))
+        answer = search.ask(fewer, effort(search.mission, search.clauses))
         if isinstance(answer, Unsatisfiable):
             core = tuple(other for other in core if other in answer.core)
     return core

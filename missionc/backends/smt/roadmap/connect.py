@@ -23,38 +23,18 @@ from scipy.spatial import cKDTree
 from missionc.backends.smt.roadmap.edges import NONE, Edges, are_clear, joined
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.backends.smt.settings import smt_settings
 from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags
 from missionc.geometry.dynamics import States, can_wait, speeds, steer, turn_in_step
 
 Indices = NDArray[np.int64]
 
-FIRST_LOOK = 4
-"""How many times the neighbours wanted are looked at first; twice as many each time that is too few."""
-
 MOST_LOOKED = 256
 """No node looks at more neighbours than these."""
 
-FLEXIBLE = 1.05
-"""A top speed so many times the least one leaves few distances that take no whole number of steps."""
-
-LONGER = 1.5
-"""First order: neighbours that take more than so many times the steps of the quickest are a last resort."""
-
 FOREVER = np.iinfo(np.int64).max
 """Steps to where there is no way."""
-
-JOINS = 2
-"""Edges that join one part of the roadmap to the largest one."""
-
-PAIR_BYTES = 200
-"""Bytes that a pair of nodes takes while it is looked at, about."""
-
-BLOCK = 1 << 19
-"""Pairs of nodes that are looked at at once."""
-
-ROUNDS = 4
-"""How often parts that stay apart are joined."""
 
 
 def connect(ground: Ground, nodes: States, mirror: Indices, neighbours: int) -> Edges:
@@ -70,7 +50,7 @@ def connect(ground: Ground, nodes: States, mirror: Indices, neighbours: int) -> 
         return NONE
     forward = [part for side in _sides(ground) for part in _search(ground, nodes, neighbours, side)]
     edges = both_ways(forward, mirror)
-    for _ in range(ROUNDS):
+    for _ in range(smt_settings(ground.mission).roadmap.join_rounds):
         joints = _join(ground, nodes, edges)
         if len(joints) == 0:
             break
@@ -84,9 +64,10 @@ def _sides(ground: Ground) -> tuple[int, ...]:
     They are where an agent that has to keep going may turn little in a step, and
     where it has but one speed, so that few distances are a whole number of steps.
     """
+    flexible = 1.05  # ratio of top to least speed, above which nearly every distance takes a whole number of steps
     dynamics = ground.agents[0].dynamics
     slowest, fastest = speeds(dynamics)
-    agile = turn_in_step(dynamics, ground.mission.step) >= math.pi / 2 and fastest > FLEXIBLE * slowest
+    agile = turn_in_step(dynamics, ground.mission.step) >= math.pi / 2 and fastest > flexible * slowest
     return (0,) if can_wait(dynamics) or agile else (0, 1, -1)
 
 
@@ -100,16 +81,18 @@ def _stride(ground: Ground) -> float:
 
 def _search(ground: Ground, nodes: States, neighbours: int, side: int) -> list[Edges]:
     """Each node's edges to its nearest steerable neighbours."""
+    first_look = 4  # candidates for each neighbour at first; doubled while they are too few
+    block_size = 1 << 19  # pairs of nodes in one array
     tree, rows = cKDTree(nodes.position), np.arange(len(nodes))
     look = (
-        FIRST_LOOK * neighbours * (3 if ground.agents[0].dynamics.has_momentum else 1)
+        first_look * neighbours * (3 if ground.agents[0].dynamics.has_momentum else 1)
     )  # up to three nodes share a place
     batches: list[Edges] = []
     while len(rows):
         look = min(look, len(nodes) - 1, MOST_LOOKED)
         left: list[Indices] = []
-        for begin in range(0, len(rows), max(1, BLOCK // look)):
-            block = rows[begin : begin + max(1, BLOCK // look)]
+        for begin in range(0, len(rows), max(1, block_size // look)):
+            block = rows[begin : begin + max(1, block_size // look)]
             picked, enough = _pick(ground, nodes, tree, block, look, neighbours, side)
             if look == min(len(nodes) - 1, MOST_LOOKED):
                 enough[:] = True
@@ -136,7 +119,7 @@ def _pick(
     usable = steps < FOREVER
     quick = usable.copy()
     if not ground.agents[0].dynamics.has_momentum:
-        quick &= steps <= LONGER * steps[:, :1]
+        quick &= steps <= smt_settings(ground.mission).roadmap.detour_steps * steps[:, :1]
     striding = quick & (distance >= _stride(ground))
     half = (neighbours + 1) // 2
     chosen = striding & (np.cumsum(striding, axis=1) <= half)
@@ -167,6 +150,7 @@ def both_ways(forward: list[Edges], mirror: Indices) -> Edges:
 
 def _join(ground: Ground, nodes: States, edges: Edges) -> Edges:
     """For every part but the largest, the quickest few edges to the largest."""
+    pair_bytes = 200  # memory of one pair of nodes, about
     links = coo_array((np.ones(len(edges)), (edges.source, edges.target)), shape=(len(nodes), len(nodes)))
     parts, part = connected_components(links, directed=False)
     if parts == 1:
@@ -174,14 +158,14 @@ def _join(ground: Ground, nodes: States, edges: Edges) -> Edges:
     largest = np.argmax(np.bincount(part))
     inside, outside = np.flatnonzero(part == largest), np.flatnonzero(part != largest)
     look = min(len(inside), MOST_LOOKED)
-    reserve(len(outside) * look * PAIR_BYTES, f"{len(outside)} nodes that nothing leads to, with {look} others each,")
+    reserve(len(outside) * look * pair_bytes, f"{len(outside)} nodes that nothing leads to, with {look} others each,")
     distance, near = _nearest(cKDTree(nodes.position[inside]), nodes.position[outside], look)
     pairs = _steered(ground, nodes, np.repeat(outside, look), inside[near.ravel()], 0)
     order = np.lexsort((distance.ravel(), pairs.count, part[pairs.source]))
     pairs = pairs.take(order[pairs.count[order] > 0])
     pairs = pairs.take(are_clear(ground, nodes, pairs))
     _, first, many = np.unique(part[pairs.source], return_index=True, return_counts=True)
-    return pairs.take(np.arange(len(pairs)) - np.repeat(first, many) < JOINS)
+    return pairs.take(np.arange(len(pairs)) - np.repeat(first, many) < smt_settings(ground.mission).roadmap.joins)
 
 
 def _nearest(tree: cKDTree, points: Array, count: int) -> tuple[Array, Indices]:

@@ -27,6 +27,7 @@ from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, exact_
 from missionc.backends.smt.roadmap.shortest_ways import left_at, on_shortest_ways
 from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.roadmap.visibility_graph import Visibility
+from missionc.backends.smt.settings import smt_settings
 from missionc.base.trace import Array
 from missionc.geometry.clearance import clear_of, solids
 from missionc.geometry.dynamics import States, steer
@@ -38,53 +39,9 @@ from missionc.ir.language.margins.predicate_margins import of_states
 
 Indices = NDArray[np.int64]
 
-SPARE = 0.006
-"""Room to spare that a way has where there is such room, as a share of the world's longest side."""
-
-SPARE_BODY = 0.25
-"""Likewise in radii of the body, where that is more."""
-
-DETOUR = 1.25
-"""How many times as long a way counts that was taken once, when a second one is looked for."""
-
-GOALS = 2048
-"""Points of the world among which those are looked for at which a predicate holds."""
-
-REST = 64
-"""At most so many places for agents to rest in where one predicate holds."""
-
-FILL = 300
-"""Candidates all over a volume, whose obstacles have no corners that all shortest ways bend at."""
-
-WAYPOINTS = 160
-"""About so many waypoints on long ways."""
-
 TOUCHING = 1e-6
 """The share by which corners are further from obstacles than bodies have to be."""
 
-DEEP, EDGE = 0.5, 0.15
-"""The shares of the depth of a goal's deepest place at which agents rest in it, and at which they come to it."""
-
-LOOKS = 400
-"""So many nodes are looked at for where a goal is come to."""
-
-MOST_ENTRIES = 60
-"""At most so many entries."""
-
-NEAR = 0.7
-"""Two entries that are nearer than so many of the longest steps are one."""
-
-HALVINGS = 20
-
-ROUND = 3
-"""Corners of a quarter of a disc."""
-
-
-WAYS = 2
-"""Shortest ways between two places, and ways that have little in common with those before."""
-
-FEWEST_STEPS = 2
-"""Waypoints are at least so many steps apart."""
 
 SPHERE = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], dtype=float)
 """Directions in which ways round a ball may bend."""
@@ -123,7 +80,12 @@ def geodesic_roadmap(
     corners = _corners(ground, kernel)
     if ground.mission.dimension == 3:
         world = ground.mission.world
-        corners = np.concatenate([corners, scatter(world.low, world.high, FILL, generator)])
+        corners = np.concatenate(
+            [
+                corners,
+                scatter(world.low, world.high, smt_settings(ground.mission).shortest_paths.volume_samples, generator),
+            ]
+        )
     corners = corners[ground.is_free(corners) & ground.keeps_within(corners)]
     seen = Visibility(ground, _spare(ground))
     entries = _entries(ground, places, corners, goals, seen)
@@ -135,15 +97,16 @@ def geodesic_roadmap(
 
 def _goals(ground: Ground, kernel: Kernel, generator: np.random.Generator) -> list[Goal]:
     """What is asked that an agent's place decides, and holds in a part of the world."""
+    settings = smt_settings(ground.mission).shortest_paths
     world, goals = ground.mission.world, []
     here = {agent.index for agent in ground.agents}
     linked = bool(linked_by(kernel.formulas))
     for predicate, agents in _asked(kernel, holds=True).items():
         region = predicate.region
         if region is None:
-            points = scatter(world.low, world.high, GOALS, generator)
+            points = scatter(world.low, world.high, settings.goal_samples, generator)
         else:
-            points = points_in(region.shape, world, GOALS // 4, generator)[0]
+            points = points_in(region.shape, world, settings.goal_samples // 4, generator)[0]
         points = points[ground.is_free(points) & ground.keeps_within(points)]
         margin = _margin(ground, predicate, points)
         order = np.argsort(-margin, kind="stable")
@@ -195,24 +158,29 @@ def _thinned(points: Array, taken: Array, gap: float, most: int) -> Indices:
 
 def _resting_places(ground: Ground, goal: Goal) -> Array:
     """Places to rest in where it holds, one for each agent it is asked of, and for relays where it is deep."""
+    settings = smt_settings(ground.mission).shortest_paths
     margin = _margin(ground, goal.predicate, goal.points)
     pitch = ground.passing
     chosen = goal.points[:1]
-    for share, agents in ((DEEP, max(goal.agents, goal.relays)), (EDGE, goal.agents)):
+    for share, agents in ((settings.depth, max(goal.agents, goal.relays)), (settings.edge, goal.agents)):
         roomy = goal.points[margin >= goal.depth * share]
-        chosen = np.concatenate([chosen, roomy[_thinned(roomy, chosen, pitch, min(REST, agents) - len(chosen))]])
+        chosen = np.concatenate(
+            [chosen, roomy[_thinned(roomy, chosen, pitch, min(settings.rest_places, agents) - len(chosen))]]
+        )
     return chosen
 
 
 def _spare(ground: Ground) -> float:
     """Metres of room to spare that a way has where there is room."""
+    settings = smt_settings(ground.mission).shortest_paths
     world = ground.mission.world
     longest = float(np.max(np.subtract(world.high, world.low)))
-    return max(SPARE * longest, SPARE_BODY * ground.agents[0].radius)
+    return max(settings.clearance * longest, settings.clearance_radii * ground.agents[0].radius)
 
 
 def _corners(ground: Ground, kernel: Kernel) -> Array:
     """Where ways round obstacles, and round regions that somebody is to keep out of, may bend: (corners, dim)."""
+    round = 3  # corners of a quarter of a disc.
     dimension = ground.mission.dimension
     denied = [each.region for each in _asked(kernel, holds=False) if each.region is not None]
     shapes = [(solid, ground.margin) for solid in ground.obstacles]
@@ -233,8 +201,8 @@ def _corners(ground: Ground, kernel: Kernel) -> Array:
                 made.append(np.array(solid.centre) + (solid.radius + room) * SPHERE)
                 continue
             if solid.radius:
-                radius = (solid.radius + room) / math.cos(math.pi / (4 * ROUND))
-                grown = shapely.buffer(solid.base, radius, quad_segs=ROUND)
+                radius = (solid.radius + room) / math.cos(math.pi / (4 * round))
+                grown = shapely.buffer(solid.base, radius, quad_segs=round)
             else:
                 grown = shapely.buffer(solid.base, room, join_style="mitre", mitre_limit=2.0)
             level = shapely.get_coordinates(grown)[:-1]
@@ -252,8 +220,9 @@ def _corners(ground: Ground, kernel: Kernel) -> Array:
 
 def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal], seen: Visibility) -> Array:
     """Where the shortest ways from the places come to where each goal holds: (entries, dim)."""
+    settings = smt_settings(ground.mission).shortest_paths
     nodes = np.concatenate([places, corners])
-    tree, looks, nears, lasts, made = cKDTree(nodes), min(len(nodes), LOOKS), [], [], [places[:0]]
+    tree, looks, nears, lasts, made = cKDTree(nodes), min(len(nodes), settings.entry_candidates), [], [], [places[:0]]
     for goal in goals:
         near = np.sort(np.asarray(tree.query(goal.points[0], k=looks)[1]))
         entry = _toward(ground, goal, nodes[near])
@@ -266,16 +235,17 @@ def _entries(ground: Ground, places: Array, corners: Array, goals: list[Goal], s
         made[number + 1] = made[number + 1][np.isin(nears[number], left[: len(places)])]
     entries = np.concatenate(made)
     entries = entries[ground.is_free(entries)]
-    return entries[_thinned(entries, places, _stride(ground) * NEAR, MOST_ENTRIES)]
+    return entries[_thinned(entries, places, _stride(ground) * settings.entry_spacing, settings.entries)]
 
 
 def _toward(ground: Ground, goal: Goal, nodes: Array) -> Array:
     """From each node straight to the nearest point met of a goal: the first place that is well in it, (nodes, dim)."""
-    enough = goal.depth * EDGE
+    halvings = 20
+    enough = goal.depth * smt_settings(ground.mission).shortest_paths.edge
     inner = goal.points[_margin(ground, goal.predicate, goal.points) >= enough]
     target = inner[cKDTree(inner).query(nodes)[1]]
     low, high = np.zeros(len(nodes)), np.ones(len(nodes))
-    for _ in range(HALVINGS):
+    for _ in range(halvings):
         middle = (low + high) / 2
         held = _margin(ground, goal.predicate, nodes + (target - nodes) * middle[:, None]) >= enough
         low, high = np.where(held, low, middle), np.where(held, middle, high)
@@ -288,14 +258,15 @@ def _roadmap(ground: Ground, places: Array, corners: Array, names: Indices, seen
     Args:
         names: of the places and corners, (nodes,), by which ``seen`` knows them.
     """
+    settings = smt_settings(ground.mission).shortest_paths
     nodes = np.concatenate([places, corners])
     graph = seen.graph(nodes, names, len(places))
     used = np.zeros((0, 2), dtype=np.int64)
-    for _ in range(WAYS):
+    for _ in range(settings.paths):
         used = np.unique(np.concatenate([used, on_shortest_ways(graph, nodes, len(places))]), axis=0)
         again = coo_array((np.full(len(used), 1.0), (used[:, 0], used[:, 1])), shape=graph.shape).tocsr()
-        graph = csr_array(graph + graph.multiply(again) * (DETOUR - 1))
-    used = greedy_spanner(nodes, used)
+        graph = csr_array(graph + graph.multiply(again) * (settings.detour - 1))
+    used = greedy_spanner(nodes, used, settings.stretch)
     nodes, used = _with_waypoints(ground, nodes, used)
     if len(ground.mission.agents) > 1:
         nodes, used = _with_sidings(ground, nodes, used)
@@ -319,7 +290,7 @@ def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, I
     It is come to from the waypoint itself, and from those before and after it where that is clear.
     """
     degree = np.bincount(used.ravel(), minlength=len(nodes))
-    passing = ground.passing * (1 + NEAR / 10)
+    passing = ground.passing * (1 + smt_settings(ground.mission).shortest_paths.entry_spacing / 10)
     neighbours: dict[int, list[int]] = {}
     for one, other in used.tolist():
         neighbours.setdefault(one, []).append(other)
@@ -346,12 +317,13 @@ def _with_sidings(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, I
 
 def _with_waypoints(ground: Ground, nodes: Array, used: Indices) -> tuple[Array, Indices]:
     """The same ways with nodes on long ones, a whole number of steps at full speed from where they begin."""
+    settings = smt_settings(ground.mission).shortest_paths
     dynamics = ground.agents[0].dynamics
     if dynamics.has_momentum or len(used) == 0:
         return nodes, used
     length = np.linalg.norm(nodes[used[:, 1]] - nodes[used[:, 0]], axis=1)
     stride = dynamics.top_speed * ground.mission.step
-    pitch = stride * max(FEWEST_STEPS, math.ceil(float(length.sum()) / (WAYPOINTS * stride)))
+    pitch = stride * max(settings.waypoint_steps, math.ceil(float(length.sum()) / (settings.waypoints * stride)))
     parts, points, size = [], [nodes], len(nodes)
     for (one, other), whole in zip(used.tolist(), length.tolist(), strict=True):
         count = math.ceil(whole / pitch - 1e-9) - 1

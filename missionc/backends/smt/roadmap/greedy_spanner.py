@@ -12,12 +12,9 @@ from missionc.base.trace import Array
 
 Indices = NDArray[np.int64]
 
-STRETCH = 1.08
-"""So many times as long as the shortest one may a way along the roadmap be."""
 
-
-def greedy_spanner(nodes: Array, edges: Indices) -> Indices:
-    """Those of the edges, (edges, 2), of a greedy spanner: no way is longer than ``STRETCH`` without the others.
+def greedy_spanner(nodes: Array, edges: Indices, stretch: float) -> Indices:
+    """Edges, (edges, 2), of a greedy spanner: without the others no path is longer than ``stretch`` times itself.
 
     Source:
         Althöfer, Das, Dobkin, Joseph, Soares, "On sparse spanners of weighted graphs" (1993).
@@ -28,7 +25,7 @@ def greedy_spanner(nodes: Array, edges: Indices) -> Indices:
     needed = []
     for edge in np.argsort(length, kind="stable").tolist():
         one, other = edges[edge].tolist()
-        if not _is_near(one, other, STRETCH * float(length[edge]), place, links):
+        if not _is_near(one, other, stretch * float(length[edge]), place, links):
             needed.append(edge)
             links.setdefault(one, []).append(other)
             links.setdefault(other, []).append(one)

@@ -20,9 +20,6 @@ from missionc.geometry.straight_runs import straight_runs
 from missionc.ir import Exactly, Lanes
 from missionc.ir.lower.flyable_steps import BETWEEN_RESTS, flown_way, step_limits
 
-PEAK = 1.5
-"""From rest to rest by the least effort, the fastest moment has so many times the mean speed."""
-
 ROUNDING = 1e-9
 """A lane is not given a step more for this share of one."""
 
@@ -101,9 +98,10 @@ def _slowest(length: float, speed: float, duration: float) -> float:
 
 
 def _edges(ground: Ground, nodes: States, ways: list[tuple[int, int, float]]) -> Edges:
+    peak = 1.5  # from rest to rest by the least effort, the fastest moment has so many times the mean speed.
     dynamics, step, most = ground.agents[0].dynamics, ground.mission.step, max(ground.mission.steps, 1)
     source, target = (np.array([way[end] for way in ways], dtype=np.int64) for end in (0, 1))
-    seconds = np.array([way[2] for way in ways]) * (PEAK if dynamics.has_momentum else 1.0)
+    seconds = np.array([way[2] for way in ways]) * (peak if dynamics.has_momentum else 1.0)
     count, bend = steer(dynamics, nodes.take(source), nodes.take(target), step, most)
     slower = np.maximum(count, np.ceil(seconds / step - ROUNDING).astype(np.int64))
     length = np.linalg.norm(nodes.position[target] - nodes.position[source], axis=1)

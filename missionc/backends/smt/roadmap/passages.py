@@ -19,13 +19,11 @@ import numpy as np
 import shapely
 
 from missionc.backends.smt.roadmap.sample_nodes import Ground
+from missionc.backends.smt.settings import smt_settings
 from missionc.base.trace import Array
 from missionc.geometry.clearance import Solid
 from missionc.geometry.sampling import far_apart
 from missionc.ir import Ball
-
-BRIDGES = 4096
-"""Bridges that are tried, about."""
 
 EACH = 8
 """Bridges from one place of a border."""
@@ -72,7 +70,9 @@ def _shares(ground: Ground) -> list[tuple[Solid, int]]:
             for each in ground.obstacles
         ]
     )
-    places = np.maximum(np.ceil(around / max(float(around.sum()), ASIDE) * (BRIDGES / EACH)), 1)
+    places = np.maximum(
+        np.ceil(around / max(float(around.sum()), ASIDE) * (smt_settings(ground.mission).roadmap.bridges / EACH)), 1
+    )
     return list(zip(ground.obstacles, places.astype(int).tolist(), strict=True))
 
 

@@ -25,12 +25,6 @@ from missionc.ir.language.margins.links import places_linked
 BLOCK = 1 << 20
 """How many pairs of places are looked at at once."""
 
-DENSE = 32
-"""So many links for each place, and groups save more than they cost."""
-
-SAMPLED = 128
-"""Points at which links are counted."""
-
 WIDTH = 4
 """Places, or groups, in a group."""
 
@@ -72,10 +66,11 @@ class Links:
 
 def links_between(graph: Graph, position: Array) -> Links:
     """The links between places, (places, dim), metres."""
+    dense = 32  # so many links for each place, and groups save more than they cost.
     first, point = distinct(position)
     points = position[first]
     order, levels, groups = np.arange(len(position)), 0, np.zeros((0, WIDTH), dtype=np.int64)
-    if _linked_to_each(graph, points, position) > DENSE:
+    if _linked_to_each(graph, points, position) > dense:
         order = _neighbours_together(position)
         levels = max(1, (len(position).bit_length() - 1) // 2)
         groups = _groups(order, levels)
@@ -85,7 +80,8 @@ def links_between(graph: Graph, position: Array) -> Links:
 
 def _linked_to_each(graph: Graph, points: Array, position: Array) -> float:
     """How many places, (places, dim), metres, are linked to one of the points, (points, dim), in the mean of some."""
-    some = points[:: max(1, len(points) // SAMPLED)]
+    sampled = 128  # points at which links are counted.
+    some = points[:: max(1, len(points) // sampled)]
     linked = places_linked(graph, some[:, None, :], position[None, :, :])
     return float(linked.sum() / max(1, len(some)))
 

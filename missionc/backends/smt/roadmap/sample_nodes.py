@@ -17,30 +17,12 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
 from missionc.backends.smt.roadmap.unique_rows import distinct
+from missionc.backends.smt.settings import smt_settings
 from missionc.base.trace import Array, Flags
 from missionc.geometry.clearance import ROUNDING, Solid, clear_of, clear_places, standing_solids
 from missionc.geometry.sampling import far_apart, packed, points_in, scatter
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region, Vector
 from missionc.ir.distances.signed_distance import signed_distance
-
-COVER = 3
-"""Nodes in every region, the deepest place met among them."""
-
-TRIED = 512
-"""How many points of a region are enough to choose from."""
-
-NEARLY = 0.8
-"""The share of the deepest place met that is deep enough."""
-
-ASIDE = 1e-6
-"""Metres: agents so much further apart than their separation asks are surely not touching."""
-
-APART = 0.7
-"""How far from the named places the even filling keeps, in its own spacings."""
-
-
-LEAST_FILLING = 0.5
-"""The share of the nodes asked for that fills free space even where places and regions need many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +151,9 @@ def _crowds(ground: Ground) -> list[Crowd]:
 
 def _points_to_be_at(ground: Ground, step: int, region: Region, generator: np.random.Generator) -> Array:
     """Free points of a region at a step; those with room for the whole body in the world, if there are any."""
-    points, _ = points_in(region.shape, ground.mission.world, TRIED, generator)
+    points, _ = points_in(
+        region.shape, ground.mission.world, smt_settings(ground.mission).roadmap.region_samples, generator
+    )
     points = points[ground.is_free_at(step, points)]
     roomy = ground.keeps_within(points)
     return points[roomy] if roomy.any() else points
@@ -177,10 +161,11 @@ def _points_to_be_at(ground: Ground, step: int, region: Region, generator: np.ra
 
 def _crowd(ground: Ground, crowd: Crowd, taken: Array, generator: np.random.Generator) -> Array:
     """Places for agents that start, or finish, in one region, as far apart as it allows."""
+    aside = 1e-6  # metres: agents so much further apart than their separation asks are surely not touching.
     free = _points_to_be_at(ground, crowd.step, crowd.region, generator)
     agents = len(crowd.agents)
     chosen = free[far_apart(free, agents + max(4, agents), taken)]
-    pitch = ground.passing + ASIDE
+    pitch = ground.passing + aside
     if len(chosen) and np.min(pdist(chosen[:agents]), initial=np.inf) < pitch:
         grid = packed(crowd.region.shape, ground.mission.world, pitch)
         grid = grid[ground.is_free_at(crowd.step, grid)]
@@ -191,7 +176,9 @@ def _crowd(ground: Ground, crowd: Crowd, taken: Array, generator: np.random.Gene
 
 def _cover(ground: Ground, region: Region, taken: Array, generator: np.random.Generator) -> Array:
     """What a region lacks of nodes: one as deep as the body or nearly the deepest, and a spread of others."""
-    points, depth = points_in(region.shape, ground.mission.world, TRIED, generator)
+    settings = smt_settings(ground.mission).roadmap
+    nearly = 0.8  # the share of the deepest place met that is deep enough.
+    points, depth = points_in(region.shape, ground.mission.world, settings.region_samples, generator)
     free = ground.is_free(points) & ground.keeps_within(points)
     if not free.any():
         free = ground.is_free(points)
@@ -199,21 +186,22 @@ def _cover(ground: Ground, region: Region, taken: Array, generator: np.random.Ge
     if len(points) == 0:
         return points
     inside = -np.asarray(signed_distance(np, region.shape, taken))
-    enough = min(ground.agents[0].radius, depth.max() * NEARLY)
+    enough = min(ground.agents[0].radius, depth.max() * nearly)
     deepest = points[[int(np.argmax(depth))]] if np.max(inside, initial=-np.inf) < enough else points[:0]
     roomy = points[depth >= min(enough, depth.max() / 2)]
-    missing = COVER - int(np.sum(inside >= 0)) - len(deepest)
+    missing = settings.region_nodes - int(np.sum(inside >= 0)) - len(deepest)
     return np.concatenate([deepest, roomy[far_apart(roomy, missing, np.concatenate([taken, deepest]))]])
 
 
 def _fill(ground: Ground, count: int, taken: Array, generator: np.random.Generator) -> Array:
     """Points all over the free space, away from those taken."""
+    settings = smt_settings(ground.mission).roadmap
     world, radius = ground.mission.world, ground.agents[0].radius
-    missing = max(count - len(taken), round(LEAST_FILLING * count))
+    missing = max(count - len(taken), round(settings.filling * count))
     low, high = tuple(np.add(world.low, radius)), tuple(np.subtract(world.high, radius))
     if missing <= 0 or any(first >= last for first, last in zip(low, high, strict=True)):
         return taken[:0]
-    gap = APART * spacing(ground, count)
+    gap = settings.spacing * spacing(ground, count)
     points = scatter(low, high, 4 * count, generator)
     points = points[ground.is_free(points)]
     if len(taken):

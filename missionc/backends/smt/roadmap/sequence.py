@@ -19,16 +19,11 @@ from missionc.backends.smt.roadmap.roadmap import (
     build_lane_roadmaps,
     build_roadmaps,
 )
+from missionc.backends.smt.settings import smt_settings
 from missionc.geometry.dynamics import can_wait
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Atom, Kernel, NeighbourNode, PathLength, ReachNode, RouteNode
 from missionc.ir.kernel.walk import postorder
-
-NODES, NEIGHBOURS = 110, 6
-"""What ``solve with smt { nodes = …, neighbors = … }`` are unless said. [strel] Table 2."""
-
-FINER, ROADMAPS = 1.7, 3
-"""A sampled roadmap after one without a plan has so many times its nodes; so many are tried."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +45,7 @@ class Attempt:
         return self.nodes > 0
 
 
-def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int = ROADMAPS) -> Iterator[Attempt]:
+def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int | None = None) -> Iterator[Attempt]:
     """The roadmaps of a mission, in the order in which they are tried.
 
     A mission that brings its own has that one alone, and one that says ``nodes``
@@ -60,26 +55,25 @@ def roadmaps_to_try(mission: Mission, kernel: Kernel, seed: int, sampled: int = 
 
     Args:
         seed: the same one gives the same arrays.
-        sampled: how many sampled roadmaps there are at most.
+        sampled: how many sampled roadmaps there are at most; as many as the setting says if left out.
     """
     lanes = mission.solve.roadmap
     if lanes is not None:
         yield Attempt(1, len(lanes.nodes), partial(build_lane_roadmaps, mission, lanes))
         return
-    said = "nodes" in dict(mission.solve.options)
-    order: list[int | None] = [*range(sampled)]
-    if not said and _has_geodesics(mission):
+    settings = smt_settings(mission).roadmap
+    order: list[int | None] = [*range(settings.attempts if sampled is None else sampled)]
+    if settings.adaptive and _has_geodesics(mission):
         order.insert(1 if _is_linked(kernel) else 0, None)
-    neighbours = round(mission.solve.option("neighbors", NEIGHBOURS))
     for number, finer in enumerate(order, 1):
         if finer is None:
             generator = np.random.default_rng(seed)
             yield Attempt(number, 0, partial(build_geodesic_roadmaps, mission, kernel, generator))
         else:
-            nodes = round(mission.solve.option("nodes", NODES) * FINER**finer)
+            nodes = round(settings.nodes * settings.growth**finer)
             generator = np.random.default_rng([seed, finer])
-            sample = partial(build_roadmaps, mission, nodes, neighbours, generator, passages=not said, kernel=kernel)
-            yield Attempt(number, nodes, sample)
+            sample = partial(build_roadmaps, mission, nodes, settings.neighbors, generator)
+            yield Attempt(number, nodes, partial(sample, passages=settings.adaptive, kernel=kernel))
 
 
 def _has_geodesics(mission: Mission) -> bool:

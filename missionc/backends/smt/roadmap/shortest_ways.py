@@ -14,15 +14,6 @@ from missionc.base.trace import Array
 
 Indices = NDArray[np.int64]
 
-LOCAL = 60
-"""Ways are looked for from a place to so many others, the nearest."""
-
-FAR = 3.0
-"""None of these ways is longer than so many times the straight way to its end, for the place where that is longest."""
-
-AT_ONCE = 64
-"""From so many places at once: a row of all nodes is kept for each."""
-
 
 def on_shortest_ways(graph: csr_array, nodes: Array, places: int) -> Indices:
     """The edges of shortest ways between places: (edges, 2), the lesser node first.
@@ -34,17 +25,19 @@ def on_shortest_ways(graph: csr_array, nodes: Array, places: int) -> Indices:
         nodes: (nodes, dim), metres, the places first.
         places: how many they are.
     """
+    local, detour = 60, 3.0  # nearest places of a place that get a path, and its length over the straight one at most
+    at_once = 64  # places whose distances to all nodes are held at once
     graph, far = csr_array(graph + graph.T), np.inf
-    if places > LOCAL:
-        far = FAR * np.asarray(cKDTree(nodes[:places]).query(nodes[:places], k=LOCAL + 1)[0])[:, -1].max()
+    if places > local:
+        far = detour * np.asarray(cKDTree(nodes[:places]).query(nodes[:places], k=local + 1)[0])[:, -1].max()
     taken = []
-    for first in (0, *range(1, places, AT_ONCE)):
-        rows = np.arange(first, min(first + AT_ONCE, places)) if first else np.array([0])
+    for first in (0, *range(1, places, at_once)):
+        rows = np.arange(first, min(first + at_once, places)) if first else np.array([0])
         lengths, befores = dijkstra(graph, indices=rows, return_predecessors=True, limit=far if first else np.inf)
         for length, before in zip(lengths, befores, strict=True):
             here = np.arange(places)
-            if first and places > LOCAL:
-                here = np.argpartition(length[:places], LOCAL)[:LOCAL]
+            if first and places > local:
+                here = np.argpartition(length[:places], local)[:local]
             met = np.zeros(len(nodes), dtype=bool)
             while len(here):
                 here = here[(before[here] >= 0) & ~met[here]]

@@ -16,18 +16,13 @@ import numpy as np
 
 from missionc.backends.smt.roadmap.edges import Edges
 from missionc.backends.smt.roadmap.sample_nodes import Ground
+from missionc.backends.smt.settings import smt_settings
 from missionc.backends.speed_limits import slowness
 from missionc.base.trace import Array
 from missionc.geometry.dynamics import States, speeds, turn_in_step
 from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import Atom, Kernel, Node
 from missionc.ir.kernel.walk import postorder
-
-FINE = 8
-"""Places of an edge at which it is looked how fast one may be there, to a step at top speed."""
-
-ROUNDING = 1e-9
-"""A piece is not given a step more for this share of one."""
 
 
 def slow_paths(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> Iterator[tuple[int, Array]]:
@@ -45,7 +40,9 @@ def slow_paths(ground: Ground, kernel: Kernel, nodes: States, edges: Edges) -> I
     start = nodes.position[edges.source[which]]
     way = nodes.position[edges.target[which]] - start
     length, stride = np.linalg.norm(way, axis=1), speeds(dynamics)[1] * step
-    pieces = np.maximum(np.ceil(length * FINE / stride).astype(np.int64), 1)
+    pieces = np.maximum(
+        np.ceil(length * smt_settings(ground.mission).roadmap.speed_samples / stride).astype(np.int64), 1
+    )
     row = np.repeat(np.arange(len(which)), pieces + 1)
     first = np.concatenate([[0], np.cumsum(pieces + 1)])
     share = (np.arange(len(row)) - first[row]) / pieces[row]
@@ -67,13 +64,14 @@ def _paced(share: Array, slower: Array, strides: float) -> Array:
         share: places on the way, (places,), from 0 to 1; ``slower``, how many times as long a metre takes there.
         strides: how many of the longest steps the way is long.
     """
+    rounding = 1e-9  # a piece is not given a step more for this share of one.
     within = np.maximum(slower[:-1], slower[1:])
     borders = np.flatnonzero(np.diff(within)) + 1
     ends = np.concatenate([[0], borders, [len(within)]])
     parts = [np.zeros(1)]
     for begin, end in pairwise(ends.tolist()):
         steps = (share[end] - share[begin]) * strides * within[begin]
-        count = max(int(np.ceil(steps - ROUNDING)), 1)
+        count = max(int(np.ceil(steps - rounding)), 1)
         parts.append(np.linspace(share[begin], share[end], count + 1)[1:])
     return np.concatenate(parts)
 

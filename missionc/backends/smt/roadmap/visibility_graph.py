@@ -19,22 +19,11 @@ from scipy.sparse import coo_array, csr_array
 from scipy.spatial import cKDTree
 
 from missionc.backends.smt.roadmap.sample_nodes import Ground
+from missionc.backends.smt.settings import ShortestPathSettings, smt_settings
 from missionc.base.trace import Array, Flags
 from missionc.geometry.clearance import clear_of
 
 Indices = NDArray[np.int64]
-
-NEAREST, PAIRS = 40, 200_000
-"""Nodes that each looks at; and pairs of a place and a node that are looked at in all."""
-
-ALL_PAIRS = 400
-"""So many nodes: all pairs are looked at."""
-
-TIGHT = 1.1
-"""How many times as long a way counts that has no room to spare."""
-
-MOST_NODES = 1 << 31
-"""More than there can be."""
 
 
 @dataclass(slots=True, eq=False)
@@ -56,15 +45,17 @@ class Visibility:
         Args:
             names: (nodes,), a number for each that it has whenever it is asked about.
         """
-        one, other = _pairs(nodes, places)
+        most_nodes = 1 << 31  # more than there can be
+        settings = smt_settings(self.ground.mission).shortest_paths
+        one, other = _pairs(nodes, places, settings)
         length = np.linalg.norm(nodes[one] - nodes[other], axis=1)
         apart = length > 0
         one, other, length = one[apart], other[apart], length[apart]
-        pair = np.minimum(names[one], names[other]) * MOST_NODES + np.maximum(names[one], names[other])
+        pair = np.minimum(names[one], names[other]) * most_nodes + np.maximum(names[one], names[other])
         self._look(pair, nodes[one], nodes[other])
         at = np.searchsorted(self.pairs, pair)
         clear = self.clear[at]
-        weight = np.where(self.roomy[at], length, TIGHT * length)[clear]
+        weight = np.where(self.roomy[at], length, settings.penalty * length)[clear]
         return csr_array(coo_array((weight, (one[clear], other[clear])), shape=(len(nodes), len(nodes))))
 
     def _look(self, pair: Indices, start: Array, end: Array) -> None:
@@ -81,16 +72,16 @@ class Visibility:
         self.roomy = np.concatenate([self.roomy, roomy])[order]
 
 
-def _pairs(nodes: Array, places: int) -> tuple[Indices, Indices]:
+def _pairs(nodes: Array, places: int, settings: ShortestPathSettings) -> tuple[Indices, Indices]:
     """The nodes, (pairs,) twice, between which a way may be straight."""
     count = len(nodes)
-    if count <= ALL_PAIRS:
+    if count <= settings.all_pairs:
         one, other = np.triu_indices(count, 1)
         return one, other
-    tree, looks = cKDTree(nodes), min(count, max(NEAREST, PAIRS // places))
-    near = np.asarray(tree.query(nodes, k=NEAREST + 1)[1])[:, 1:]
+    tree, looks = cKDTree(nodes), min(count, max(settings.nearest, settings.pairs // places))
+    near = np.asarray(tree.query(nodes, k=settings.nearest + 1)[1])[:, 1:]
     further = np.asarray(tree.query(nodes[:places], k=looks)[1])
-    one = np.r_[np.repeat(np.arange(count), NEAREST), np.repeat(np.arange(places), looks)]
+    one = np.r_[np.repeat(np.arange(count), settings.nearest), np.repeat(np.arange(places), looks)]
     other = np.r_[near.ravel(), further.ravel()]
     one, other = np.divmod(np.unique(np.minimum(one, other) * count + np.maximum(one, other)), count)
     return one, other

@@ -24,9 +24,6 @@ from missionc.backends.smt.sat.wait_for_process import wait
 from missionc.backends.smt.sat.worker import PARAMETERS
 from missionc.base.trace import Flags
 
-CONFLICTS = 300
-"""After so many it gives up. Where it finds anything it mostly finds it in fewer than a hundred."""
-
 YES, NO = b"s SATISFIABLE", b"s UNSATISFIABLE"
 
 
@@ -45,8 +42,8 @@ class PresolveAnswer:
 class Presolver(Process):
     """One process, one question. It reads clauses as they are made."""
 
-    def __init__(self, z3: Path, memory_bytes: int, seed: int) -> None:
-        settings = {**PARAMETERS, "random_seed": str(seed % 2**31), "max_conflicts": str(CONFLICTS)}
+    def __init__(self, z3: Path, memory_bytes: int, seed: int, conflicts: int) -> None:
+        settings = {**PARAMETERS, "random_seed": str(seed % 2**31), "max_conflicts": str(conflicts)}
         command = [str(z3), "-dimacs", "-in", f"-memory:{max(1, memory_bytes >> 20)}"]
         super().__init__(command + [f"sat.{name}={value}" for name, value in settings.items()])
         self._told = 0

@@ -19,7 +19,10 @@ from missionc.backends.smt.encode.dimacs import dimacs
 from missionc.backends.smt.sat.presolve import Presolver, program
 from missionc.backends.smt.sat.solver_process import Process
 from missionc.backends.smt.sat.wait_for_process import is_over, wait
+from missionc.backends.smt.settings import SolverSettings
 from missionc.base.trace import Flags
+
+DEFAULTS = SolverSettings()
 
 WORKER = Path(__file__).with_name("worker.py")
 
@@ -41,12 +44,6 @@ def for_refusals(solver: str) -> str:
     other = RELIEF.get(solver, "")
     return other if other and package_folder(PACKAGES[other]) else solver
 
-
-UNLIMITED = 2**31 - 1
-"""Conflicts that no solver meets."""
-
-FEW = 1_000
-"""Up to so many literals at a time are quicker as they are than as text, for Z3."""
 
 OUT_OF_MEMORY = {-signal.SIGABRT, -signal.SIGKILL, -signal.SIGSEGV, 101}
 """How a child ends that could not have more memory: by a signal, or by Z3's own exit status."""
@@ -100,9 +97,10 @@ class Child(Process):
 
     def allow(self, conflicts: int | None) -> None:
         """Has it give up after so many conflicts; None for never."""
+        unlimited = 2**31 - 1  # more conflicts than a solver meets
         if conflicts != self.limit:
             self.limit = conflicts
-            most = UNLIMITED if conflicts is None else min(conflicts, UNLIMITED)
+            most = unlimited if conflicts is None else min(conflicts, unlimited)
             self.send(b"C", np.array([most], dtype=np.int32).tobytes())
 
     def send(self, kind: bytes, payload: bytes) -> None:
@@ -136,10 +134,12 @@ class Solvers:
     were told and learned, are started when one is not; the first that answers is kept.
 
     Args:
-        presolves: whether a presolve will be asked for; if not, no process is started for one.
+        presolve: conflicts after which a presolve gives up; 0 starts no process for one.
     """
 
-    def __init__(self, solver: str, memory_bytes: int, seed: int, deadline: float, *, presolves: bool = True) -> None:
+    def __init__(
+        self, solver: str, memory_bytes: int, seed: int, deadline: float, *, presolve: int = DEFAULTS.presolve_conflicts
+    ) -> None:
         self.deadline = deadline
         self.peak_bytes = 0
         self.conflicts = 0
@@ -148,8 +148,8 @@ class Solvers:
         """Solver that had the last model."""
         self.cut = False
         """Whether a question was left without an answer because it was time to end."""
-        self._solver, self._memory_bytes, self._seed = solver, memory_bytes, seed
-        self._z3 = program(package_folder(PACKAGES["z3"])) if presolves and "z3" in SOLVERS[solver] else None
+        self._solver, self._memory_bytes, self._seed, self._presolve = solver, memory_bytes, seed, presolve
+        self._z3 = program(package_folder(PACKAGES["z3"])) if presolve and "z3" in SOLVERS[solver] else None
         self._presolver = self._new_presolver()  # it starts up while the roadmaps are built
         self._children: list[Child] = []
         self._relief: Child | None = None
@@ -231,13 +231,14 @@ class Solvers:
 
     def add(self, clauses: Clauses) -> None:
         """Tells the children what is new since the last time."""
+        few = 1_000  # literals up to which calls of Z3 are faster than text
         self.start()
         text = b""
         for child in self._children:
             new, child.told = clauses.since(child.told)
             if not new.size:
                 continue
-            if child.name == "z3" and len(new) > FEW:
+            if child.name == "z3" and len(new) > few:
                 text = text or dimacs(new, clauses.variables, int((new == 0).sum()))
                 child.send(b"A", text)
             else:
@@ -300,7 +301,7 @@ class Solvers:
         return _gave_up(detail or f"the solver ended with status {child.process.returncode}")
 
     def _new_presolver(self) -> Presolver | None:
-        return None if self._z3 is None else Presolver(self._z3, self._memory_bytes, self._seed)
+        return None if self._z3 is None else Presolver(self._z3, self._memory_bytes, self._seed, self._presolve)
 
     def _replace_presolver(self, presolver: Presolver | None) -> None:
         """The next presolver, instead of the one there was."""

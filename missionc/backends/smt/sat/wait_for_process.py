@@ -9,9 +9,6 @@ from typing import Protocol, TypeVar
 
 from missionc.base.signals import stop_requested
 
-PATIENCE = 0.1
-"""Seconds between two looks at whether someone has asked to end."""
-
 
 class HasFileno(Protocol):
     def fileno(self) -> int: ...
@@ -26,9 +23,10 @@ def wait(streams: Sequence[Stream], deadline: float) -> list[Stream]:
     Args:
         deadline: on the clock of ``time.monotonic``.
     """
+    patience = 0.1  # seconds between two checks for a signal
     while not is_over(deadline):
         left = max(0.0, deadline - time.monotonic())
-        ready = select.select(streams, [], [], min(left, PATIENCE))[0]
+        ready = select.select(streams, [], [], min(left, patience))[0]
         if ready:
             return ready
     return []

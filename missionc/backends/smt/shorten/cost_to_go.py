@@ -22,9 +22,6 @@ from missionc.ir.kernel.conjuncts import conjuncts
 from missionc.ir.kernel.nodes import Any, Node
 from missionc.ir.kernel.walk import awaited
 
-VISITS = 3
-"""Visits of an agent; the phases are twice as many with each. What it must visit besides is not counted."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SingleAgentTask:
@@ -44,7 +41,9 @@ class SingleAgentTask:
         return cls(room, np.zeros((0, *room.shape), dtype=np.bool_))
 
     def and_also(self, more: SingleAgentTask) -> SingleAgentTask:
-        return SingleAgentTask(self.room & more.room, np.concatenate([self.visits, more.visits])[:VISITS])
+        # Visits of an agent; the phases are twice as many with each. What it must visit besides is not counted.
+        visits = 3
+        return SingleAgentTask(self.room & more.room, np.concatenate([self.visits, more.visits])[:visits])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

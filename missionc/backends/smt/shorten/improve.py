@@ -36,7 +36,7 @@ def improve(
     wishes = zip(kernel.preferences, literals[len(required) :], strict=True)
     for goal, literal in sorted(wishes, key=lambda wish: -(wish[0].weight or 0.0)):
         search.listen(Progress("prefer", search.rounds, f"`{goal.name}`"))
-        result = search.find((*required, literal), effort=effort(search.clauses))
+        result = search.find((*required, literal), effort=effort(search.mission, search.clauses))
         match result:
             case JointMotion():
                 plan, required = result, (*required, literal)

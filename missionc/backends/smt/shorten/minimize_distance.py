@@ -20,6 +20,7 @@ from missionc.backends.smt.refine.conflict_limit import effort
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
+from missionc.backends.smt.settings import smt_settings
 from missionc.backends.smt.shorten.cost_to_go import CostToGo, cost_to_go, disjunctive_tasks, single_agent_tasks
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.backends.smt.shorten.unary_totalizer import add_totalizer
@@ -27,15 +28,6 @@ from missionc.base.trace import Array
 from missionc.geometry.dynamics import States, motion_of
 from missionc.geometry.vectors import norm
 from missionc.ir import Mission
-
-UNITS = (48, 192)
-"""What the excess of the plan at hand is divided into, at first and then; the clauses grow with the square."""
-
-SAME = 1e-6
-"""Metres: so little makes no plan shorter."""
-
-CHORDS = 16
-"""A curved move is as long as so many straight pieces between its points."""
 
 
 def shorten_distance(
@@ -56,7 +48,8 @@ def shorten_distance(
     distance_search = DistanceSearch(goals, required, search, with_shorter_paths, plan)
     distance_search.bound = max(distance_search.bound, enough(distance_search.best))
     try:
-        for parts in UNITS:
+        settings = smt_settings(search.mission).shortening
+        for parts in (settings.units, settings.fine_units):
             if not distance_search.over and not distance_search.in_parts(parts):
                 break
     except TooLarge:
@@ -112,7 +105,8 @@ class DistanceSearch:
     @property
     def over(self) -> bool:
         """Whether there is no shorter plan."""
-        return self.best - self.bound < SAME
+        same = 1e-6  # metres: so little makes no plan shorter.
+        return self.best - self.bound < same
 
     def in_parts(self, parts: int) -> bool:
         """Searches with the excess of the plan at hand in so many units; whether every question was answered."""
@@ -124,7 +118,7 @@ class DistanceSearch:
             hopeful = max(fewest, min(int((self.bound - self.floor) / unit), most - 1))
             target = most - max(1, (most - hopeful) // 3)
             search.listen(Progress("improve", search.rounds, f"{self.best:.4g} m, at least {self.bound:.4g} m"))
-            result = search.find((*self.kept, -int(excess[target])), effort=effort(search.clauses))
+            result = search.find((*self.kept, -int(excess[target])), effort=effort(search.mission, search.clauses))
             match result:
                 case JointMotion():
                     shorter = self.with_shorter_paths(result)
@@ -158,8 +152,9 @@ def move_lengths(mission: Mission, motion: Motion, number: int) -> Array:
 
 def travelled(motions: tuple[Array, Array, Array], step: float) -> Array:
     """The length of motions of one step, metres: position, velocity and acceleration, (motions, dim) -> (motions,)."""
+    chords = 16  # a curved move is as long as so many straight pieces between its points.
     position, velocity, acceleration = motions
-    moment = np.linspace(0.0, step, CHORDS + 1)[:, None, None]
+    moment = np.linspace(0.0, step, chords + 1)[:, None, None]
     points = position + velocity * moment + acceleration * (0.5 * moment**2)
     return np.asarray(norm(np.diff(points, axis=0)).sum(axis=0))
 

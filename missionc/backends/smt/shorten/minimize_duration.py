@@ -13,9 +13,7 @@ from missionc.backends.smt.refine.conflict_limit import effort
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
-
-STOPS = 2
-"""After so many questions that were not decided none is asked any more."""
+from missionc.backends.smt.settings import smt_settings
 
 
 def shorten_duration(
@@ -33,10 +31,10 @@ def shorten_duration(
     except TooLarge:
         search.account.notes.append(f"lasts {best} steps; too many clauses to look for fewer")
         return plan
-    while best - vain > 1 and stops < STOPS:
+    while best - vain > 1 and stops < smt_settings(search.mission).shortening.undecided:
         target = (best + vain) // 2
         search.listen(Progress("improve", search.rounds, f"{best} steps; are {target} enough?"))
-        result = search.find((*required, *still[target:].tolist()), effort=effort(search.clauses))
+        result = search.find((*required, *still[target:].tolist()), effort=effort(search.mission, search.clauses))
         match result:
             case JointMotion(states):
                 plan, best = result, duration(states)

@@ -14,21 +14,13 @@ from missionc.backends.smt.encode.lower import deep
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.settings import smt_settings
 from missionc.backends.smt.shorten.held_goals import Goals
 from missionc.backends.smt.shorten.slack import EvaluatedMotion, slack
 from missionc.backends.smt.shorten.time_expanded_path import JointPaths
 from missionc.ir import Mission
 from missionc.ir.kernel.analysis import remembering
 from missionc.ir.kernel.nodes import Node
-
-ROUNDS = 4
-"""So many times each agent is asked at most."""
-
-WORK = 30_000_000
-"""After so much of it (``Goals.work``) nobody is asked any more; seconds, and only large teams come near it."""
-
-GAIN = 1e-6
-"""A way that costs less by no more than this, in metres, is not taken."""
 
 
 def shorten_paths(
@@ -48,6 +40,8 @@ def shorten_paths(
     Args:
         still_from: from this step on whoever is given another way stays where it is.
     """
+    settings = smt_settings(mission).shortening
+    gain = 1e-6  # a way that costs less by no more than this, in metres, is not taken.
     formulas = tuple(formulas)
     everyone = sorted(set(agents) - remembering(formulas))
     if motion.steps == 0 or not everyone:
@@ -59,14 +53,14 @@ def shorten_paths(
     paths = JointPaths(states, motion, mission)
     still_from = motion.steps if still_from is None else still_from
     waiting = deque(everyone)
-    left = ROUNDS * len(waiting)
-    while waiting and left and goals.work < WORK:
+    left = settings.rounds * len(waiting)
+    while waiting and left and goals.work < settings.work:
         left -= 1
         agent = waiting.popleft()
         before = paths.states[agent].copy()
         with deep():
             room = slack(goals, agent, evaluated)
-        way = paths.shorter_path(agent, room, still_from, GAIN)
+        way = paths.shorter_path(agent, room, still_from, gain)
         if way is None:
             continue
         paths.take(agent, way)

@@ -13,9 +13,6 @@ from missionc.geometry.dynamics import States, motion_of
 from missionc.geometry.relative_motion import closest_approach
 from missionc.ir import Mission
 
-RESTLESS = 1e-6
-"""Metres that a step in motion counts more than it is long, or up to twice as many."""
-
 
 class TimeExpandedRoadmap:
     """The time-expanded roadmap: the moves of one roadmap at each step, by where they lead.
@@ -26,12 +23,13 @@ class TimeExpandedRoadmap:
     """
 
     def __init__(self, mission: Mission, motion: Motion, number: int) -> None:
+        motion_cost = 1e-6  # metres added to each step in motion, later steps up to twice as much
         roadmap = motion.roadmaps[number]
         order = np.lexsort((roadmap.moves[:, 0], roadmap.moves[:, 1]))
         self.source, self.target = roadmap.moves[order].T
         self.allowed = roadmap.allowed[:, order]
         self.length = move_lengths(mission, motion, number)[order]
-        restless = RESTLESS * (1 + np.arange(motion.steps) / (1 + motion.steps))
+        restless = motion_cost * (1 + np.arange(motion.steps) / (1 + motion.steps))
         self.cost = self.length + restless[:, None] * (self.source != self.target)
         states = States(roadmap.position, roadmap.velocity)
         dynamics = mission.agents[roadmap.agents[0]].dynamics

@@ -124,7 +124,9 @@ def _options(given: object) -> str:
     if not isinstance(given, dict):
         return "its `options` are no record"
     for name, text in given.items():
-        if not isinstance(text, str) or not (name.startswith("-D ") or (name in OPTIONS and OPTIONS[name](text))):
+        if not isinstance(text, str) or not (
+            name.startswith(("-D ", "--set ")) or (name in OPTIONS and OPTIONS[name](text))
+        ):
             return f"its `options` have {shown(name)} as {shown(text)}, which cannot be"
     return ""
 

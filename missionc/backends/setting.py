@@ -1,0 +1,121 @@
+"""Settings fields: a figure of a backend with its range, its unit and its effect, as a field of a frozen dataclass.
+
+A backend has one settings value, whose fields are groups, and a group has one field for each figure.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, field, fields, replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from missionc.base.late_dataclass import dataclass
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+    from missionc.ir import Mission
+
+Figure = TypeVar("Figure", bool, int, float)
+Value = TypeVar("Value", bound="DataclassInstance")
+
+Pairs = tuple[tuple[str, float], ...]
+"""Values by dotted name."""
+
+
+def is_setting(name: str) -> bool:
+    """Return true for the name of a setting, ``smt.nodes``; names of parameters have no dot."""
+    return "." in name
+
+
+def flag_of(name: str) -> str:
+    """The flag of the command line that gives a setting, or a parameter, its value."""
+    return "--set" if is_setting(name) else "-D"
+
+
+def setting(default: Figure, unit: str, says: str, low: float = 0.0, high: float = 1e12) -> Figure:
+    """Field with a default.
+
+    Args:
+        unit: of the value, as a message writes it; empty for a plain number.
+        says: the meaning of the value, and the effect of another one, in one line.
+        low: least value, included.
+        high: greatest value, included.
+    """
+    made: Figure = field(default=default, metadata={"unit": unit, "says": says, "low": low, "high": high})
+    return made
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A setting of a backend.
+
+    Args:
+        name: group and field, ``roadmap.nodes``.
+        value: the value that this instance has.
+        default: the value without presets, options and ``--set``.
+    """
+
+    name: str
+    value: float
+    default: float
+    unit: str
+    says: str
+    low: float
+    high: float
+
+    @property
+    def group(self) -> str:
+        return self.name.rpartition(".")[0]
+
+    @property
+    def range(self) -> str:
+        """The values that are allowed, in words."""
+        if isinstance(self.default, bool):
+            return "true or false"
+        kind = "a whole number" if isinstance(self.default, int) else "a number"
+        return f"{kind} from {self.low:,.13g} to {self.high:,.13g}"
+
+    def read(self, value: object) -> float | None:
+        """The value that a text or a number stands for; None if it is out of range or of another kind."""
+        text = str(value).strip()
+        if isinstance(self.default, bool):
+            return {"true": True, "false": False}.get(text.lower())
+        try:
+            number = int(text) if isinstance(self.default, int) else float(text)
+        except ValueError:
+            return None
+        return number if math.isfinite(number) and self.low <= number <= self.high else None
+
+
+def settings_of(value: DataclassInstance, prefix: str = "") -> Iterator[Setting]:
+    """Every setting of a backend's settings value, group by group."""
+    for each in fields(value):
+        held = getattr(value, each.name)
+        if dataclasses.is_dataclass(held):
+            yield from settings_of(held, f"{prefix}{each.name}.")  # type: ignore[arg-type]
+        elif "says" in each.metadata:
+            yield Setting(f"{prefix}{each.name}", held, _default(each), **each.metadata)
+
+
+def _default(each: dataclasses.Field[Any]) -> float:
+    assert each.default is not MISSING
+    value: float = each.default
+    return value
+
+
+def with_values(value: Value, pairs: Mapping[str, float]) -> Value:
+    """The settings value with other values of some of its settings, by dotted name."""
+    changed: dict[str, Any] = {}
+    for name, number in pairs.items():
+        group, _, own = name.partition(".")
+        changed[group] = with_values(changed.get(group, getattr(value, group)), {own: number}) if own else number
+    return replace(value, **changed)
+
+
+def own_values(mission: Mission, backend: str) -> Pairs:
+    """The values that a mission has of the settings of one backend."""
+    prefix = f"{backend}."
+    return tuple((name.removeprefix(prefix), each) for name, each in mission.solve.settings if name.startswith(prefix))

@@ -1,0 +1,137 @@
+"""Settings of all backends by name: what ``--set NAME=VALUE`` gives, read and checked, and the table for ``--emit``.
+
+    in   names and values, as written
+    out  values by whole name, ``smt.roadmap.nodes``
+    says MC415 MC416 MC417
+
+The group may be left out of a name that the backend has once: ``smt.nodes``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain
+from typing import TYPE_CHECKING
+
+from missionc.backends.clot.run.presets import tuned_settings
+from missionc.backends.clot.settings import ClotSettings
+from missionc.backends.options import Options
+from missionc.backends.setting import Pairs, Setting, settings_of
+from missionc.backends.smt.settings import SmtSettings, smt_settings
+from missionc.base.diagnostics.code import OTHER_BACKEND_SETTING, SETTING_OUT_OF_RANGE, UNKNOWN_BACKEND_SETTING
+from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.diagnostics.suggest import nearest
+from missionc.ir import Mission
+from missionc.ir.wording import all_listed
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+DEFAULTS: Mapping[str, DataclassInstance] = {"smt": SmtSettings(), "clot": ClotSettings()}
+"""The settings of each backend that has its own."""
+
+USED = {"smt": ("smt",), "clot": ("clot",), "hybrid": ("smt", "clot")}
+"""The settings that each backend plans with."""
+
+
+def given(value: Mapping[str, object] | DataclassInstance) -> dict[str, str]:
+    """Names and values of a mapping, or of the settings in a backend's value that are not the defaults."""
+    if isinstance(value, Mapping):
+        return {name: str(each) for name, each in value.items()}
+    backend = next(name for name, default in DEFAULTS.items() if isinstance(value, type(default)))
+    return {f"{backend}.{each.name}": str(each.value) for each in settings_of(value) if each.value != each.default}
+
+
+def with_settings(
+    mission: Mission, texts: Mapping[str, str], engines: Sequence[str] | None
+) -> tuple[Mission, list[Diagnostic]]:
+    """The mission with these values of settings, and all that is wrong with them.
+
+    Args:
+        texts: by name; of two names for one setting the last one counts.
+        engines: backends that may plan the mission; None for any.
+    """
+    values, wrong = read_settings(texts, engines or tuple(USED))
+    return replace(mission, solve=replace(mission.solve, settings=values)), wrong
+
+
+def read_settings(texts: Mapping[str, str], engines: Sequence[str]) -> tuple[Pairs, list[Diagnostic]]:
+    """Values by whole name, in the order of the names, and all that is wrong with the rest."""
+    known = {f"{name}.{each.name}": each for name, value in DEFAULTS.items() for each in settings_of(value)}
+    values: dict[str, float] = {}
+    wrong: list[Diagnostic] = []
+    for name, text in texts.items():
+        whole = _whole_name(name, known)
+        if isinstance(whole, Diagnostic):
+            wrong.append(whole)
+        elif (number := known[whole].read(text)) is None:
+            wrong.append(_out_of_range(whole, known[whole], text))
+        elif not any(whole.partition(".")[0] in USED[engine] for engine in engines):
+            wrong.append(_of_another(whole, engines))
+        else:
+            values[whole] = number
+    return tuple(sorted(values.items())), wrong
+
+
+def _whole_name(name: str, known: Iterable[str]) -> str | Diagnostic:
+    called = {each: (each, f"{each.partition('.')[0]}.{each.rpartition('.')[2]}") for each in known}
+    found = [name] if name in called else [each for each, names in called.items() if name in names]
+    if len(found) == 1:
+        return found[0]
+    own = [names for names in called.values() if names[0].startswith(f"{name.partition('.')[0]}.")]
+    near = nearest(name, chain.from_iterable(own or called.values()))
+    meant = " or ".join(f"`{each}`" for each in (found or (near,)) if isinstance(each, str))
+    says = f"`{name}` is the name of several settings" if found else f"no setting is called `{name}`"
+    way_out = f"write {meant}" if meant else "print the settings of a mission with `--emit settings`"
+    return Diagnostic(UNKNOWN_BACKEND_SETTING, says, None, help=way_out)
+
+
+def settings_table(mission: Mission, engines: Sequence[str], options: Options) -> str:
+    """The settings that a mission is planned with as TOML, with unit, meaning, range and default as comments."""
+    values: dict[str, DataclassInstance] = {
+        "smt": smt_settings(mission),
+        "clot": tuned_settings(mission, options.preset, options.samples, options.device),
+    }
+    used = dict.fromkeys(name for engine in engines for name in USED[engine])
+    return "\n".join(_table(name, values[name]) for name in used)
+
+
+def _table(backend: str, value: DataclassInstance) -> str:
+    lines: list[str] = []
+    group = ""
+    for each in settings_of(value):
+        if each.group != group:
+            lines += [f"\n[{backend}.{each.group}]" if lines else f"[{backend}.{each.group}]"]
+            group = each.group
+        about = f"{each.unit} {each.says}".strip()
+        default = "" if each.value == each.default else f"; default {written(each.default)}"
+        lines.append(f"{each.name.rpartition('.')[2]} = {written(each.value)}  # {about}; {each.range}{default}")
+    return "\n".join(lines) + "\n"
+
+
+def written(value: float) -> str:
+    """The value as TOML has it, and ``--set`` takes it."""
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def _out_of_range(name: str, setting: Setting, text: object) -> Diagnostic:
+    return Diagnostic(
+        SETTING_OUT_OF_RANGE,
+        f"`{name}` needs {setting.range}, not `{text}`",
+        None,
+        notes=(f"the default is {written(setting.default)}",),
+        help=f"write a value in this range: `--set {name}={written(setting.default)}`",
+    )
+
+
+def _of_another(name: str, engines: Sequence[str]) -> Diagnostic:
+    backend = name.partition(".")[0]
+    engine = all_listed([f"`{each}`" for each in engines])
+    plan = "plans" if len(engines) == 1 else "plan"
+    return Diagnostic(
+        OTHER_BACKEND_SETTING,
+        f"`{name}` is a setting of `{backend}`, and {engine} {plan} this mission",
+        None,
+        help=f"leave it out, or plan with `--backend {backend}`",
+    )
