@@ -91,7 +91,7 @@ def settings_table(mission: Mission, engines: Sequence[str], options: Options) -
     """The settings that a mission is planned with as TOML, with unit, meaning, range and default as comments."""
     values: dict[str, DataclassInstance] = {
         "smt": smt_settings(mission),
-        "clot": tuned_settings(mission, options.preset, options.samples, options.device),
+        "clot": tuned_settings(mission, options),
     }
     used = dict.fromkeys(name for engine in engines for name in USED[engine])
     return "\n".join(_table(name, values[name]) for name in used)

@@ -144,7 +144,7 @@ def shape(node: Any) -> parts.Shape:
         case ast.Polygon(_, corners, height):
             return functions.polygon(*map(point, corners), height=_height(height))
         case _:
-            return parts.shape(show.shape(node))
+            return parts.shape(show.shape_text(node))
 
 
 def point(node: ast.Point) -> list[parts.Quantity]:
@@ -273,7 +273,7 @@ def _item(item: ast.TeamItem) -> Any:
         case ast.Yaw(_, angle) if angle is not None:
             return quantity(angle)
         case _:
-            return show.item(item).partition(" ")[2]
+            return show.item_text(item).partition(" ")[2]
 
 
 def _settings(settings: Any) -> dict[str, Any]:

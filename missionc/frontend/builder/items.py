@@ -86,7 +86,7 @@ def _yaw(value: QuantityLike) -> str:
     if isinstance(value, str):
         return value
     node = parts.quantity(value).node
-    return show_tree.item(ast.Yaw(node.span, node)).partition(" ")[2]
+    return show_tree.item_text(ast.Yaw(node.span, node)).partition(" ")[2]
 
 
 def _settings(values: Mapping[str, Setting], relation: str = "") -> list[str]:

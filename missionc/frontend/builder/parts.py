@@ -198,7 +198,7 @@ class Shape(Part):
 
     __slots__ = ()
     template = "region _ = {}"
-    show: ClassVar[Any] = staticmethod(show_tree.shape)
+    show: ClassVar[Any] = staticmethod(show_tree.shape_text)
 
     __add__, __radd__ = _both_ways(lambda left, right: _combined("+", left, right))
     __mul__, __rmul__ = _both_ways(lambda left, right: _combined("*", left, right))

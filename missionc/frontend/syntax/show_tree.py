@@ -193,16 +193,16 @@ def _declaration(node: ast.Declaration) -> str:
             return f"time step {tight(step)}, horizon {tight(horizon)}"
         case ast.World(_, low, high):
             return f"world {point_text(low)} to {point_text(high)}"
-        case ast.Region(_, name, area):
-            return f"region {named(name)} = {shape(area)}"
-        case ast.Obstacle(_, name, area, motion, growth):
+        case ast.Region(_, name, shape):
+            return f"region {named(name)} = {shape_text(shape)}"
+        case ast.Obstacle(_, name, shape, motion, growth):
             grows = "" if growth is None else f" uncertain {tight(growth)}"
-            return f"obstacle {named(name)} = {shape(area)}{_motion(motion)}{grows}"
+            return f"obstacle {named(name)} = {shape_text(shape)}{_motion(motion)}{grows}"
         case ast.Beacon(_, name, position):
             return f"beacon {named(name)} = {point_text(position)}"
         case ast.Team(_, name, size, items):
             head = f"agent {named(name)}" if size is None else f"team {named(name)}[{loose(size)}]"
-            return "\n".join([head + " {", *(f"  {item(each)}" for each in items), "}"])
+            return "\n".join([head + " {", *(f"  {item_text(item)}" for item in items), "}"])
         case ast.Group(_, name, members):
             return f"group {named(name)} = {', '.join(map(agents, members))}"
         case ast.Graph(_, name, kind):
@@ -276,7 +276,7 @@ def _labelled(label: ast.Name | None, body: ast.Formula) -> str:
 # -------------------------------------------------------------------- shapes
 
 
-def shape(node: ast.Shape, binding: int = 0) -> str:
+def shape_text(node: ast.Shape, binding: int = 0) -> str:
     """A shape where nothing binds less tightly than ``binding``."""
     match node:
         case ast.Name():
@@ -293,7 +293,7 @@ def shape(node: ast.Shape, binding: int = 0) -> str:
             return f"polygon {points(corners)}{_height(height)}"
         case ast.Combined(_, operator, left, right):
             own = 2 if operator == "*" else 1
-            text = f"{shape(left, own)} {operator} {shape(right, own + 1)}"
+            text = f"{shape_text(left, own)} {operator} {shape_text(right, own + 1)}"
             return text if own >= binding else f"({text})"
         case _:
             assert_never(node)
@@ -322,7 +322,7 @@ def _motion(node: ast.Motion | None) -> str:
 # -------------------------------------------------------------------- agents
 
 
-def item(node: ast.TeamItem) -> str:
+def item_text(node: ast.TeamItem) -> str:
     """An item of a team."""
     match node:
         case ast.Dynamics(_, name, settings):

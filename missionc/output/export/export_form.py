@@ -67,7 +67,7 @@ def _is_file(name: object, content: object) -> bool:
     if not (isinstance(name, str) and isinstance(content, bytes)):
         return False
     path = PurePosixPath(name)
-    return bool(path.name) and not path.is_absolute() and ".." not in path.parts and "\\" not in name
+    return bool(path.name) and not path.is_absolute() and ".." not in path.parts
 
 
 def refused(name: str, why: str, *notes: str, help: str) -> Diagnostic:

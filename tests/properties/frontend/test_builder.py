@@ -20,7 +20,7 @@ from missionc.frontend.syntax.show_tree import formula, show
 from tests.support import rebuilt_missions
 from tests.support.random_trees import NOWHERE, declarations, formulas, without_spans
 from tests.support.rebuilt_missions import ordered, rebuilt
-from tests.support.small_missions import CONFLICT, SMALL
+from tests.support.small_missions import SMALL
 
 NAME = ast.MissionName(NOWHERE, ast.Name(NOWHERE, "made"))
 
@@ -53,7 +53,7 @@ def nested_chain(node: object) -> bool:
 
 
 @given(formulas)
-@settings(max_examples=40, phases=WITHOUT_SHRINKING)
+@settings(max_examples=25, phases=WITHOUT_SHRINKING)
 def test_a_formula_built_with_operators_of_python_prints_the_same_text(tree: ast.Formula) -> None:
     assume(not nested_chain(tree))
     assert str(rebuilt_missions.formula(tree)) == formula(tree)
@@ -89,9 +89,8 @@ def test_a_mission_built_in_python_means_the_same(name: str, missions: Path) -> 
     assert show_ir(built.mission) == show_ir(written.mission)
 
 
-@pytest.mark.parametrize("text", [SMALL, CONFLICT])
-def test_a_mission_built_in_python_has_the_same_plan(text: str) -> None:
-    written = missionc.compile(Source("small.mission", text), seed=3)
-    built = missionc.compile(rebuilt(parsed(text)), seed=3)
+def test_a_mission_built_in_python_has_the_same_plan() -> None:
+    written = missionc.compile(Source("small.mission", SMALL), seed=3)
+    built = missionc.compile(rebuilt(parsed(SMALL)), seed=3)
     assert built.word == written.word
-    assert dict(built.files).get("plan.json") == dict(written.files).get("plan.json")
+    assert built.files["plan.json"] == written.files["plan.json"]

@@ -23,7 +23,7 @@ HEAD = """
 import os, signal, sys, time
 from missionc.base import supervision
 from missionc.base.deadline import OutOfTime, interrupted_at
-from missionc.base.signals import Stopped, asked, hold, stoppable
+from missionc.base.signals import Stopped, defer_stop, stop_requested, stoppable
 supervision.GRACE = supervision.PATIENCE = 0.2
 ended = supervision.supervise()
 if ended:
@@ -83,9 +83,9 @@ def test_a_signal_counts_once_whether_one_process_gets_it_or_both(number: signal
     """A second one would end the process before it has brought home what it holds."""
     process = started("""
 with stoppable():
-    hold()
+    defer_stop()
     print("begun", flush=True)
-    while not asked():
+    while not stop_requested():
         time.sleep(0.01)
     time.sleep(0.3)
     print("brought home", flush=True)

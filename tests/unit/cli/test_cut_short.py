@@ -162,11 +162,11 @@ def test_the_command_writes_the_plan_and_says_that_it_was_cut_short(
 def test_a_second_signal_ends_the_process_at_once() -> None:
     code = """\
 import signal
-from missionc.base.signals import asked, hold, stoppable
+from missionc.base.signals import defer_stop, stop_requested, stoppable
 with stoppable():
-    hold()
+    defer_stop()
     signal.raise_signal(signal.SIGINT)
-    print(asked(), flush=True)
+    print(stop_requested(), flush=True)
     signal.raise_signal(signal.SIGINT)
     print("still here")
 """

@@ -29,6 +29,7 @@ from enum import Enum, auto
 
 from missionc.backends.clot.offer import CLOT
 from missionc.backends.clot.settings import ClotSettings, Coupling, SearchSettings, TransportSettings, clot_settings
+from missionc.backends.options import Options
 from missionc.backends.setting import own_values, with_values
 from missionc.ir import Mission
 
@@ -162,7 +163,8 @@ def fewer_samples(way: Preset, samples: int | None, device: str) -> str | None:
     )
 
 
-def tuned_settings(mission: Mission, name: str, samples: int | None, device: str) -> ClotSettings:
+def tuned_settings(mission: Mission, options: Options) -> ClotSettings:
     """All settings of a mission; those of search and transport as the preset has them, ``search`` for ``sketch``."""
-    searching = preset(name if name in PRESETS and PRESETS[name].local else "search", samples, device).tuned(mission)
+    name = options.preset if options.preset in PRESETS and PRESETS[options.preset].local else "search"
+    searching = preset(name, options.samples, options.device).tuned(mission)
     return replace(clot_settings(mission), search=searching.search, transport=searching.transport)
