@@ -6,8 +6,10 @@ import math
 
 import click
 
-from missionc.cli.options import Command, Number
-from missionc.flight.simulation.trial_bounds import AMOUNTS, MOST_LOST, MOST_WIND
+from missionc.cli.options import Command, Number, of_registry
+from missionc.flight.simulation.trial_bounds import AMOUNTS, ENGINES, MOST_LOST, MOST_WIND, QUADROTOR
+
+engine = of_registry("--engine", "engine", ENGINES, QUADROTOR)
 
 
 def wind(value: str) -> tuple[float, float]:

@@ -37,7 +37,7 @@ def of_checked(checked: Checked, stages: tuple[str, ...], request: PlanRequest) 
             if not isinstance(ahead, TooLarge):
                 texts["cost-graph"] = show_cost_graph(build(ahead), checked.mission)
         if "roadmap" in stages:
-            built = first_roadmaps(checked, request.budget.seed)
+            built = first_roadmaps(checked, request.budget.seed, request.options.preset)
             texts["roadmap"] = f"{built.message}\n" if isinstance(built, Diagnostic) else show_roadmaps(built)
     if checked.choice and checked.mission and checked.ok and "settings" in stages:
         from missionc.backends.settings import settings_table

@@ -19,7 +19,6 @@ from missionc.base.diagnostics.suggest import nearest
 from missionc.base.extensions import Registry
 from missionc.base.limits import Limits, most
 from missionc.cli import stage_names
-from missionc.flight.simulation.trial_bounds import ENGINES, QUADROTOR
 from missionc.ir.vehicle_profiles import profiles
 from missionc.output.export.form_names import FORMATS
 from missionc.output.plot.figure_request import MOST_MOMENTS, SUFFIXES
@@ -185,7 +184,7 @@ def registered(registry: Registry[Any], noun: str, *further: str) -> Callable[[s
     return name
 
 
-def _of_registry(flag: str, noun: str, registry: Registry[Any], default: str, *further: str) -> Callable[..., Any]:
+def of_registry(flag: str, noun: str, registry: Registry[Any], default: str, *further: str) -> Callable[..., Any]:
     """The flag that names one value of a registry."""
     return click.option(
         flag,
@@ -313,8 +312,7 @@ memory_limit = click.option(
     help="Of the compiler and its solver; 512 is 512 MB.",
 )
 
-backend = _of_registry("--backend", "backend", OFFERS, AUTO, AUTO)
-engine = _of_registry("--engine", "engine", ENGINES, QUADROTOR)
+backend = of_registry("--backend", "backend", OFFERS, AUTO, AUTO)
 
 vehicle = click.option(
     "--vehicle",

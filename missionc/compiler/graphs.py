@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from missionc.backends.options import ROADMAP_PRESETS
 from missionc.backends.roadmap_graph import RoadmapGraph
+from missionc.backends.smt.offer import SMT
 from missionc.base.diagnostics.code import NO_ROADMAP
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.memory import limited
@@ -83,12 +85,16 @@ def planned_on(compiled: Compiled) -> tuple[RoadmapGraph, ...]:
     return compiled.outcome.report.roadmaps if isinstance(compiled.outcome, Verified) else ()
 
 
-def first_roadmaps(checked: Checked, seed: int) -> tuple[RoadmapGraph, ...] | Diagnostic:
+def first_roadmaps(checked: Checked, seed: int, preset: str = "") -> tuple[RoadmapGraph, ...] | Diagnostic:
     """The first roadmaps that can be built, without solving; or why there are none.
+
+    Args:
+        preset: how the mission is planned; where the smt backend plans it as published, it builds its own.
 
     Raises:
         ValueError: the mission has errors.
     """
+    from missionc.backends.smt.paper.build_prm import published_graphs
     from missionc.backends.smt.roadmap.roadmap import NoRoadmap  # it loads scipy and shapely
     from missionc.backends.smt.roadmap.roadmap_graph import first_graphs
 
@@ -96,7 +102,10 @@ def first_roadmaps(checked: Checked, seed: int) -> tuple[RoadmapGraph, ...] | Di
         raise ValueError(f"`{checked.file}` has errors: it has no roadmap")
     try:
         with limited(MEMORY):
-            built = first_graphs(checked.mission, checked.kernel, seed)
+            if preset in ROADMAP_PRESETS and checked.choice and checked.choice.backend == SMT.name:
+                built = published_graphs(checked.mission, seed)
+            else:
+                built = first_graphs(checked.mission, checked.kernel, seed)
     except MemoryError as error:
         built = NoRoadmap(str(error) or "it takes too much memory")
     if isinstance(built, NoRoadmap):

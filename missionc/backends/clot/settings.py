@@ -136,6 +136,7 @@ class ProbeWeights:
     bend: float = setting(2.4, "/m^2", "of half the squared second differences")
     room: float = setting(0.08, "m", "beyond what bodies need, below which they cost: r_o and r_s")
     margin: float = setting(0.1, "m", "of robustness above which a goal costs nothing, where goals cost what they lack")
+    enough: float = setting(1.0, "m", "of robustness above which a goal earns nothing more, in the mean of all goals")
     later: float = setting(0.3, "", "of what a goal lacks, where agents still to come may see to it")
 
 

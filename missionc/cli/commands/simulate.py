@@ -13,9 +13,9 @@ import click
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import Stopped
 from missionc.cli import cluster_options, flight_summary
-from missionc.cli.disturbance_options import disturbance_of, of_disturbance
+from missionc.cli.disturbance_options import disturbance_of, engine, of_disturbance
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import engine, file_to_write, folder, folders, limits_and_form, picture, read_limits
+from missionc.cli.options import file_to_write, folder, folders, limits_and_form, picture, read_limits
 from missionc.cli.progress import ProgressLine
 from missionc.flight.simulation.trial_bounds import LARGEST_SEED, MOST_FLIGHTS, QUADROTOR
 

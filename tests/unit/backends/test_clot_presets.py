@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 from itertools import product
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from missionc.ir.kernel import nodes as kernel_nodes
 from missionc.ir.kernel.nodes import Atom
 
 pytest.importorskip("torch")
@@ -29,7 +31,7 @@ from missionc.backends.clot.paper.first_motions import FirstMotions
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.planning_sequence import couplings
 from missionc.backends.clot.paper.prefix import about, spelled_out
-from missionc.backends.clot.paper.prefix_check import prefix_margins
+from missionc.backends.clot.paper.prefix_check import left_open, prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.search_tree import Node as SearchNode
 from missionc.backends.clot.paper.sparsity_pattern import sparsity_pattern
@@ -79,11 +81,11 @@ def test_the_command_line_and_the_backend_know_the_same_presets() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "agents"), [("clot_star", 5), ("crazyflie_corridor", 3)])
+@pytest.mark.parametrize(("name", "agents"), [("clot_star", 5), ("crazyflie_corridor", 3), ("clot_corridor", 12)])
 def test_the_papers_preset_plans_scenarios_of_the_paper_with_few_iterations_for_each_robot(
     name: str, agents: int
 ) -> None:
-    """A star and a chain in the plane, and a chain with momentum in a volume, by Algorithms 1 and 2 alone."""
+    """A star, a chain, and a line through a corridor in the plane; a chain with momentum in a volume."""
     text = (Path(__file__).resolve().parents[3] / "missions" / f"{name}.mission").read_text(encoding="utf-8")
     outcome = planned(text, "paper", limit=600.0)
     assert isinstance(outcome, Planned)
@@ -319,13 +321,28 @@ def test_until_spelled_out_is_worth_the_same_and_its_end_is_not_hidden_by_what_i
     still = parked(mission, [(4.5, 4.5), (0.0, 0.0), (0.0, 0.0)])
     probes = still[:, 0, :, None].clone()
 
-    def worth(goal: Node) -> float:
+    def worth(goal: Node, enough: float = math.inf) -> float:
         reads = sparsity_pattern([goal], 0, 3, mission.steps + 1)
-        return float(PaperRules(reads, team(mission), still, probes).goals()[0, 0, -1, 0])
+        return float(PaperRules(reads, team(mission), still, probes, enough).goals()[0, 0, -1, 0])
 
     lacking, before = -0.5, 0.5
     assert worth(spelt[0]) == pytest.approx((lacking + before) / 2, abs=0.05)
     assert worth(goals[0]) > 0.3
+    assert worth(spelt[0], 0.1) == pytest.approx((lacking + 0.1) / 2, abs=0.05), "what is before pays no more than 0.1"
+
+
+def test_of_until_the_moments_that_a_planned_motion_rules_out_are_left_out_unless_all_are() -> None:
+    mission, kernel = checked(TRIO + "require it: (every drone: base) until[0.5 s, 3 s] every drone: goal\n")
+    roots = [wanted.formula for wanted in build(kernel).requirements]
+    both, known = (spelled_out(about(roots, frozenset(who), {}), mission.steps)[0] for who in ({0, 1}, {0}))
+    assert isinstance(both, kernel_nodes.Any)
+    assert isinstance(known, kernel_nodes.Any)
+    planned = parked(mission, [(6.0, 4.0)])
+    late = planned.clone()
+    planned[:, :, :3] = torch.tensor([2.0, 2.0])
+    late[:, :, :-1] = torch.tensor([4.5, 2.0])
+    assert left_open(both, known, team(mission), (0,), planned).parts == both.parts[2:3], "out of base at step 3"
+    assert left_open(both, known, team(mission), (0,), late).parts == both.parts, "never in base"
 
 
 # -------------------------------------------------------------- probes, checks
@@ -368,6 +385,20 @@ def test_the_check_judges_the_accelerations_that_are_flown_from_rest_to_rest() -
     )
     assert spline == pytest.approx(spare, abs=1e-5)
     assert waypoints > 0.1
+
+
+def test_first_motions_with_targets_end_where_the_key_frames_do_and_stay_from_the_frame_that_is_there_on() -> None:
+    mission, kernel = checked(OPEN)
+    begun = TransportRun(mission, kernel, Options(), Budget(time.monotonic() + 60)).begun(0, np.random.default_rng(0))
+    start, end = begun.key[0], begun.key[-1]
+    key = (start, replace(end, step=6), end)
+    first = FirstMotions(mission, key, None, None, Geodesics(mission), 1.5, follows=True, targets=True)
+    beside = (0, begun.motion[0] + 0.3)
+    drawn = first.of(1, beside, 16, torch.Generator().manual_seed(0))
+    assert np.abs(drawn[:, 0].numpy() - start.position[1]).max() < 1e-5
+    assert np.abs(drawn[:, 6:].numpy() - end.position[1]).max() < 1e-5
+    assert np.linalg.norm(drawn[:, 4].numpy() - end.position[1], axis=-1).min() > 0.02
+    assert first.fixed(1).tolist() == [True] + [False] * mission.steps, "a target is no finish"
 
 
 def small_round(in_one_batch: bool) -> list[list[Candidate]]:
@@ -422,3 +453,15 @@ def test_a_probe_towards_what_a_goal_asks_for_costs_less(reward: float) -> None:
     full, part = (of(own, probes, torch.zeros(1, 0, mission.steps + 1, 2))[0, 5] for of in (cost, share))
     if not reward:
         assert float(part[1] - part[0]) == pytest.approx(float(full[1] - full[0]) / 4, abs=1e-4)
+
+
+@pytest.mark.parametrize("capped", [False, True])
+def test_a_metre_from_what_is_to_be_kept_out_of_a_probe_gains_nothing_more_where_that_is_enough(capped: bool) -> None:
+    mission, kernel = checked(TRIO + "require it: drone[0]: always[0, 3 s] not goal\n")
+    goals = about([wanted.formula for wanted in build(kernel).requirements], frozenset({0}), {}, 0)
+    own, nobody = parked(mission, [(2.0, 4.0)])[:, 0], torch.zeros(1, 0, mission.steps + 1, 2)
+    around, weights = Surroundings(mission, 2), ProbeWeights()
+    cost = ProbeCost(mission, team(mission), 0, (), goals, around, weights, 0.5, capped=capped)
+    probes = own[:, :, None] + torch.tensor([[-0.5, 0.0], [0.5, 0.0]])
+    farther, nearer = cost(own, probes, nobody)[0, 3].tolist()
+    assert nearer - farther == pytest.approx(0.0 if capped else 0.5 * weights.task, abs=1e-3)

@@ -180,6 +180,13 @@ def test_of_the_agents_a_node_is_offered_the_least_tried_comes_first() -> None:
     assert sorted(agent for _, agent in run.select()[2:]) == [0, 2]
 
 
+def test_as_printed_a_node_is_expanded_by_one_agent_in_a_round_the_first_offered_of_the_least_tried() -> None:
+    run = search(answers((0, 0.5, True)), 4, replace(DEFAULT, wide=9, narrow=9, printed=True))
+    run.offers = lambda _: (3, 1, 2, 0)
+    run.tree.tries[0] = {3: 1}
+    assert run.select() == [(0, 1)]
+
+
 def test_successes_do_not_raise_a_value_without_end() -> None:
     tree = Tree()
     tree.add(0, 0, motion(0), 0.0)

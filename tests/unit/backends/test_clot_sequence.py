@@ -48,7 +48,9 @@ LINE = [(1.0, 1.0), (2.0, 1.0), (3.0, 1.0), (9.0, 1.0)]
 """The radio of ``mission_of`` reaches 2 m."""
 
 
-def coupled(source: str, name: str = "sample.mission", dock: tuple[float, float] = (0.0, 0.0)) -> Couplings:
+def coupled(
+    source: str, name: str = "sample.mission", dock: tuple[float, float] = (0.0, 0.0), nearest: bool = False
+) -> Couplings:
     """Of a mission text; agents that may start anywhere stand in a row at 0.3 m from ``dock`` on."""
     checked = check(Source(name, source))
     assert checked.mission is not None, checked.findings
@@ -57,7 +59,7 @@ def coupled(source: str, name: str = "sample.mission", dock: tuple[float, float]
         agent.start.point if isinstance(agent.start, ir.Exactly) else (dock[0] + 0.3 * agent.index, dock[1])
         for agent in checked.mission.agents
     ]
-    return couplings(checked.mission, checked.kernel, np.array(points))
+    return couplings(checked.mission, checked.kernel, np.array(points), nearest)
 
 
 def corpus(name: str) -> Couplings:
@@ -141,6 +143,34 @@ def test_split_teams_are_lines_first_and_one_fleet_later(name: str, teams: int, 
     across = {(one, other) for one, other in merged.edges if one // size != other // size}
     assert across == {((team - 1) * size, team * size) for team in range(1, teams)}, "one bridge from team to team"
     assert found.components == (frozenset(range(teams * size)),)
+
+
+def test_among_the_nearest_of_a_rigid_line_a_sequence_grows_at_its_ends() -> None:
+    text = (ROOT / "missions" / "clot_corridor.mission").read_text(encoding="utf-8")
+    found = coupled(text, "clot_corridor", nearest=True)
+    assert set(found.phases[-1].edges) == chain(*range(12)), "at the end, when no link is asked for"
+    assert found.valid_agents(frozenset({4})) == (3, 5)
+    assert is_valid(found, (4, 3, 5, 2, 1, 0, *range(6, 12)))
+
+
+@pytest.mark.parametrize(
+    ("formation", "edges"),
+    [
+        ("grid of drone columns 2 spacing 1 m", {(0, 1), (2, 3), (0, 2), (1, 3)}),
+        ("distances of drone (0-1: 1 m, 0-2: 2 m, 0-3: 3 m)", {(0, 1), (0, 2), (0, 3)}),
+        ("distances of drone (0-1: 1 m, 1-2: 1 m, 0-2: 2 m, 2-3: 1 m)", {(0, 1), (1, 2), (2, 3)}),
+    ],
+)
+def test_a_pair_of_a_formation_is_coupled_where_one_of_them_has_nobody_nearer(formation: str, edges: set[Edge]) -> None:
+    text = f"""\
+mission figure
+time step 1 s, horizon 4 s
+world (0, 0) to (9, 9)
+team drone[4] {{ radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start grid (1, 1) to (2, 2) }}
+formation shape = {formation} tolerance 0.2 m
+require keep: always[1 s, 4 s] shape
+"""
+    assert set(coupled(text, nearest=True).whole.edges) == edges
 
 
 def test_a_sequence_of_the_split_mission_begins_a_team_over_a_bridge_and_keeps_to_the_teams() -> None:

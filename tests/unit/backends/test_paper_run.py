@@ -10,15 +10,19 @@ import pytest
 import z3
 
 from missionc import ir
-from missionc.backends.api import NotFound, Reason
+from missionc.backends.api import Budget, NotFound, Reason
 from missionc.backends.options import Options
+from missionc.backends.roadmap_graph import show_roadmaps
 from missionc.backends.smt.paper.ask_solver import node_links, problem
+from missionc.backends.smt.paper.colliding_moves import colliding_moves
 from missionc.backends.smt.paper.encode import Encoding
 from missionc.backends.smt.paper.specify import specify
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.source import Source
 from missionc.base.units import Seconds
+from missionc.cli.emit_stages import of_checked
 from missionc.compiler import driver
+from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.results import Compiled, InvalidMission, Verified
 from tests.support.resolved_missions import demo, mission
 from tests.support.small_missions import SMALL
@@ -166,3 +170,28 @@ def test_the_papers_missions_have_a_plan_for_three_drones_that_keep_apart(name: 
         throughout=ContinuousTime.AT_STEPS,
     )
     assert isinstance(compiled.outcome, Verified)
+
+
+@pytest.mark.parametrize(("apart", "collide"), [(0.2 + 5e-7, True), (0.2 + 1e-4, False)])
+def test_two_who_stay_as_near_as_the_mission_allows_make_colliding_moves(apart: float, collide: bool) -> None:
+    """Rounding may make them touch, so the method asks for as much more as the refinement of the default does."""
+    text = f"""\
+mission touching
+time step 1 s, horizon 2 s
+world (0, 0) to (2, 2)
+team drone[2] {{ radius 0.1 m  dynamics single_integrator(speed <= 1 m/s)  start at (1, 1), ({1 + apart:.9f}, 1) }}
+require stay: every drone: always[0, 2 s] speed <= 1
+"""
+    one, other = (roadmap_of((agent,), [(x, 1.0)], 2) for agent, x in enumerate((1.0, 1.0 + apart)))
+    assert (len(colliding_moves(mission(text), one, other)) > 0) == collide
+
+
+def test_the_roadmaps_to_print_are_those_of_the_published_method_where_that_is_to_plan() -> None:
+    checked = driver.check(Source("a.mission", FEW), backend="smt")
+    ask = PlanRequest(Budget(0.0, seed=3), Options())
+    ((_, default),) = of_checked(checked, ("roadmap",), ask)
+    ((_, published),) = of_checked(checked, ("roadmap",), replace(ask, options=Options(preset="paper")))
+    assert published != default
+    outcome = planned(FEW, "paper-apart", seed=3).outcome
+    assert isinstance(outcome, Verified)
+    assert published == show_roadmaps(outcome.report.roadmaps)

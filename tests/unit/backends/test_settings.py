@@ -35,14 +35,15 @@ CONSTANTS = {
         hybrid.backend.SLACK smt.encode.lower_metric_routes.ROUNDING smt.prioritized.distance_to_go.NO_WAY
         smt.prioritized.joint_search.NO_WAY smt.prioritized.label_setting.FAR smt.refine.collisions.CUSHION
         smt.roadmap.geodesic_roadmap.TOUCHING smt.roadmap.lane_roadmap.ROUNDING smt.roadmap.passages.ASIDE
-        clot.cost_weights.SHORT""",
+        clot.cost_weights.SHORT clot.paper.planning_sequence.NEARLY""",
     "codes, and figures that stand for infinity": """
         clot.cost_graph.leaf_margins.UNLIMITED clot.paper.prefix.KNOWN clot.paper.prefix.UNKNOWN
         clot.schedule.mutex_literals.TEAM smt.encode.clauses.TRUE smt.encode.clauses.FALSE smt.encode.clauses.NOTHING
         smt.prioritized.reservations.FIXED clot.schedule.timetable.LATE""",
     "sizes of arrays, caches and encodings: the plan is the same": """
         clot.optimise.control_points.SPARE clot.schedule.mutex_literals.KNOWN smt.encode.kinds_of_links.KEPT
-        smt.encode.lower_atoms.FEW smt.roadmap.roadmap_links.BLOCK smt.roadmap.roadmap_links.WIDTH
+        smt.encode.lower_atoms.FEW smt.roadmap.roadmap_links.DENSE
+        smt.roadmap.roadmap_links.BLOCK smt.roadmap.roadmap_links.WIDTH
         smt.encode.lower_metric_routes.UNITS smt.roadmap.connect.MOST_LOOKED smt.roadmap.passages.EACH
         clot.paper.sinkhorn.CHECKED_EVERY speed_limits.HALVINGS""",
     "bounds of ranges": "clot.settings.MOST smt.settings.MOST options.SLOWEST speed_limits.LEAST",
@@ -61,6 +62,7 @@ CONSTANTS = {
         clot.optimise.path_velocity.PACE clot.optimise.path_velocity.SETTING_OUT clot.optimise.path_velocity.CHANGE
         clot.paper.expand_agent.TYPICAL clot.paper.probe_cost.PLACES clot.schedule.deconflict_space_time.ROOM
         clot.schedule.goal_sets.DETOUR clot.schedule.goal_sets.BEYOND clot.schedule.joint_waypoints.PITCHES
+        smt.prioritized.single_agent_relaxation.STEPS
         clot.schedule.schedule.VAST clot.schedule.schedule.UNHURRIED clot.schedule.tasks.MOST_OPTIONS""",
 }
 """Numbers that stay module constants of the backends, by the reason."""

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from missionc.backends.smt.settings import smt_settings
 from missionc.base.source import Source
 from missionc.compiler.front_end import Checked, check
 from missionc.compiler.relax import relax_world
@@ -235,7 +236,7 @@ def test_a_finer_roadmap_is_written_where_the_mission_says_how_to_solve_it(solve
     assert edit is not None
     again = check(edited(found, edit)[0])
     assert again.mission is not None
-    assert again.mission.solve.option("nodes", 110) == 541
+    assert smt_settings(again.mission).roadmap.nodes == 541
 
 
 def test_what_is_written_in_another_file_is_not_changed() -> None:

@@ -289,7 +289,7 @@ def mirrored(case: Case) -> bool:
 def test_a_writer_that_leaves_half_a_folder_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     def in_place(target: Path, files: object, force: bool) -> None:
         target.mkdir(exist_ok=True)
-        for name, content in files:  # type: ignore[attr-defined]
+        for name, content in files.items():  # type: ignore[attr-defined]
             (target / name).parent.mkdir(exist_ok=True)
             (target / name).write_bytes(content)
 

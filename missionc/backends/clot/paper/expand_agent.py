@@ -25,7 +25,7 @@ from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.first_motions import FirstMotions
 from missionc.backends.clot.paper.planning_sequence import Couplings
 from missionc.backends.clot.paper.prefix import asked, spelled_out
-from missionc.backends.clot.paper.prefix_check import goal_margins, prefix_margins
+from missionc.backends.clot.paper.prefix_check import goal_margins, left_open, prefix_margins
 from missionc.backends.clot.paper.probe_cost import ProbeCost
 from missionc.backends.clot.paper.search_tree import Node
 from missionc.backends.clot.paper.transport import transport
@@ -159,7 +159,7 @@ class Expansion:
         first = [self.first.of(agent, None, samples, generator) for agent in agents]
         begin = torch.stack(first, dim=1).to(self.device)
         fixed = torch.stack([self.first.fixed(agent) for agent in agents]).repeat(samples, 1).to(self.device)
-        costs = [self._cost(agent, tuple(sorted(everyone - {agent})), everyone, False) for agent in agents]
+        costs = [self._cost(agent, tuple(sorted(everyone - {agent})), False) for agent in agents]
 
         def cost(waypoints: Tensor, probes: Tensor) -> Tensor:
             joint = waypoints.unflatten(0, (samples, len(agents)))
@@ -233,7 +233,8 @@ class Expansion:
         shape = len(pieces), len(others), self.mission.steps + 1, self.mission.dimension
         joint = torch.from_numpy(np.array(each, dtype=np.float32)).reshape(shape)
         joint = joint.repeat_interleave(pieces[0].samples, dim=0) if len(pieces) > 1 else joint
-        return Crowd(agent, others, joint.to(self.device), self._cost(agent, others, frozenset((*others, agent)), True))
+        planned = joint.to(self.device)
+        return Crowd(agent, others, planned, self._cost(agent, others, True, planned))
 
     def _held(self, crowd: Crowd, motions: Tensor, samples: int) -> list[tuple[list[Candidate], float]]:
         """Feasible candidates of each of the crowd's pieces, and the best margin, metres.
@@ -266,16 +267,31 @@ class Expansion:
             self.known[key] = asked(self.goals, known, self.choices, newest, as_whole)
         return self.known[key]
 
-    def _cost(self, agent: int, others: tuple[int, ...], known: frozenset[int], as_whole: bool) -> ProbeCost:
-        newest = agent if as_whole else None
+    def _cost(self, agent: int, others: tuple[int, ...], as_whole: bool, planned: Tensor | None = None) -> ProbeCost:
+        known, newest = frozenset((*others, agent)), agent if as_whole else None
         goals = self._goals(known, newest, as_whole)
         kept = {root for root, _ in self._goals(known, newest, False)}
         forms, weights, reward = tuple(form for _, form in goals), self.weights, self.preset.reward
         shares: tuple[float, ...] = ()
-        if self.preset.search.printed:
+        printed = self.preset.search.printed
+        if printed:
             shares = tuple(1.0 if root in kept else weights.later for root, _ in goals)
-            forms = spelled_out(forms, self.mission.steps)
-        return ProbeCost(self.mission, self.team, agent, others, forms, self.probed, weights, reward, shares)
+            forms = tuple(self._spelled(root, form, others, planned) for root, form in goals)
+            weights = replace(weights, limits=weights.bodies)
+        return ProbeCost(self.mission, self.team, agent, others, forms, self.probed, weights, reward, shares, printed)
+
+    def _spelled(
+        self, root: kernel.Node, form: kernel.Node, others: tuple[int, ...], planned: Tensor | None
+    ) -> kernel.Node:
+        """A goal with ``until`` spelled out, less the moments of its end that those who are planned rule out.
+
+        By the mean, a moment that they miss by little is worth more than one that only this agent can still make good.
+        """
+        before = dict(self._goals(frozenset(others), None, False)).get(root, form)
+        spelled, known = spelled_out((form, before), self.mission.steps)
+        if planned is None or not others or not (isinstance(spelled, kernel.Any) and isinstance(form, kernel.Until)):
+            return spelled
+        return left_open(spelled, known, self.team, others, planned) if isinstance(known, kernel.Any) else spelled
 
     def _margins(self, crowd: Crowd, own: Tensor, as_whole: bool) -> tuple[Tensor, Tensor]:
         """By how much candidates hold, whatever those do who are still to come, (batch,), metres; and what they are

@@ -31,6 +31,8 @@ class FirstMotions:
     guide: of the mission, for ways round what stands still.
     deviation: of the prior half-way between two ends, metres.
     follows: without a sketch, half of the candidates of an agent with a parent are drawn around the parent's motion.
+    targets: everybody has a target, where the last key frame has it, and stays there from the first key frame on that
+        has it there too.
     """
 
     mission: Mission
@@ -40,6 +42,7 @@ class FirstMotions:
     geodesics: Geodesics
     deviation: float
     follows: bool = False
+    targets: bool = False
 
     def fixed(self, agent: int) -> Tensor:
         """Which waypoints keep their place, (steps + 1,): the first; the last where the mission has a finish."""
@@ -73,12 +76,30 @@ class FirstMotions:
         begun[:, 0] = around[0, 0]
         return torch.cat([begun, self._from_prior(agent, count, generator)])[:samples]
 
+    def _ends(self, agent: int) -> bool:
+        """Whether the agent has a place to end at."""
+        return self.targets or self.mission.agents[agent].finish is not None
+
+    def _arrival(self, agent: int) -> int:
+        """The step from which on the agent stays where it ends; the last where there are no targets."""
+        arrival: int = self.mission.steps
+        end = self.key[-1].position[agent]
+        for frame in reversed(self.key if self.targets else ()):
+            if np.linalg.norm(frame.position[agent] - end) > self.mission.agents[agent].radius:
+                return arrival
+            arrival = max(2, frame.step)
+        return int(self.mission.steps)
+
     def _beside(self, agent: int, motion: Array) -> Tensor:
-        """The parent's motion from the agent's own start, and to its own finish if it has one: (1, steps + 1, dim)."""
-        begin, end = (frame.position[agent] - motion[place] for frame, place in ((self.key[0], 0), (self.key[-1], -1)))
-        share = np.linspace(0.0, 1.0, len(motion))[:, None]
-        last = end if self.mission.agents[agent].finish is not None else begin
-        return torch.from_numpy(motion + (1 - share) * begin + share * last).float()[None]
+        """The parent's motion from the agent's own start, and to its own end if it has one: (1, steps + 1, dim)."""
+        arrival, end = self._arrival(agent), self.key[-1].position[agent]
+        begin = self.key[0].position[agent] - motion[0]
+        last = end - motion[arrival] if self._ends(agent) else begin
+        share = np.minimum(np.arange(len(motion)) / arrival, 1.0)[:, None]
+        beside = motion + (1 - share) * begin + share * last
+        if self._ends(agent):
+            beside[arrival:] = end
+        return torch.from_numpy(beside).float()[None]
 
     def _own_way(self, agent: int, count: int, generator: torch.Generator) -> Tensor:
         """From key frame to key frame round what stands there, early or late between them: (count, steps + 1, dim)."""
@@ -130,12 +151,13 @@ class FirstMotions:
         via = self._appointments(agent)
         at = torch.tensor(sorted(via), dtype=torch.int64).expand(samples, -1)
         places = torch.tensor([list(map(float, via[step])) for step in sorted(via)]).reshape(len(via), dim)
-        finish = Fixed(end) if mission.agents[agent].finish is not None else Free()
-        acceleration = self.deviation / (midway * steps**1.5)
-        drawn = prior(steps + 1, Fixed(begin), finish, acceleration, at, places.expand(samples, -1, -1))
+        finish, arrival = Fixed(end) if self._ends(agent) else Free(), self._arrival(agent)
+        acceleration = self.deviation / (midway * arrival**1.5)
+        drawn = prior(arrival + 1, Fixed(begin), finish, acceleration, at, places.expand(samples, -1, -1))
         sample = drawn.sample(generator) - drawn.mean
         varied = 1.5 * torch.rand(samples, 1, 1, generator=generator) * sample
-        return varied if still else drawn.mean + varied
+        made = varied if still else drawn.mean + varied
+        return torch.cat([made, made[:, -1:].expand(-1, steps - arrival, -1)], dim=1)
 
     def _appointments(self, agent: int) -> Mapping[int, Array]:
         """Where the agent is to be at which steps: at its visits, as the key frames have it."""

@@ -28,8 +28,9 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
+from missionc.backends.clot.cost_graph.motion_batch import Team
 from missionc.backends.clot.paper.perturbed_robustness import Perturbed
-from missionc.backends.clot.paper.sparsity_pattern import NodePattern, mark
+from missionc.backends.clot.paper.sparsity_pattern import NodePattern, SparsityPattern, mark
 from missionc.base.trace import Flags
 from missionc.ir.kernel.nodes import All, Node, UntilNode, WindowNode
 from missionc.ir.kernel.walk import children
@@ -39,7 +40,17 @@ Reading: TypeAlias = tuple[Tensor, Flags]
 
 
 class PaperRules(Perturbed):
-    """Values of formulas by the paper's four rules."""
+    """Values of formulas by the paper's four rules.
+
+    Args:
+        enough: what a part counts in a mean at most, metres, so that none with room to spare pays for one that fails.
+    """
+
+    def __init__(
+        self, patterns: SparsityPattern, team: Team, position: Tensor, probes: Tensor, enough: float = inf
+    ) -> None:
+        super().__init__(patterns, team, position, probes)
+        self.enough = enough
 
     def conjunction(self, node: All | WindowNode | UntilNode, pattern: NodePattern) -> Tensor:
         if isinstance(node, UntilNode):
@@ -107,7 +118,7 @@ class PaperRules(Perturbed):
         return nonzero
 
     def _conjunction(self, pattern: NodePattern) -> Conjunction:
-        return Conjunction(self.everywhere(inf, pattern), np.zeros_like(pattern.nonzero))
+        return Conjunction(self.everywhere(inf, pattern), np.zeros_like(pattern.nonzero), self.enough)
 
 
 class Conjunction:
@@ -116,10 +127,11 @@ class Conjunction:
     Args:
         least: of the parts so far, (batch, rows, steps, offsets, directions).
         nonzero: (rows, steps, offsets), where a part so far reads the waypoint.
+        enough: what a part counts in the mean at most, metres.
     """
 
-    def __init__(self, least: Tensor, nonzero: Flags) -> None:
-        self.least, self.nonzero = least, nonzero
+    def __init__(self, least: Tensor, nonzero: Flags, enough: float = inf) -> None:
+        self.least, self.nonzero, self.enough = least, nonzero, enough
         self.passed, self.leaves = least.clone(), nonzero.copy()
         self.total, self.count = torch.zeros_like(least), torch.zeros_like(least)
 
@@ -129,7 +141,7 @@ class Conjunction:
         least, passed, total, count = (each[:, :, :steps] for each in (self.least, self.passed, self.total, self.count))
         least.copy_(torch.minimum(least, value))
         limited = value.abs() < UNLIMITED
-        total += torch.where(limited, value, 0.0)
+        total += torch.where(limited, value.clamp(max=self.enough), 0.0)
         count += limited
         self.nonzero[:, :steps] |= nonzero
         if leaf and nonzero.any():

@@ -12,13 +12,14 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from missionc.base.trace import Array, Flags
-from missionc.ir import Graph, Mission, Predicate
+from missionc.ir import Formation, Graph, Mission, Predicate
 from missionc.ir.kernel.analysis import relevance
 from missionc.ir.kernel.nodes import Atom, Kernel
 from missionc.ir.kernel.walk import graph_of
@@ -30,6 +31,9 @@ Edge: TypeAlias = tuple[int, int]
 
 Offers: TypeAlias = Callable[[frozenset[int]], Sequence[int]]
 """Which agents may be planned next, given those that are."""
+
+NEARLY = 1e-6
+"""Metres by which edges of a formation may differ and count as equally long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +182,7 @@ class Couplings:
         return near[int(np.argmin(np.linalg.norm(positions[near] - positions[agent], axis=1)))]
 
 
-def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
+def couplings(mission: Mission, kernel: Kernel, positions: Array, nearest: bool = False) -> Couplings:
     """The dependency graph of a mission's requirements.
 
     An edge belongs to every step at which the truth of its formula can matter,
@@ -188,9 +192,10 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
         positions: at which agents count as linked, as a rule the starts,
             (agents, dim), metres. Where a graph is not connected there, its
             nearest agents are coupled until it is.
+        nearest: a formation couples only pairs of which one has no nearer agent in it, and not all of its edges.
 
     Source:
-        [clot] IV-B.1, the dependency graph and its phases.
+        [clot] IV-B.1, the dependency graph and its phases; III-C, the neighbouring robots of a formation.
     """
     agents, steps = len(mission.agents), int(mission.steps) + 1
     when: dict[frozenset[Edge], Flags] = {}
@@ -208,6 +213,9 @@ def couplings(mission: Mission, kernel: Kernel, positions: Array) -> Couplings:
             timed_edges = [(communicating(linked_over), _any_agent(where))]
         elif isinstance(node, Atom):
             timed_edges = list(_coupled_by(node.predicate, where))
+            if nearest and node.predicate.formation:
+                kept = _nearest(node.predicate.formation)
+                timed_edges = [(pairs, at) for pairs, at in timed_edges if pairs <= kept]
             if node.predicate.formation:
                 edges, before = shaped.get(node.predicate, (frozenset[Edge](), np.zeros(steps, dtype=np.bool_)))
                 shaped[node.predicate] = edges.union(*(pairs for pairs, _ in timed_edges)), before | _any_agent(where)
@@ -274,6 +282,15 @@ def _coupled_by(predicate: Predicate, where: Flags) -> Iterator[tuple[frozenset[
         for first, second in predicate.pairs_of(agent):
             if first != second:
                 yield frozenset({_edge(first, second)}), where[agent]
+
+
+def _nearest(formation: Formation) -> frozenset[Edge]:
+    """The edges that are the shortest of one of their agents."""
+    metres = {_edge(each.first, each.second): float(np.linalg.norm(each.target)) for each in formation.edges}
+    least = {
+        agent: min((far for edge, far in metres.items() if agent in edge), default=inf) for agent in formation.agents
+    }
+    return frozenset(edge for edge, far in metres.items() if any(far <= least[agent] + NEARLY for agent in edge))
 
 
 def _any_agent(where: Flags) -> Flags:

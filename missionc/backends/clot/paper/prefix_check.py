@@ -17,7 +17,7 @@ from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.kept_distance import kept_from
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Mission
-from missionc.ir.kernel.nodes import Node
+from missionc.ir.kernel.nodes import Any, Node
 from missionc.ir.kernel.walk import postorder
 
 
@@ -65,6 +65,18 @@ def goal_margins(
     states = States(position, velocities(position, float(team.mission.step)))
     values = Robustness(team, states).values(postorder(goals))
     return torch.stack([values[goal][:, 0, 0].expand(len(candidates)) for goal in goals])
+
+
+def left_open(choice: Any, known: Any, team: Team, agents: tuple[int, ...], planned: Tensor) -> Any:
+    """A disjunction without the parts that are lost whatever the others do; all of it where nothing is left.
+
+    Args:
+        known: the same, part by part, about the planned agents alone; what fails in all of the batch is lost.
+        agents: mission indices of the planned agents, and their motions, (batch, agents, steps, dim), metres.
+    """
+    worth = goal_margins(team, agents[-1], agents[:-1], planned[:, -1], planned[:, :-1], known.parts)
+    held = (worth > 0.0).any(dim=1).tolist()
+    return Any(tuple(part for part, holds in zip(choice.parts, held, strict=True) if holds) or choice.parts)
 
 
 def _body_margin(

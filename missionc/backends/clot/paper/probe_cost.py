@@ -42,6 +42,7 @@ class ProbeCost:
         around: with two parts to a step.
         reward: what a metre of the goals' mean robustness is worth, beside a metre of margin that one of them lacks.
         shares: by what counts what each of them lacks; 1 where there are none.
+        capped: whether no robustness beyond what is enough counts, of a goal or of its parts.
     """
 
     mission: Mission
@@ -53,6 +54,7 @@ class ProbeCost:
     weights: ProbeWeights
     reward: float
     shares: tuple[float, ...] = ()
+    capped: bool = False
     reads: SparsityPattern = field(init=False)
     counts: Tensor = field(init=False)
 
@@ -147,7 +149,8 @@ class ProbeCost:
         position = waypoints.new_zeros(batch, len(self.mission.agents), steps, dim)
         position[:, at(self.others, waypoints.device)] = planned
         position[:, self.agent] = waypoints
-        values = PaperRules(self.reads, self.team, position, probes).goals().clamp(-UNLIMITED, UNLIMITED)
+        part, whole = (self.weights.margin, self.weights.enough) if self.capped else (math.inf, UNLIMITED)
+        values = PaperRules(self.reads, self.team, position, probes, part).goals().clamp(-UNLIMITED, whole)
         lacks = ((self.weights.margin - values).clamp_min(0.0) * self.counts[:, None, None, None]).sum(dim=0)
         return self.weights.task * (lacks - self.reward * values.mean(dim=0))
 

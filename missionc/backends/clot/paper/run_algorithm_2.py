@@ -79,9 +79,10 @@ def run_algorithm_2(
         begun.motion if preset.seeded else None,
         geodesics,
         preset.deviation * scale(mission),
-        preset.search.printed,
+        follows=preset.search.printed,
+        targets=preset.search.printed,
     )
-    coupled = couplings(mission, kernel, starts)
+    coupled = couplings(mission, kernel, starts, nearest=preset.search.printed)
     expansion = Expansion(
         mission,
         preset,
@@ -97,7 +98,8 @@ def run_algorithm_2(
         candidates = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
         together = sorted(candidates, key=lambda one: one.cost)[:most]
         return Searched(tuple(each.trajectory for each in together), most, best, 1, len(candidates))
-    offers = _offers(preset, coupled, starts)
+    ways = np.linalg.norm(begun.key[-1].position - starts, axis=1)
+    offers = _offers(preset, coupled, starts, ways)
     if resume is None:
         search = TreeSearch(agents, offers, expansion, preset.search, generator)
     else:
@@ -119,9 +121,16 @@ def run_algorithm_2(
     return Searched(cheapest, most, best, search.rounds, len(solutions))
 
 
-def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
-    """Who may be planned next; a fixed sequence begins with the agent nearest to the middle of all."""
+def _offers(preset: Preset, coupled: Couplings, starts: Array, ways: Array) -> Offers:
+    """Who may be planned next; a fixed sequence begins with the agent nearest to the middle of all.
+
+    Args:
+        ways: how far each agent's place in the last key frame is from its start, (agents,), metres. Where ``printed``,
+            who has the longest way is offered first, for it has the least choice.
+    """
+    if preset.order is SequenceChoice.SEARCHED and preset.search.printed:
+        return lambda planned: sorted(coupled.valid_agents(planned), key=lambda agent: -ways[agent])
     if preset.order is SequenceChoice.SEARCHED:
-        return coupled.valid_agents if preset.search.printed else coupled.next_agents
+        return coupled.next_agents
     middle = np.linalg.norm(starts - starts.mean(axis=0), axis=1)
     return in_order(coupled.breadth_first(int(middle.argmin())))

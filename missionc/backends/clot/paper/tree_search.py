@@ -158,11 +158,11 @@ class TreeSearch:
         return values
 
     def select(self) -> list[tuple[int, int]]:
-        """The nodes to expand next, each with the agent to expand it by; several agents where nodes are few.
+        """The nodes to expand next, each with the agent to expand it by; several of few nodes where not ``printed``.
 
-        The best by (9); of the agents a node is offered, the least tried, by
-        lot among equals. How many nodes goes from ``wide`` to ``narrow`` with the
-        progress of the best one.
+        The best by (9); of the agents a node is offered, the least tried, and among equals
+        the one offered first where ``printed``, else one by lot. How many nodes goes from
+        ``wide`` to ``narrow`` with the progress of the best one.
 
         Source:
             [clot] IV-C.1 (I), IV-C.2, Algorithm 2 lines 3 to 7.
@@ -219,14 +219,14 @@ class TreeSearch:
         return any(self._may(node, agent) for agent in self._offers(node))
 
     def _turns(self, ranked: Iterable[int]) -> Iterator[tuple[int, int]]:
-        """Every node with one agent, then every node with a second one, and so on."""
+        """Every node with one agent; not ``printed``, then every node with a second one, and so on."""
         queues: dict[int, list[int]] = {}
         for node in ranked:
             agents = [agent for agent in self._offers(node) if self._may(node, agent)]
-            shuffled = self.generator.permutation(agents).tolist()
-            queues[node] = sorted(shuffled, key=lambda agent: self.tree.tries[node].get(agent, 0), reverse=True)
+            last_first = agents[::-1] if self.settings.printed else self.generator.permutation(agents).tolist()
+            queues[node] = sorted(last_first, key=lambda agent: self.tree.tries[node].get(agent, 0), reverse=True)
             yield node, queues[node].pop()
-        while any(queues.values()):
+        while not self.settings.printed and any(queues.values()):
             for node, queue in queues.items():
                 if queue:
                     yield node, queue.pop()

@@ -12,8 +12,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from missionc.backends.roadmap_graph import RoadmapGraph
 from missionc.backends.smt.roadmap.edges import Edges, are_clear
 from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_ground
 from missionc.backends.smt.roadmap.unroll import unroll
 from missionc.backends.smt.settings import smt_settings
@@ -22,6 +24,12 @@ from missionc.geometry.dynamics import States, steer
 from missionc.geometry.sampling import bounds
 from missionc.ir import Agent, Anywhere, Exactly, Mission
 from missionc.ir.distances.signed_distance import signed_distance
+
+
+def published_graphs(mission: Mission, seed: int) -> tuple[RoadmapGraph, ...] | NoRoadmap:
+    """The roadmaps that the published method plans on with this seed, one graph for each agent."""
+    prms = build_prms(mission, np.random.default_rng(seed))
+    return prms if isinstance(prms, NoRoadmap) else graphs_of(mission, prms)
 
 
 def build_prms(mission: Mission, generator: np.random.Generator) -> tuple[Roadmap, ...] | NoRoadmap:

@@ -1,10 +1,11 @@
-"""Colliding moves: the moves of two agents during which their centres are nearer than the mission allows."""
+"""Colliding moves: the moves of two agents that bring their centres too near each other."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from missionc.backends.smt.refine.collisions import CUSHION, metric, needed
 from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
 from missionc.geometry.clearance import Motions
 from missionc.geometry.dynamics import States, motion_of
@@ -16,14 +17,13 @@ from missionc.ir import Mission
 def colliding_moves(mission: Mission, one: Roadmap, other: Roadmap) -> Indices:
     """Pairs of moves, (pairs, 2), one of each roadmap, that two agents cannot make in one step.
 
-    The roadmaps are of one agent each, with dynamics of first order.
+    The roadmaps are of one agent each, with dynamics of first order. Too near is what it is to ``collisions``.
     """
-    agents, spacing = [one.agents[0], other.agents[0]], SpacingTable.of(mission)
+    agents = np.array([one.agents[0], other.agents[0]])
     first, second = (_motions(mission, roadmap) for roadmap in (one, other))
-    fastest = sum(mission.agents[agent].dynamics.top_speed for agent in agents)
-    near = cKDTree(first.position).sparse_distance_matrix(
-        cKDTree(second.position), spacing.widest + fastest * mission.step, output_type="coo_matrix"
-    )
+    fastest = sum(mission.agents[agent].dynamics.top_speed for agent in agents.tolist())
+    reach = SpacingTable.of(mission).widest + CUSHION + fastest * mission.step
+    near = cKDTree(first.position).sparse_distance_matrix(cKDTree(second.position), reach, output_type="coo_matrix")
     row, column = near.row, near.col
     still = np.zeros((len(row), mission.dimension))
     nearest = closest_approach(
@@ -34,9 +34,9 @@ def colliding_moves(mission: Mission, one: Roadmap, other: Roadmap) -> Indices:
         second.velocity[column],
         still,
         mission.step,
-        spacing.metric(np.array(agents[0]), np.array(agents[1])),
+        metric(agents[0], agents[1], mission),
     )
-    closer = nearest < spacing.between(np.array(agents[0]), np.array(agents[1]))
+    closer = nearest < needed(agents[0], agents[1], mission)
     return np.stack([row[closer], column[closer]], axis=1)
 
 

@@ -30,6 +30,10 @@ Onward = Callable[[int, int, Flags], Flags]
 """What may hold of an agent at a step, (states,), from what may hold one step later, (states,)."""
 
 
+STEPS = 5_000
+"""Steps swept, after which the rest counts as possible: nested windows cost many."""
+
+
 class SingleAgentRelaxation(Domain[May]):
     """A may analysis of agents: what can hold while those who take part move and the others are nowhere.
 
@@ -125,15 +129,13 @@ class SingleAgentRelaxation(Domain[May]):
             at: of a step of the window; ``before``: of one before the window.
         """
 
-        steps = 5_000  # steps swept, after which the rest counts as possible: nested windows cost many
-
         def may(agent: int, step: int) -> Flags:
             ways, roadmap = self.ways[agent], self.labels.roadmaps[self.labels.roadmap_of[agent]]
             first, final = step + node.low, len(ways) - 1 if node.high is None else step + node.high
             if first > final or final > len(ways) - 1:  # past the last step nothing holds
                 return self._everywhere(agent, False)
             self._swept += final - step
-            if self._swept > steps:
+            if self._swept > STEPS:
                 return self._everywhere(agent, True)
             source, target = roadmap.moves.T
             states = last(agent, final)

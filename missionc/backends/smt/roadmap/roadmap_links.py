@@ -22,6 +22,9 @@ from missionc.base.trace import Array, Flags
 from missionc.ir import Graph
 from missionc.ir.language.margins.links import places_linked
 
+DENSE = 32
+"""Links for each place above which groups of places save more than they cost."""
+
 BLOCK = 1 << 20
 """How many pairs of places are looked at at once."""
 
@@ -66,11 +69,10 @@ class Links:
 
 def links_between(graph: Graph, position: Array) -> Links:
     """The links between places, (places, dim), metres."""
-    dense = 32  # so many links for each place, and groups save more than they cost.
     first, point = distinct(position)
     points = position[first]
     order, levels, groups = np.arange(len(position)), 0, np.zeros((0, WIDTH), dtype=np.int64)
-    if _linked_to_each(graph, points, position) > dense:
+    if _linked_to_each(graph, points, position) > DENSE:
         order = _neighbours_together(position)
         levels = max(1, (len(position).bit_length() - 1) // 2)
         groups = _groups(order, levels)
