@@ -83,8 +83,8 @@ def test_an_excerpt_stands_in_the_mission_it_is_from() -> None:
 def test_the_first_mission_of_an_error_page_earns_its_code(tmp_path: Path, subtests: pytest.Subtests) -> None:
     for page in ERRORS:
         with subtests.test(page.stem):
-            earning = under(page, "earns")
-            assert earning, "the page has no block under `A mission that earns it`"
+            earning = under(page, "failing")
+            assert earning, "the page has no block under `A failing example`"
             shown = any("$ missionc" in block.body and page.stem in block.body for block in earning)
             assert shown or page.stem in codes(earning, tmp_path / page.stem)
 
@@ -104,7 +104,7 @@ def test_an_error_page_has_the_form_all_share() -> None:
     for page in ERRORS:
         text = page.read_text(encoding="utf-8")
         assert text.startswith(f"# {page.stem}: {CODES[page.stem].title}\n"), page
-        assert "## A mission that earns it\n" in text, page
+        assert "## A failing example\n" in text, page
 
 
 def under(page: Path, heading: str) -> list[Block]:

@@ -15,7 +15,7 @@ def errors() -> str:
     """Every code with its one line, by family."""
     said = [
         "# Errors\n",
-        "Every message of the compiler has a code, and every code a page: what it means, a mission that earns it, and "
+        "Every message of the compiler has a code, and every code a page: what it means, a failing example, and "
         "the same one repaired. `missionc explain MC301` prints one in a terminal.\n",
     ]
     for family, about in FAMILIES.items():

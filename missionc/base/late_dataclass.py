@@ -90,7 +90,8 @@ def _default(written: Any) -> object:
 
 def _made(written: type, frozen: bool, eq: bool, match_args: bool, more_slots: tuple[str, ...]) -> type:
     """The class once more, with slots and methods."""
-    names = tuple(get_annotations(written))
+    kinds = get_annotations(written)
+    names = tuple(name for name, kind in kinds.items() if "ClassVar" not in str(kind).partition("[")[0])
     defaults = {name: written.__dict__[name] for name in names if name in written.__dict__}
     cls = _with_slots(written, names, more_slots)
 

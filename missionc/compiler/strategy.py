@@ -3,11 +3,12 @@
 in   a checked mission, PlanRequest
 out  the attempts of each stage, which the stages carry out; and the whole as text, for ``--emit strategy``
 
-    search           tries of decreasing speed limits and margins, by the engines in turns; covers beside them
+    search           tries of increasing speed and decreasing margins, by the engines in turns; after a try without a
+                     plan, covers: over-approximations of all motions, which may prove that there is none
     verify           a plan that fails ends its engine, and the others search again
-    time scaling     a plan that no vehicle can fly: slower plans
+    options          plans for the other options, where the engine chose by an estimate
+    time scaling     a plan that no vehicle can fly: the search again, at fractions of the speed
     continuous time  a plan that fails between its steps: repairs of it, then other plans
-    options          plans for the options that were chosen by an estimate
     alternatives     further plans that differ
     explain          no plan: changes of the mission that have one
 
@@ -18,7 +19,7 @@ machine. Shares of the time left only end what would otherwise run into the dead
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from missionc.backends.clot.offer import CLOT
@@ -257,9 +258,9 @@ def tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metr
 
 
 def urgent_tries(mission: Mission, paces: Sequence[tuple[float, Mission]], margin: Metres, engine: str) -> list[Try]:
-    """The tries if an agent in flight waits, after one without a margin: at the slowest pace and the fastest.
+    """The tries if an agent in flight waits, after a search without a margin: at the slowest pace and the fastest.
 
-    On roadmaps agents are at full speed at once: slow plans are flown as they are. Transport plans flyable speeds.
+    On roadmaps agents are at full speed at once: slow plans are flown as they are. ``clot`` plans flyable speeds.
     """
     own: list[tuple[float | None, Mission]] = [*paces] or [(None, mission)]
     ends = [own[0], *own[1:][-1:]]
@@ -296,14 +297,28 @@ class Stage:
     then: tuple[tuple[str, str], ...]
 
 
-def stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
+NEXT = "the next stage"
+"""Stands for the stage that follows; after the last, the plan is the answer."""
+
+
+def stages(checked: Checked, request: PlanRequest) -> list[Stage]:
     """The strategy for a checked mission with a choice of engines, in the order in which stages run."""
+    found = list(_stages(checked, request))
+    names = [each.name for each in found if each.name != "explain"]
+    following = dict(zip(names, [*names[1:], "the answer"], strict=True))
+    return [
+        replace(each, then=tuple((why, after.replace(NEXT, following.get(each.name, ""))) for why, after in each.then))
+        for each in found
+    ]
+
+
+def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
     mission, kernel, choice, options = checked.valid_mission, checked.valid_kernel, checked.choice, request.options
     assert choice is not None
     if is_published(choice.engines, options):
-        after = (("plan", "verify"), ("no plan", "undecided"))
+        after = (("plan", NEXT), ("no plan", "undecided"))
         yield Stage("search", f"{choice.engines[0]}, by the method of the preset", (), after)
-        yield Stage("verify", "always", (), (("passed", "the answer"), ("failed", "undecided")))
+        yield Stage("verify", "always", (), (("passed", NEXT), ("failed", "undecided")))
         return
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
     room = with_vehicle_room(mission)
@@ -319,7 +334,7 @@ def stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
             "speed limits of the mission, no margin; the time left",
         ),
         (
-            ("plan", "verify"),
+            ("plan", NEXT),
             *((("no plan in a try", f"covers for {COVERS.first:g} units, then the next try"),) if before else ()),
             ("no plan in the last try", f"covers for {COVERS.failed:g} units, then {explain}"),
             ("covers refute the mission", explain),
@@ -327,26 +342,25 @@ def stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
     )
     tolerant = (("delays not tolerated", "continuous time"),) if mission.tolerances else ()
     failed = "the other engines search" if several else "the answer: a defect of the compiler"
-    yield Stage("verify", "always", (), (("passed", "time scaling"), ("failed", failed), *tolerant))
+    yield Stage("verify", "always", (), (("passed", NEXT), ("failed", failed), *tolerant))
     if not OFFERS[choice.engines[0]].weighs and mission.objective is not Objective.NONE:
-        better = (("always", "the better plan by the objective"),)
+        better = (("always", f"{NEXT}, with the better plan by the objective"),)
         yield Stage(
             "options", "if the engine chose options by an estimate", ("the best option of each choice",), better
         )
     if options.stretch == 1:
         slower = tuple(f"{fraction:.0%} of the vehicles' speed" for fraction in TIME_SCALING.fractions)
-        after = (("plan that can be flown", "continuous time"), ("none", "the answer: no flight of the plan"))
+        after = (("plan that can be flown", NEXT), ("none", "the answer: no flight of the plan"))
         yield Stage("time scaling", f"if the plan cannot be flown; {_seconds(TIME_SCALING)}", slower, after)
     if request.continuous_time is not ContinuousTime.AT_STEPS:
         wanted = request.continuous_time is ContinuousTime.WANTED
         limit = _seconds(CONTINUOUS_TIME) if wanted else "the time left"
-        last = "the first plan, with a warning" if wanted else "the answer: no plan holds between its steps"
-        further = "alternatives" if request.alternatives > 1 else "the answer"
+        last = f"{NEXT}, with the first plan and a warning" if wanted else "the answer: no plan holds between its steps"
         yield Stage(
             "continuous time",
             f"if a requirement fails between the steps; {limit}",
             tuple(map(str, attempts(choice.engines[0], delays=False, repairable=True))),
-            (("plan that holds", further), ("none", last)),
+            (("plan that holds", NEXT), ("none", last)),
         )
     if request.alternatives > 1:
         best = (("always", "the best plan, with the others beside it"),)
@@ -358,7 +372,7 @@ def stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
 
 
 def _seconds(stage: TimeScalingStage | ContinuousTimeStage) -> str:
-    return f"{stage.least:g} s, or {stage.times:g} times those of the first plan"
+    return f"{stage.least:g} s, or {stage.times:g} times those of the first plan if that is more"
 
 
 def _speed(each: Try) -> str:

@@ -24,7 +24,7 @@ def package(
         code: of its one module, of the package's name.
     """
     metadata = folder / f"{name}-{version}.dist-info"
-    metadata.mkdir(parents=True)
+    metadata.mkdir(parents=True, exist_ok=True)
     (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n", encoding="utf-8")
     groups = [
         f"[{group}]\n" + "".join(f"{key} = {value}\n" for key, value in own.items()) for group, own in entries.items()

@@ -27,5 +27,5 @@ class Between(PlacePredicate):
 
 
 def _distance(xp: Any, place: Any, beacon: Beacon) -> Any:
-    x, y = (place[..., axis] - beacon.position[axis] for axis in (0, 1))
-    return xp.sqrt(x * x + y * y)
+    offsets = [place[..., axis] - each for axis, each in enumerate(beacon.position)]
+    return xp.sqrt(sum(each * each for each in offsets))

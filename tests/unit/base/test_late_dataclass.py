@@ -8,7 +8,7 @@ import inspect
 import pickle
 from collections.abc import Callable
 from dataclasses import field
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 
@@ -121,3 +121,15 @@ def test_instances_are_replaced_copied_and_kept() -> None:
     assert dataclasses.replace(one, second="c") == Kept(1, "c")
     assert dataclasses.asdict(one) == {"first": 1, "second": "b"}
     assert copy.copy(one) == copy.deepcopy(one) == pickle.loads(pickle.dumps(one)) == one
+
+
+def test_a_class_variable_is_no_field() -> None:
+    @late_dataclass.dataclass(frozen=True, slots=True)
+    class Titled:
+        title: ClassVar[str] = "titled"
+        first: int = 1
+
+    assert Titled.title == Titled(2).title == "titled"
+    assert [each.name for each in dataclasses.fields(Titled)] == ["first"]
+    assert Titled() == Titled(1) != Titled(2)
+    assert repr(Titled(2)).endswith("Titled(first=2)")

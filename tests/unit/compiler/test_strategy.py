@@ -51,7 +51,7 @@ def test_the_tries_that_are_printed_are_those_that_a_search_makes(text: str) -> 
         asked.options,
         asked.budget,
     )
-    search = next(strategy.stages(checked, asked))
+    search = strategy.stages(checked, asked)[0]
     printed = [float(found[1]) for each in search.tries if (found := re.search(r"; ([0-9.]+) units", each))]
     assert [*printed, asked.budget.work] == backend.works
     assert search.tries[-1] == "speed limits of the mission, no margin; the time left"
@@ -60,10 +60,11 @@ def test_the_tries_that_are_printed_are_those_that_a_search_makes(text: str) -> 
 def test_every_stage_leads_to_a_stage_or_to_an_answer() -> None:
     checked = driver.check(Source("a.mission", SMALL))
     asked = request(explain_limit=Seconds(20.0), alternatives=3)
-    found = list(strategy.stages(checked, asked))
+    found = strategy.stages(checked, asked)
     names = {stage.name for stage in found}
     assert names == {"search", "verify", "time scaling", "continuous time", "alternatives", "explain"}
-    ends = "answer|the first plan|the best plan|next try|the other engines|undecided"
+    ends = "answer|the best plan|next try|the other engines|undecided"
+    assert strategy.NEXT not in {following for stage in found for _, following in stage.then}
     for stage in found:
         for outcome, following in stage.then:
             assert re.search("|".join([ends, *names]), following), (stage.name, outcome, following)
@@ -72,7 +73,9 @@ def test_every_stage_leads_to_a_stage_or_to_an_answer() -> None:
 def test_what_is_not_asked_for_has_no_stage() -> None:
     checked = driver.check(Source("a.mission", SMALL))
     asked = request(continuous_time=ContinuousTime.AT_STEPS, options=Options(stretch=2.0))
-    assert [stage.name for stage in strategy.stages(checked, asked)] == ["search", "verify"]
+    search, verify = strategy.stages(checked, asked)
+    assert (search.name, verify.name) == ("search", "verify")
+    assert dict(verify.then)["passed"] == "the answer"
 
 
 def test_a_published_method_plans_once() -> None:

@@ -47,7 +47,8 @@ class Picky:
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
         assert options.brief
-        value = mission.solve.option("nodes", 0) if self.what == "nodes" else float(getattr(mission, self.what))
+        nodes = dict(mission.solve.options).get("nodes", 0)
+        value = nodes if self.what == "nodes" else float(getattr(mission, self.what))
         self.asked.append(value)
         return SMT.plan(mission, kernel, options, budget) if value >= self.least else self.refusal
 

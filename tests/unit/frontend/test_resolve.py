@@ -301,7 +301,7 @@ def test_steps_are_no_time_outside_of_windows() -> None:
 def test_the_objective_and_the_options_are_kept() -> None:
     found = mission(demo(more="minimize duration\nsolve with smt { nodes = 110, neighbors = 6 }"))
     assert found.objective is ir.Objective.DURATION
-    assert (found.solve.backend, found.solve.option("nodes", 0), found.solve.option("neighbors", 0)) == ("smt", 110, 6)
+    assert (found.solve.backend, dict(found.solve.options)) == ("smt", {"nodes": 110, "neighbors": 6})
 
 
 @pytest.mark.parametrize(

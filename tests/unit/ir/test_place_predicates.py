@@ -102,7 +102,7 @@ def test_two_goals_that_no_motion_satisfies_are_refused_by_a_proof_that_verifies
     compiled = missionc.compile(Source("corridor.mission", text), options=missionc.Options(certify=True))
     assert isinstance(compiled.outcome, missionc.Impossible)
     assert compiled.outcome.scope is missionc.Scope.MISSION
-    for name, content in compiled.files:
+    for name, content in compiled.files.items():
         (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "out" / name).write_bytes(content)
     assert main(["verify", str(tmp_path / "out")]) == 0

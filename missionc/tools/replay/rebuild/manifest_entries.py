@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from missionc.backends.api import CutShort
 from missionc.backends.options import DESCRIBED, Recorded, Whole
 from missionc.base.extensions import NAME
+from missionc.base.strict_json import parse_json
 from missionc.compiler.front_end import Checked
 from missionc.compiler.provenance import POSES, inputs
 from missionc.ir.vehicle_profiles import profiles
@@ -80,11 +81,17 @@ def _head(opened: OutputFolder) -> str:
     seed, cut_short = manifest["seed"], manifest["cut_short"]
     sound = {
         "mission": manifest["mission"] == opened.mission.name,
-        "backend": isinstance(manifest["backend"], str) and NAME.fullmatch(manifest["backend"]) is not None,
+        "backend": _is_planner(manifest["backend"], opened),
         "seed": isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed <= LARGEST_SEED,
         "cut_short": cut_short is None or cut_short in [each.value for each in CutShort],
     }
     return _wrong(manifest, sound)
+
+
+def _is_planner(name: object, opened: OutputFolder) -> bool:
+    """True for the name of the backend that the plan states."""
+    plan = parse_json(opened.text(PLAN), finite=False)
+    return isinstance(name, str) and NAME.fullmatch(name) is not None and plan.get("backend") == name
 
 
 def _keys(manifest: Mapping[str, object], keys: Sequence[str]) -> str:
