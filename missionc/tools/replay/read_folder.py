@@ -15,15 +15,16 @@ import os
 import stat
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from missionc.backends.options import SLOWEST
 from missionc.base.diagnostics.code import FOLDER_UNREADABLE
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.source import Source
-from missionc.base.strict_json import NotJsonError, parse_record
+from missionc.base.strict_json import NotJsonError, parse_json, parse_record
 from missionc.base.trace import Trace
 from missionc.compiler.front_end import ANY_BACKEND, Checked, check
 from missionc.compiler.provenance import POSES
@@ -289,7 +290,7 @@ def unusable(folder: Path, why: str) -> Diagnostic:
 PLAN, CERTIFICATE = "plan.json", "certificate.json"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class OutputFolder:
     """An output folder, read: everything that it holds.
 
@@ -328,6 +329,11 @@ class OutputFolder:
     def in_flight(self) -> bool:
         """Whether the plan begins in the air: something was flown before it."""
         return file_names.PAST in self.files
+
+    @cached_property
+    def plan_document(self) -> Any:
+        """The content of ``plan.json``; its numbers need not be finite."""
+        return parse_json(self.text(PLAN), finite=False)
 
     def text(self, name: str) -> str:
         """A file as text; empty where there is none."""

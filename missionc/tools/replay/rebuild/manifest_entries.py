@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from missionc.backends.api import CutShort
 from missionc.backends.options import DESCRIBED, Recorded, Whole
 from missionc.base.extensions import NAME
-from missionc.base.strict_json import parse_json
 from missionc.compiler.front_end import Checked
 from missionc.compiler.provenance import POSES, inputs
 from missionc.ir.vehicle_profiles import profiles
@@ -90,8 +89,7 @@ def _head(opened: OutputFolder) -> str:
 
 def _is_planner(name: object, opened: OutputFolder) -> bool:
     """True for the name of the backend that the plan states."""
-    plan = parse_json(opened.text(PLAN), finite=False)
-    return isinstance(name, str) and NAME.fullmatch(name) is not None and plan.get("backend") == name
+    return isinstance(name, str) and NAME.fullmatch(name) is not None and opened.plan_document.get("backend") == name
 
 
 def _keys(manifest: Mapping[str, object], keys: Sequence[str]) -> str:

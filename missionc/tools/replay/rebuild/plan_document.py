@@ -35,7 +35,7 @@ def plan_of(opened: OutputFolder) -> Plan:
 
 def _solved(opened: OutputFolder) -> tuple[Solved, ...]:
     """Which method found which agents, as the document says: only the search that ended knows that."""
-    match parse_json(opened.text(PLAN), finite=False):
+    match opened.plan_document:
         case {"solved": records}:
             with suppress(ValueError):
                 return read_solved(records, opened.mission.names)
@@ -51,7 +51,7 @@ def _proven(opened: OutputFolder) -> Proven | None:
     if tours is None:
         return None
     known = beside(opened.mission, opened.trace, tours, TOURS)
-    match parse_json(opened.text(PLAN), finite=False):
+    match opened.plan_document:
         case {"proven": {"by": str(by), "least": int() | float() as least}} if by == COVER:
             return replace(known, least=float(least), by=COVER) if known.least < least <= known.value else known
         case _:
@@ -60,7 +60,7 @@ def _proven(opened: OutputFolder) -> Proven | None:
 
 def check_plan(opened: OutputFolder, plan: Plan) -> Check:
     """Every entry: states, times, graphs, radii, verdicts; none between the steps, and no other agent."""
-    said = parse_json(opened.text(PLAN), finite=False)
+    said = opened.plan_document
     return verdict(PLAN, _too_high(said, plan) or difference(said, parse_json(plan_json(opened.mission, plan))))
 
 
