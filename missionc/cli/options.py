@@ -15,6 +15,7 @@ from click.shell_completion import CompletionItem
 
 from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import DESCRIBED, Described, OneOf, Real, Switch, Whole
+from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.suggest import nearest
 from missionc.base.extensions import Registry
 from missionc.base.limits import Limits, most
@@ -194,6 +195,19 @@ def of_registry(flag: str, noun: str, registry: Registry[Any], default: str, *fu
         show_default=True,
         metavar=f"[{'|'.join((*further, *registry.built_in))}|NAME]",
     )
+
+
+def continuous_time(continuous: bool, at_steps: bool) -> ContinuousTime:
+    """The value that ``--continuous`` and ``--at-steps`` give.
+
+    Raises:
+        UsageError: both are given.
+    """
+    if continuous and at_steps:
+        raise click.UsageError(
+            "`--continuous` asks for more than the steps, and `--at-steps` for no more; leave one of them out"
+        )
+    return ContinuousTime.REQUIRED if continuous else ContinuousTime.AT_STEPS if at_steps else ContinuousTime.WANTED
 
 
 def files(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:

@@ -8,7 +8,6 @@ from typing import Any
 import click
 
 from missionc.backends.options import TRANSPORT_PRESETS, Options
-from missionc.base.continuous_time import ContinuousTime
 from missionc.base.units import Seconds
 from missionc.cli import options, stage_names
 from missionc.cli.compile_request import CompileRequest, run_request
@@ -168,13 +167,7 @@ def command(
             f"`--samples` is for presets that transport trajectories, and `{chosen.preset}` does not; "
             f"add `--preset` with one of {', '.join(TRANSPORT_PRESETS[1:])}"
         )
-    if continuous and at_steps:
-        raise click.UsageError(
-            "`--continuous` asks for more than the steps, and `--at-steps` for no more; leave one of them out"
-        )
-    throughout = (
-        ContinuousTime.REQUIRED if continuous else ContinuousTime.AT_STEPS if at_steps else ContinuousTime.WANTED
-    )
+    throughout = options.continuous_time(continuous, at_steps)
     if alternatives > 1 and chosen.stretch != 1:
         raise click.UsageError("`--alternatives` plans at the mission's own pace; leave `--stretch` out")
     if watch and (form != "text" or emitted or resume):

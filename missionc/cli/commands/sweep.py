@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from missionc.backends.options import Options
-from missionc.base.continuous_time import ContinuousTime
 from missionc.base.signals import release_stop
 from missionc.base.units import Seconds
 from missionc.cli import cluster_options, options, sweep_summary
@@ -114,10 +113,7 @@ def command(
 
     All combinations are checked first. What is done is kept: the same command goes on where it was interrupted.
     """
-    if continuous and at_steps:
-        raise click.UsageError(
-            "`--continuous` asks for more than the steps, and `--at-steps` for no more; leave one of them out"
-        )
+    throughout = options.continuous_time(continuous, at_steps)
     if plot_width and plot is None:
         raise click.UsageError("`--plot-width` says how to draw; add `--plot FILE.svg`")
     cluster_options.understood(jobs, cluster)
@@ -130,9 +126,6 @@ def command(
     from missionc.tools.sweep.run_grid import Grid, read_varied
     from missionc.tools.sweep.run_request import Flights, Settings
 
-    throughout = (
-        ContinuousTime.REQUIRED if continuous else ContinuousTime.AT_STEPS if at_steps else ContinuousTime.WANTED
-    )
     fixed = (*overrides, *settings)
     values = read_varied(varied, [name for name, _ in fixed])
     if isinstance(values, list):
