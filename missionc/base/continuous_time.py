@@ -1,4 +1,4 @@
-"""Demands on requirements between the steps of a plan, beside what they mean."""
+"""Continuous-time satisfaction of requirements: not considered, wanted or required."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class ContinuousTime(Enum):
-    """What is asked of requirements between the steps, beside what they mean, which the steps say."""
+    """Demand on requirements between the steps of a plan; their semantics are those of the steps."""
 
     AT_STEPS = "at-steps"
     """Nothing."""

@@ -1,4 +1,4 @@
-"""Planning of requirements that hold between the steps too: what fails there is asked for anew, with what was learnt.
+"""Continuous-time satisfaction: repairs and further plans if a requirement fails between the steps of a plan.
 
 in   the first Compiled, how to plan again, PlanRequest
 out  Compiled: the first plan that holds throughout; else the first of all, refused where it has to

@@ -1,4 +1,4 @@
-"""Planning of what vehicles can fly: a plan that is too fast for a flight, or bends too much, is planned again slower.
+"""Time scaling: a plan that exceeds what its vehicles can fly is replaced by a slower one.
 
 in   the first Compiled, how to plan again, PlanRequest
 out  Compiled: the first of them that can be flown; else the first of all. And the request with its speed fraction

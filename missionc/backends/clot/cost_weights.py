@@ -1,4 +1,4 @@
-"""Cost weights of trajectory optimisation, and the robustness that each margin is asked to have to spare.
+"""Cost weights of trajectory optimisation, and the robustness margins that it aims at.
 
 Costs add up over agents and steps. Shortfalls of margins are in metres (of speed and
 acceleration, in the metres they move within a step; of turning, in the metres it leads aside),

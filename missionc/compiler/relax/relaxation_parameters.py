@@ -1,4 +1,4 @@
-"""Knobs: numbers of a mission that can be moved, notch by notch, away from what is asked now."""
+"""Relaxation parameters: numbers of a mission that can be weakened in notches."""
 
 from __future__ import annotations
 

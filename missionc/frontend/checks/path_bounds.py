@@ -1,4 +1,4 @@
-"""Least ways: how far, at least, an agent's centre goes from one set of places to another, round what stands.
+"""Lower bounds on path lengths: geodesics of an agent's centre between sets of places, around obstacles.
 
 In the plane that is the geodesic between them, round the obstacles that never move, as small as they begin; in a volume
 the straight line. Both are lower bounds on what any motion takes, at the steps and between them.

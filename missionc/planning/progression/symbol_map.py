@@ -1,4 +1,4 @@
-"""Names of one mission in a later one, in which some agents are lost and places may have moved.
+"""Symbol map between two versions of a mission: agents, graphs and predicates of the first one in the second.
 
 in   two missions, of which the second has the agents that are left
 out  the second one's agents, graphs and predicates for those of the first

@@ -1,4 +1,4 @@
-"""The active set: margins and links that have to hold for a goal to hold, one choice made wherever there is one.
+"""Active set of trajectory optimisation: the margins and links that satisfy a goal, with one choice per disjunction.
 
 A conjunction needs all of its parts, a disjunction the one that is nearest to
 holding, or the one that a witness names. What remains is a conjunction of

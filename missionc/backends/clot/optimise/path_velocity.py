@@ -1,4 +1,4 @@
-"""Velocity tuning along a path: when to be how far along it, so that whoever may rest rests, and goes at a pace.
+"""Path-velocity decomposition: dynamic programming of the progress along a fixed path, with rests.
 
     in   nodes of a path, and at which step, at which speed, each of them is allowed
     out  the node at each moment, in their order; None where there are none

@@ -1,4 +1,4 @@
-"""Standing still: a plan in which whoever need not move rests, and goes at a sensible pace when it must.
+"""Retiming of trajectories: the same paths with new velocity profiles, so that agents with slack rest.
 
     in   a plan's control points, its motion and its goals
     out  the same; or of a motion along the same paths, with more rest, that is a plan as well

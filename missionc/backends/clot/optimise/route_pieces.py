@@ -1,4 +1,4 @@
-"""Pieces of routes bounded in metres: what makes one, or breaks all, at one step, seen from one agent.
+"""Witnesses of communication routes bounded in metres: the links of one route, or a cut of all, at one step.
 
 That a route is there rests on one route: its links, its agents and its length. That none
 is there rests on something of every route, and one thing may do for many.

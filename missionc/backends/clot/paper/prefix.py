@@ -1,4 +1,4 @@
-"""Goals of the agents planned so far, in two readings of those who are not.
+"""Robustness of the goals with some agents planned: an optimistic bound, and a reading for the whole team.
 
 *Optimistic*, by which candidates are given up: the others count as the best there is.
 Negations are at the leaves, so a formula is worth no less where every margin that reads an agent not

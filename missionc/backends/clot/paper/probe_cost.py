@@ -1,4 +1,4 @@
-"""The cost of one agent's motion among planned ones, with one of its waypoints moved to each probe.
+"""Probe cost of entropic transport: an agent's cost with one of its waypoints moved to each probe.
 
     obstacles, moving ones and bounds     g_obs, at the waypoint and half-way to both its neighbours
     separation to the nearest planned     g_int, likewise

@@ -1,4 +1,4 @@
-"""The state of a run between two of its steps, to a ``Snapshot`` and back.
+"""Checkpoints of trajectory optimisation: the state of a run between two steps, to a ``Snapshot`` and back.
 
 Everything drawn at random follows from the seed and the attempt's number, and a sketch from those alone; so an attempt
 is kept as its number, and what a sketch led to as the number of the sketch and the motion.

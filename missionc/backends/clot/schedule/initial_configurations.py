@@ -1,4 +1,4 @@
-"""First guesses of where everybody is at a step: moved from before, packed into a region, in formation, in file."""
+"""Initial configurations of a team at a step: the one before moved, packed into a region, in formation, in file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Key frames: waypoints of the whole team, one joint configuration for each step that matters.
+"""Joint waypoints (key frames): one configuration of the whole team for each step that matters.
 
     in   Schedule
     out  the positions of all agents at some of the steps

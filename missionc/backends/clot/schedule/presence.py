@@ -1,7 +1,7 @@
-"""Attendance: who has to be where, and near whom, while something holds.
+"""Presence constraints: which agents a formula requires at which places, and near which others.
 
     in   Hold
-    out  Attendance
+    out  PresenceConstraints
 
 A formula without operators of time is taken apart: what one agent's place decides is a goal of that agent's, a greatest
 distance between two agents makes them meet, and where so many of several agents are asked for, who comes is open.

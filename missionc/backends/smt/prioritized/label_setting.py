@@ -1,4 +1,4 @@
-"""The sweep of a single-agent search through time: a step after the other, the cheapest way to each place and residual.
+"""Label-setting search through time: step by step, the cheapest path to each pair of place and residual formula.
 
 in   a Mover and its Task
 out  states, a way of the fewest metres within a bound

@@ -1,4 +1,4 @@
-"""Own memory in a single-agent search: what flags and resources have come to on the ways that it compares.
+"""Labels of flags and resources in a single-agent search: their values along each path that it compares.
 
     in   the propositions of a formula that read the past, a roadmap
     out  a label for each way, carried from step to step

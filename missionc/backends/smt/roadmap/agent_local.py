@@ -1,4 +1,4 @@
-"""Own-state formulas: those that one agent's state on its roadmap decides, and in which states they hold."""
+"""Agent-local formulas: those that one agent's state on its roadmap decides, and the states that satisfy them."""
 
 from __future__ import annotations
 

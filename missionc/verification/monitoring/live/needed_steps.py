@@ -1,7 +1,7 @@
 """Steps at which formulas are asked while a mission is flown, and how long their values have to be kept.
 
 in   the goals' formulas, the mission's last step
-out  Asked: of each formula, the steps it is asked at, how far it looks ahead, and for how many steps it is read
+out  StepRange: of each formula, the steps it is asked at, how far it looks ahead, and for how many steps it is read
 """
 
 from __future__ import annotations
