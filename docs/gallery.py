@@ -43,10 +43,12 @@ PLANNED = {
 
 ABOUT = """# Gallery
 
-Missions of real situations, each in one file of [`missions/gallery`](../missions/gallery). The pictures are the plans
-that the compiler finds, drawn by `missionc compile FILE --plot`: a ring where an agent starts, a filled mark where it
-ends, grey what nobody may touch. Take one that is near to what you need, and change it. A picture here leads to what it
-shows, the larger one there to the mission, or on the site to its report, where that is played.
+Example missions for real situations, each in one file of [`missions/gallery`](../missions/gallery). Start with one that
+resembles your task, and change it.
+
+`missionc compile FILE --plot` draws the plan: a ring at each start, a filled mark at each end, obstacles in grey. A
+picture here links to its section. The larger picture there links to the mission, or on the site to its report, which
+replays the plan.
 """
 
 NOTE = "<!-- Made by `make gallery` from the missions. Change those, not this. -->"
