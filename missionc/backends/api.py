@@ -35,8 +35,8 @@ from missionc.ir.kernel.nodes import Kernel
 class Reason(Enum):
     """Why a search ended without an answer."""
 
-    TIME = "the time limit came first"
-    MEMORY = "the memory limit came first"
+    TIME = "the time limit was reached"
+    MEMORY = "the memory limit was reached"
     SIZE = "the problem is larger than the limit on its size"
     NO_ROADMAP = "no roadmap could be built"
     SOLVER = "the solver gave up"

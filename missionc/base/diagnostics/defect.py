@@ -62,8 +62,8 @@ def improvement_failed(step: str, error: Exception) -> Diagnostic:
 def cut_off(ended: Ended) -> Diagnostic:
     """Report the end of the process that did the work, which its parent or the system ended."""
     code, why, help_ = {
-        Cause.TIME: (OUT_OF_TIME, "the time limit came first, in", "allow more with `--time-limit`"),
-        Cause.MEMORY: (OUT_OF_MEMORY, "the memory limit came first, in", "make the mission smaller"),
+        Cause.TIME: (OUT_OF_TIME, "the time limit was reached in", "allow more with `--time-limit`"),
+        Cause.MEMORY: (OUT_OF_MEMORY, "the memory limit was reached in", "make the mission smaller"),
         Cause.CRASH: (INTERNAL, f"a defect of the compiler: signal {ended.status} in", "report it with the mission"),
     }[ended.cause or Cause.CRASH]
     why += " a library call that cannot be interrupted"

@@ -217,7 +217,7 @@ def test_a_search_leaves_time_to_explain_what_it_did_not_find(monkeypatch: pytes
     ) -> Turns:
         yield 0.0
         told.append(budget.deadline - time.monotonic())
-        return NotFound(Reason.TIME, "the time limit came first", Report())
+        return NotFound(Reason.TIME, "the time limit was reached", Report())
 
     monkeypatch.setattr(transport.ClotBackend, "turns", hurried)
     for limit in (0.0, 10.0, 1000.0):

@@ -130,9 +130,9 @@ def test_a_conflict_of_motion_alone_points_at_the_time(monkeypatch: pytest.Monke
 
 
 def test_why_there_is_no_proof_of_a_refusal_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    report = Report(notes=("no proof was written: the time limit came first",))
+    report = Report(notes=("no proof was written: the time limit was reached",))
     finding = answered(Impossible(("visit",), "on 40 nodes", report, smallest=True), monkeypatch).findings[-1]
-    assert finding.notes[:2] == ("on 40 nodes", "no proof was written: the time limit came first")
+    assert finding.notes[:2] == ("on 40 nodes", "no proof was written: the time limit was reached")
 
 
 def test_requirements_are_kept_by_a_margin_where_they_can_be() -> None:

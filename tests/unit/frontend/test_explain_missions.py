@@ -230,7 +230,7 @@ def test_a_roadmap_alone_is_to_blame_where_a_finer_one_holds_a_plan() -> None:
 
 
 def test_what_is_left_undecided_is_no_relaxation_and_blames_nobody() -> None:
-    open_ = NotFound(Reason.TIME, "the time limit came first", Report())
+    open_ = NotFound(Reason.TIME, "the time limit was reached", Report())
     found = explained(SMALL, Picky("steps", 10_000, open_))
     assert found.blame is Blame.UNKNOWN
     assert {trial.outcome for trial in found.trials} == {"undecided"}

@@ -70,7 +70,7 @@ def prove_cnf(cnf: bytes, budget: Budget) -> Proof | Unproved | None:
             command, input=cnf, capture_output=True, timeout=left, check=False, start_new_session=True
         )
     except subprocess.TimeoutExpired:
-        return Unproved("no proof was written: the time limit came first")
+        return Unproved("no proof was written: the time limit was reached")
     if done.returncode:
         return Unproved("no proof was written: the solver that writes it ended early, most likely for want of memory")
     return Proof(cnf, done.stdout) if done.stdout else None
