@@ -17,19 +17,43 @@ from inspect import get_annotations
 from operator import attrgetter
 from reprlib import recursive_repr
 from types import MethodType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform
 
 if TYPE_CHECKING:
     from dataclasses import dataclass as dataclass
 else:
 
     def dataclass(*, frozen=False, slots, eq=True, match_args=True, weakref_slot=False):
-        """As the standard library's, for classes with slots that inherit no fields."""
+        """As the standard library's, for classes with slots; the fields that they inherit have no defaults."""
         return lambda cls: _made(cls, frozen, eq, match_args, ("__weakref__",) if weakref_slot else ())
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
+class RecordType(type):
+    """The type of ``Record``: it makes a data class of each subclass that does not state its slots."""
+
+    def __new__(
+        cls, name: str, bases: tuple[type, ...], parts: dict[str, Any], *, eq: bool = True, weakref_slot: bool = False
+    ) -> RecordType:
+        written = super().__new__(cls, name, bases, parts)
+        if "__slots__" in parts:
+            return written
+        return _made(written, True, eq, True, ("__weakref__",) if weakref_slot else ())
+
+
+class Record(metaclass=RecordType):
+    """A value: its subclasses are frozen data classes with slots, without a decorator each.
+
+    They inherit fields, which have no defaults. One without ``eq`` is compared by its identity.
+    """
+
+    __slots__ = ()
 
 
 LATE = ("__init__", "__dataclass_fields__", "__dataclass_params__")
 """What the standard library makes, at the first use of any of it."""
+
+T = TypeVar("T", bound=type)
 
 FEW = 25
 """Instances that are filled field by field; from then on it pays to have the standard library's ``__init__``."""
@@ -88,15 +112,18 @@ def _default(written: Any) -> object:
     return written.default_factory() if written.default is dataclasses.MISSING else written.default
 
 
-def _made(written: type, frozen: bool, eq: bool, match_args: bool, more_slots: tuple[str, ...]) -> type:
+def _made(written: T, frozen: bool, eq: bool, match_args: bool, more_slots: tuple[str, ...]) -> T:
     """The class once more, with slots and methods."""
-    kinds = get_annotations(written)
-    names = tuple(name for name, kind in kinds.items() if "ClassVar" not in str(kind).partition("[")[0])
-    defaults = {name: written.__dict__[name] for name in names if name in written.__dict__}
-    cls = _with_slots(written, names, more_slots)
+    kinds, inherited = get_annotations(written), tuple(getattr(written, "__match_args__", ()))
+    own = tuple(name for name, kind in kinds.items() if "ClassVar" not in str(kind).partition("[")[0])
+    names = inherited + own
+    defaults = {name: written.__dict__[name] for name in own if name in written.__dict__}
+    cls = _with_slots(written, own, more_slots)
 
     def make() -> None:
         parts = {name: written.__dict__[name] for name in KEPT if name in written.__dict__}
+        above = {name: kind for each in written.__mro__[1:] for name, kind in get_annotations(each).items()}
+        parts["__annotations__"] = {name: above[name] for name in inherited} | kinds
         parts |= {"__qualname__": cls.__qualname__, "__doc__": "With a text, none is made.", **defaults}
         twin: type = dataclasses.dataclass(frozen=frozen, eq=False, repr=False, slots=True)(
             type(cls.__name__, (), parts)
@@ -135,7 +162,7 @@ def _has_default(written: Any) -> bool:
     return any(each is not dataclasses.MISSING for each in given)
 
 
-def _with_slots(cls: type, names: tuple[str, ...], more: tuple[str, ...]) -> type:
+def _with_slots(cls: T, names: tuple[str, ...], more: tuple[str, ...]) -> T:
     without = {*names, "__dict__", "__weakref__"}
     held = {name: value for name, value in cls.__dict__.items() if name not in without}
     return type(cls)(cls.__name__, cls.__bases__, {**held, "__slots__": names + more, "__qualname__": cls.__qualname__})

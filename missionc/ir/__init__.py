@@ -5,91 +5,15 @@ as written. Agents are numbered through the whole mission, in the order of
 their declaration; an agent set is a tuple of such numbers in the order meant.
 """
 
-from missionc.ir.agents import Agent as Agent
-from missionc.ir.agents import AgentSet as AgentSet
-from missionc.ir.agents import Anywhere as Anywhere
-from missionc.ir.agents import Exactly as Exactly
-from missionc.ir.agents import Place as Place
-from missionc.ir.couplings import BeaconCover as BeaconCover
-from missionc.ir.couplings import Formation as Formation
-from missionc.ir.couplings import FormationEdge as FormationEdge
-from missionc.ir.couplings import Graph as Graph
-from missionc.ir.couplings import PairRange as PairRange
-from missionc.ir.couplings import PairWeight as PairWeight
-from missionc.ir.couplings import Proximity as Proximity
-from missionc.ir.couplings import Sight as Sight
-from missionc.ir.couplings import Weight as Weight
-from missionc.ir.dynamics import DoubleIntegrator as DoubleIntegrator
-from missionc.ir.dynamics import Dynamics as Dynamics
-from missionc.ir.dynamics import SingleIntegrator as SingleIntegrator
-from missionc.ir.dynamics import Unicycle as Unicycle
-from missionc.ir.dynamics import velocity_chosen_anew as velocity_chosen_anew
-from missionc.ir.formulas import About as About
-from missionc.ir.formulas import Apply as Apply
-from missionc.ir.formulas import AtLeastOf as AtLeastOf
-from missionc.ir.formulas import Belongs as Belongs
-from missionc.ir.formulas import Formula as Formula
-from missionc.ir.formulas import Holds as Holds
-from missionc.ir.formulas import Length as Length
-from missionc.ir.formulas import OfAgent as OfAgent
-from missionc.ir.formulas import Period as Period
-from missionc.ir.formulas import Truth as Truth
-from missionc.ir.formulas import Window as Window
-from missionc.ir.formulas import Without as Without
-from missionc.ir.lanes import Lane as Lane
-from missionc.ir.lanes import LaneNode as LaneNode
-from missionc.ir.lanes import Lanes as Lanes
-from missionc.ir.mission import Connectivity as Connectivity
-from missionc.ir.mission import Mission as Mission
-from missionc.ir.mission import Objective as Objective
-from missionc.ir.mission import Preference as Preference
-from missionc.ir.mission import Requirement as Requirement
-from missionc.ir.mission import SolveWith as SolveWith
-from missionc.ir.mission import Spacing as Spacing
-from missionc.ir.mission import Tolerance as Tolerance
-from missionc.ir.pads import PAD_FIGURES as PAD_FIGURES
-from missionc.ir.pads import Pad as Pad
-from missionc.ir.places import Beacon as Beacon
-from missionc.ir.places import Obstacle as Obstacle
-from missionc.ir.places import Path as Path
-from missionc.ir.places import PlacesFile as PlacesFile
-from missionc.ir.places import Region as Region
-from missionc.ir.places import Still as Still
-from missionc.ir.places import World as World
-from missionc.ir.predicates import Altitude as Altitude
-from missionc.ir.predicates import Compare as Compare
-from missionc.ir.predicates import Connected as Connected
-from missionc.ir.predicates import Coordinate as Coordinate
-from missionc.ir.predicates import DistanceBetween as DistanceBetween
-from missionc.ir.predicates import DistanceTo as DistanceTo
-from missionc.ir.predicates import Facing as Facing
-from missionc.ir.predicates import Feature as Feature
-from missionc.ir.predicates import Flagged as Flagged
-from missionc.ir.predicates import InFormation as InFormation
-from missionc.ir.predicates import Inside as Inside
-from missionc.ir.predicates import Level as Level
-from missionc.ir.predicates import Predicate as Predicate
-from missionc.ir.predicates import Speed as Speed
-from missionc.ir.predicates import Touches as Touches
-from missionc.ir.resources import Flag as Flag
-from missionc.ir.resources import Refill as Refill
-from missionc.ir.resources import Resource as Resource
-from missionc.ir.shapes import Ball as Ball
-from missionc.ir.shapes import Box as Box
-from missionc.ir.shapes import Difference as Difference
-from missionc.ir.shapes import Disc as Disc
-from missionc.ir.shapes import Intersection as Intersection
-from missionc.ir.shapes import Polygon as Polygon
-from missionc.ir.shapes import Prism as Prism
-from missionc.ir.shapes import Shape as Shape
-from missionc.ir.shapes import Union as Union
-from missionc.ir.shapes import Vector as Vector
-from missionc.ir.vehicles import AHEAD as AHEAD
-from missionc.ir.vehicles import FIGURES as FIGURES
-from missionc.ir.vehicles import PLAIN as PLAIN
-from missionc.ir.vehicles import AlongPath as AlongPath
-from missionc.ir.vehicles import Band as Band
-from missionc.ir.vehicles import Figure as Figure
-from missionc.ir.vehicles import Fixed as Fixed
-from missionc.ir.vehicles import Vehicle as Vehicle
-from missionc.ir.vehicles import Yaw as Yaw
+from missionc.ir.agents import *
+from missionc.ir.couplings import *
+from missionc.ir.dynamics import *
+from missionc.ir.formulas import *
+from missionc.ir.lanes import *
+from missionc.ir.mission import *
+from missionc.ir.pads import *
+from missionc.ir.places import *
+from missionc.ir.predicates import *
+from missionc.ir.resources import *
+from missionc.ir.shapes import *
+from missionc.ir.vehicles import *

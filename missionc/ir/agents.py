@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Metres
 from missionc.ir.dynamics import Dynamics
@@ -14,16 +14,14 @@ from missionc.ir.shapes import Vector
 from missionc.ir.vehicles import AHEAD, PLAIN, Vehicle, Yaw
 
 
-@dataclass(frozen=True, slots=True)
-class Anywhere:
+class Anywhere(Record):
     """A place in a region, for the compiler to choose."""
 
     region: Region
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Exactly:
+class Exactly(Record):
     point: Vector
     span: Span
 
@@ -31,8 +29,7 @@ class Exactly:
 Place: TypeAlias = Anywhere | Exactly
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Agent:
+class Agent(Record, eq=False):
     """One robot. ``name`` is ``drone[0]``, or ``truck7`` for an agent of its own.
 
     Args:
@@ -57,8 +54,7 @@ class Agent:
     course: tuple[Vector, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AgentSet:
+class AgentSet(Record, eq=False):
     """A team, a group, or one agent, by the name it was meant with."""
 
     name: str

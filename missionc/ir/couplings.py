@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Metres
 from missionc.ir.shapes import Shape, Vector
 
 
-@dataclass(frozen=True, slots=True)
-class PairRange:
+class PairRange(Record):
     """The range of the links from each of some agents to each of some others."""
 
     senders: frozenset[int]
@@ -20,8 +19,7 @@ class PairRange:
     radius: Metres
 
 
-@dataclass(frozen=True, slots=True)
-class PairWeight:
+class PairWeight(Record):
     """What the links from each of some agents to each of some others weigh."""
 
     senders: frozenset[int]
@@ -29,8 +27,7 @@ class PairWeight:
     weight: int
 
 
-@dataclass(frozen=True, slots=True)
-class Weight:
+class Weight(Record):
     """What links weigh, at least 1: those of ``pairs``, each in one of them at most, and ``others``."""
 
     name: str
@@ -38,8 +35,7 @@ class Weight:
     pairs: tuple[PairWeight, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Proximity:
+class Proximity(Record, eq=False):
     """An edge where two agents are strictly closer than the range of their pair. [strel] ε-proximity graphs."""
 
     by_distance = True
@@ -56,8 +52,7 @@ class Proximity:
         return type(self), self.radius, self.ranges
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BeaconCover:
+class BeaconCover(Record, eq=False):
     """Two agents both strictly closer than ``radius`` to one beacon. [strel] ε-connectivity graphs."""
 
     by_distance = False
@@ -74,8 +69,7 @@ class BeaconCover:
         return type(self), self.radius, self.beacons
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sight:
+class Sight(Record, eq=False):
     """Two agents strictly closer than the range of their pair, their line more than ``room`` clear of ``shapes``."""
 
     by_distance = True
@@ -98,8 +92,7 @@ Graph: TypeAlias = Proximity | BeaconCover | Sight
 none of the ``ranges``; each is in one of them at most. ``rule``: what links two, whoever else is on the graph."""
 
 
-@dataclass(frozen=True, slots=True)
-class FormationEdge:
+class FormationEdge(Record):
     """What two agents (by mission index) keep: their distance, or their offset ``second - first``."""
 
     first: int
@@ -107,8 +100,7 @@ class FormationEdge:
     target: float | Vector
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Formation:
+class Formation(Record, eq=False):
     """Each edge's absolute error is at most the tolerance; ``total``: their sum is. [clot] III-C, F_form."""
 
     name: str

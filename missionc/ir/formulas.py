@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import Protocol, TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Metric, Steps
 from missionc.ir.agents import AgentSet
@@ -29,8 +29,7 @@ class Operator(Protocol):
     def reads(self) -> str: ...
 
 
-@dataclass(frozen=True, slots=True)
-class Window:
+class Window(Record):
     """Steps ahead, both ends included; ``high`` None reaches to the mission's last step."""
 
     low: Steps
@@ -38,8 +37,7 @@ class Window:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Length:
+class Length(Record):
     """Bounds of a route, both included: whole hops, metres, or the sum of what its links weigh.
 
     ``high`` is ``math.inf`` where it is left out; ``weight`` is what the route is measured in, if that is one.
@@ -58,8 +56,7 @@ class Length:
         return self.metric.value if self.weight is None else self.weight.name
 
 
-@dataclass(frozen=True, slots=True)
-class Period:
+class Period(Record):
     """The length of the stretches in which something recurs; at least 1."""
 
     steps: Steps
@@ -74,28 +71,24 @@ class About(Enum):
     EITHER = "either"
 
 
-@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class Truth:
+class Truth(Record, eq=False, weakref_slot=True):
     value: bool
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class Holds:
+class Holds(Record, eq=False, weakref_slot=True):
     predicate: Predicate
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class Belongs:
+class Belongs(Record, eq=False, weakref_slot=True):
     """The agent is one of these."""
 
     agents: AgentSet
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class Apply:
+class Apply(Record, eq=False, weakref_slot=True):
     """An operator on its operands. ``comparison`` and ``number`` are ``count``'s alone (``>=``, 2)."""
 
     operator: Operator
@@ -106,8 +99,7 @@ class Apply:
     number: int = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class AtLeastOf:
+class AtLeastOf(Record, eq=False, weakref_slot=True):
     """``body`` of at least ``number`` of the agents; ``every`` is all of them, ``some`` is one."""
 
     kind: str
@@ -117,8 +109,7 @@ class AtLeastOf:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class OfAgent:
+class OfAgent(Record, eq=False, weakref_slot=True):
     """``body`` of that agent."""
 
     agent: int
@@ -126,8 +117,7 @@ class OfAgent:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class Without:
+class Without(Record, eq=False, weakref_slot=True):
     """``body`` of the team without any ``number`` of the agents.
 
     ``cases`` is what the body says of whoever is left, for each of the ``lost``: the same words, about fewer agents.

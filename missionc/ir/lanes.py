@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Metres, Seconds
 from missionc.ir.shapes import Vector
 
 
-@dataclass(frozen=True, slots=True)
-class LaneNode:
+class LaneNode(Record):
     """A place of the roadmap, by the name that its file gives it."""
 
     name: str
@@ -17,8 +16,7 @@ class LaneNode:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Lane:
+class Lane(Record):
     """A straight way from one node to another, by their numbers; the way back is a lane of its own.
 
     Args:
@@ -33,8 +31,7 @@ class Lane:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Lanes:
+class Lanes(Record, eq=False):
     """All nodes and lanes of a roadmap; ``path`` is its file as the mission has it."""
 
     path: str

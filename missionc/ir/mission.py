@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import field
 from enum import Enum
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Metres, Seconds, Steps
 from missionc.ir.agents import Agent, AgentSet
@@ -19,23 +19,20 @@ from missionc.ir.resources import Flag, Resource
 from missionc.ir.shapes import Vector
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Requirement:
+class Requirement(Record, eq=False):
     name: str
     formula: Formula
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Preference:
+class Preference(Record, eq=False):
     name: str
     formula: Formula
     weight: float
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Tolerance:
+class Tolerance(Record, eq=False):
     """That each of these agents (mission indices), by itself, may be late by up to so many steps."""
 
     agents: tuple[int, ...]
@@ -43,8 +40,7 @@ class Tolerance:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Spacing:
+class Spacing(Record):
     """How far apart the centres of two agents have to be: their difference is not within an upright ellipsoid of these
     half axes, in metres."""
 
@@ -85,8 +81,7 @@ class Connectivity(Enum):
     LAMBDA2 = "lambda2"
 
 
-@dataclass(frozen=True, slots=True)
-class SolveWith:
+class SolveWith(Record):
     """``auto``, ``smt``, ``clot`` or ``hybrid``, and its options (plain numbers, but for ``connectivity``)."""
 
     backend: str = "auto"
@@ -99,8 +94,7 @@ class SolveWith:
     """Values of backend settings that differ from the defaults: ``("smt.roadmap.nodes", 400)``."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class Mission:
+class Mission(Record, eq=False, weakref_slot=True):
     """Everything a mission says. The states are at the steps 0 … ``steps``, both included."""
 
     name: str

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Dimension
 from missionc.ir.shapes import Vector
 from missionc.ir.vehicles import Figure
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pad:
+class Pad(Record, eq=False):
     """What ``flight`` says of one agent.
 
     Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 
@@ -12,8 +12,7 @@ Extents: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 """``(x, y)`` of the lower left and of the upper right corner, metres."""
 
 
-@dataclass(frozen=True, slots=True)
-class FileRequest:
+class FileRequest(Record):
     """File that a declaration names, and how it is to be read.
 
     Args:
@@ -44,8 +43,7 @@ class FileRequest:
     plane: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class LeftOut:
+class LeftOut(Record):
     """Parts of a file that make no place.
 
     Args:
@@ -58,8 +56,7 @@ class LeftOut:
     count: int
 
 
-@dataclass(frozen=True, slots=True)
-class ReadSummary:
+class ReadSummary(Record):
     """``count`` is the number of features read; ``extents`` is None if there are none."""
 
     count: int

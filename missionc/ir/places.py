@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Seconds
 from missionc.ir.shapes import Shape, Vector
@@ -13,8 +13,7 @@ if TYPE_CHECKING:  # few missions read files
     from missionc.ir.place_files import FileRequest, ReadSummary
 
 
-@dataclass(frozen=True, slots=True)
-class World:
+class World(Record):
     low: Vector
     high: Vector
     span: Span
@@ -29,20 +28,17 @@ class World:
         return any(low >= high for low, high in zip(self.low, self.high, strict=True))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class Region(Record, eq=False):
     name: str
     shape: Shape
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Still:
+class Still(Record):
     pass
 
 
-@dataclass(frozen=True, slots=True)
-class Path:
+class Path(Record):
     """Offsets of a shape over time: straight between the times, constant before the first and after the last.
 
     ``moving V`` becomes two waypoints, (0, 0…) and (horizon, V * horizon).
@@ -52,8 +48,7 @@ class Path:
     offsets: tuple[Vector, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Obstacle:
+class Obstacle(Record, eq=False):
     """Where no body may be: at a time t every point within ``growth * t`` metres of its shape, where that is then.
 
     Args:
@@ -78,15 +73,13 @@ class Obstacle:
         return self.growth * max(time + self.age, 0.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Beacon:
+class Beacon(Record, eq=False):
     name: str
     position: Vector
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PlacesFile:
+class PlacesFile(Record, eq=False):
     """Places that one declaration takes from a file.
 
     Args:

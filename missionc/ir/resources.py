@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.ir.places import Region
 
 
-@dataclass(frozen=True, slots=True)
-class Refill:
+class Refill(Record):
     """What a step adds, for each second, to a resource of an agent that is in the region at both its ends."""
 
     region: Region
     per_second: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Resource:
+class Resource(Record, eq=False):
     """A number that each of some agents has, by mission index.
 
     At step 0 it is ``start``. A step takes ``per_second`` of it for each second and ``per_metre`` for each metre from
@@ -33,8 +31,7 @@ class Resource:
     span: Span
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flag:
+class Flag(Record, eq=False):
     """True of an agent from a step in ``set_in`` on, until a step in ``cleared_in``; a step in both sets it."""
 
     name: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 Vector: TypeAlias = tuple[float, ...]
 """Two or three coordinates in metres, as many as the world has."""
@@ -12,24 +12,21 @@ Vector: TypeAlias = tuple[float, ...]
 # Plain numbers; what they mean as sets of points is ``world.signed_distance``.
 
 
-@dataclass(frozen=True, slots=True)
-class Prism:
+class Prism(Record):
     """The height band a plane shape has in a volume; absent in a plane mission."""
 
     low: float
     high: float
 
 
-@dataclass(frozen=True, slots=True)
-class Box:
+class Box(Record):
     """Axis-aligned, over all coordinates of the world."""
 
     low: Vector
     high: Vector
 
 
-@dataclass(frozen=True, slots=True)
-class Disc:
+class Disc(Record):
     """A disc in the plane (``centre`` has two coordinates); a standing cylinder where ``band`` is given."""
 
     centre: Vector
@@ -37,34 +34,29 @@ class Disc:
     band: Prism | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Ball:
+class Ball(Record):
     centre: Vector
     radius: float
 
 
-@dataclass(frozen=True, slots=True)
-class Polygon:
+class Polygon(Record):
     """A simple polygon in the plane, corners in order (either way round); a prism where ``band`` is given."""
 
     corners: tuple[tuple[float, float], ...]
     band: Prism | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Union:
+class Union(Record):
     left: Shape
     right: Shape
 
 
-@dataclass(frozen=True, slots=True)
-class Intersection:
+class Intersection(Record):
     left: Shape
     right: Shape
 
 
-@dataclass(frozen=True, slots=True)
-class Difference:
+class Difference(Record):
     left: Shape
     right: Shape
 

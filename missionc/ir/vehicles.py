@@ -5,20 +5,18 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.units import Dimension
 
 
-@dataclass(frozen=True, slots=True)
-class Band:
+class Band(Record):
     """From ``low`` to ``high``, both included."""
 
     low: float
     high: float
 
 
-@dataclass(frozen=True, slots=True)
-class Vehicle:
+class Vehicle(Record):
     """What a flight keeps to, in SI units. A limit that is not there is infinite, a margin that is not there is 0.
 
     ``radius`` is what an agent has whose team does not say its own; read it
@@ -53,8 +51,7 @@ PLAIN = Vehicle("plain")
 """A Crazyflie's memory and no limits: of a team that names no vehicle."""
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
+class Figure(Record):
     """How a figure of a vehicle is written: ``<=`` a limit, ``..`` a band, empty a value; and what it is.
 
     ``above``: it is more than 0, not only at least 0. ``whole``: it has no fraction. ``around``: a band holds 1.
@@ -90,15 +87,13 @@ FIGURES: dict[str, Figure] = {
 """Every figure of a ``Vehicle`` but its name, in the order of its fields."""
 
 
-@dataclass(frozen=True, slots=True)
-class Fixed:
+class Fixed(Record):
     """The nose points one way throughout: ``angle`` rad, from the x axis to the left."""
 
     angle: float
 
 
-@dataclass(frozen=True, slots=True)
-class AlongPath:
+class AlongPath(Record):
     """The nose points where the agent goes."""
 
 

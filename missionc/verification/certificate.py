@@ -5,10 +5,11 @@ Every check of the certificate repeats the numerical tolerance that it was judge
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 
 from missionc.base.judgement import Judgement
+from missionc.base.late_dataclass import Record
 from missionc.verification.proof.proof_boxes import Boxes
 
 MOTION = 1e-6
@@ -33,8 +34,7 @@ CLOCK = 1e-6
 """Seconds, for each second of the mission: durations are float32 numbers too."""
 
 
-@dataclass(frozen=True, slots=True)
-class Check:
+class Check(Record):
     """One thing that was checked, and how far it is from failing.
 
     ``margin`` is the slack in ``unit``: what is allowed minus what is there.
@@ -54,8 +54,7 @@ class Check:
     detail: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
+class Figure(Record):
     """A number worth knowing that no rule of the mission judges."""
 
     name: str
@@ -74,8 +73,7 @@ class Verdict(Enum):
     UNDECIDED = "not decided"
 
 
-@dataclass(frozen=True, slots=True)
-class Between:
+class Between(Record):
     """What becomes of a requirement between the steps.
 
     Where it does not hold throughout, ``at`` and ``until`` (seconds) are the first moments that decide it, ``agents``
@@ -98,8 +96,7 @@ class Between:
         return self.verdict is Verdict.FAILS
 
 
-@dataclass(frozen=True, slots=True)
-class Delay:
+class Delay(Record):
     """By how much an agent may be late, everybody else on time, while the plan keeps all that is asked.
 
     ``tolerated`` are seconds: late by any number of steps up to that, nothing breaks. One step more breaks the check
@@ -129,8 +126,7 @@ class Delay:
         return what if self.at is None else f"{what} at {self.at:.4g} s"
 
 
-@dataclass(frozen=True, slots=True)
-class Certificate:
+class Certificate(Record):
     """Everything that was checked on one plan.
 
     Args:

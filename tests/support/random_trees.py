@@ -381,5 +381,5 @@ declarations = st.one_of(
         st.lists(st.builds(ast.FileSetting, st.just(NOWHERE), _named("roadmap"), FILES), max_size=1).map(tuple),
     ),
 )
-programs = st.builds(ast.Program, st.lists(declarations, min_size=1, max_size=6).map(tuple), st.just(NOWHERE))
+programs = st.builds(ast.Program, st.just(NOWHERE), st.lists(declarations, min_size=1, max_size=6).map(tuple))
 mission_texts = programs.map(show)

@@ -218,7 +218,7 @@ def declare(mission: Mission, node: ast.Declaration) -> None:
             given = {each.name.text: quantity(each.high) for each in settings}
             mission.solve(backend.text, **given, **{each.name.text: each.path for each in files})
         case _:
-            mission.add(show.show(ast.Program((node,), node.span)))
+            mission.add(show.show(ast.Program(node.span, (node,))))
 
 
 def _along(motion: Any) -> Any:

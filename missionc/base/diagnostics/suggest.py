@@ -27,6 +27,12 @@ def edits(first: str, second: str) -> int:
     return last[-1]
 
 
+def suggestion(word: str, names: Iterable[str], otherwise: str) -> str:
+    """The question whether the nearest name was meant, or else what to do ``otherwise``."""
+    near = nearest(word, names)
+    return f"did you mean `{near}`?" if isinstance(near, str) else otherwise
+
+
 def nearest(word: str, names: Iterable[str]) -> str | Nothing:
     """The name with the fewest edits from the word, the first of equals; NOTHING where over a third of it differs."""
     lowered = word.lower()

@@ -124,7 +124,7 @@ class Mission:
         """The text, as ``missionc fmt`` writes it."""
         head = len(read_declarations(Source("", self._head), Limits())) if self._head else 0
         rest = self._declarations[head:]
-        shown = show_tree.show(ast.Program(tuple(rest), call_site())) if rest else ""
+        shown = show_tree.show(ast.Program(call_site(), tuple(rest))) if rest else ""
         return _formatted(Source("", "\n".join(filter(None, (self._head, shown)))), Limits())
 
     def __repr__(self) -> str:
@@ -435,7 +435,7 @@ def read_declarations(source: Source, limits: Limits | None = None) -> list[ast.
 
 def _formatted(source: Source, limits: Limits) -> str:
     """A text without errors of syntax in the layout of ``missionc fmt``."""
-    program = ast.Program(tuple(read_declarations(source, limits)), Span(source, 0, len(source.text)))
+    program = ast.Program(Span(source, 0, len(source.text)), tuple(read_declarations(source, limits)))
     return format_mission(source, program, limits)
 
 

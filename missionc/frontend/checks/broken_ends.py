@@ -13,7 +13,7 @@ import numpy as np
 
 from missionc.base.diagnostics.code import CONTRADICTION
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.frontend.checks.free_space import FreeSpace
 from missionc.ir import BeaconCover, Exactly, Mission, Place, Sight
@@ -30,8 +30,7 @@ ROUNDING = 1e-9
 """Metres: what is missed by less may be rounding, unless it is exactly at a border that is not its own."""
 
 
-@dataclass(frozen=True, slots=True)
-class Culprit:
+class Culprit(Record):
     """The smallest part that decides it, at an agent and a known step; ``upper``: by the most that it can be worth.
 
     ``words``: those that it came from, or what asks for it.

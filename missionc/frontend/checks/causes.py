@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from missionc.base.diagnostics.code import BARRED, CROWDED, JUMP, NO_FIT, RESTLESS, TOO_FAR, Code
 from missionc.base.diagnostics.model import Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.source import Span
 from missionc.frontend.checks.check_goals import WIDEN, Journey, begins, figures
 from missionc.frontend.checks.free_space import FreeSpace
@@ -31,8 +31,7 @@ ROUNDING = 1e-9
 Areas: TypeAlias = frozenset[Area]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cause:
+class Cause(Record, eq=False):
     """Why a formula cannot hold of these agents: a headline, the figure at its words, other places, a way out.
 
     ``bits`` are those of the agents.

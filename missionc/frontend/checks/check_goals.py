@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 from missionc.base.diagnostics.code import BARRED, TOO_FAR
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.frontend.checks.free_space import FreeSpace
 from missionc.frontend.checks.literals import Literal, Unbounded
@@ -31,8 +31,7 @@ THIN = 1e-3
 WIDEN = "widen a passage, make the body smaller, or start on its other side"
 
 
-@dataclass(frozen=True, slots=True)
-class Journey:
+class Journey(Record):
     """An agent that is at least ``distance`` metres from where it has to be.
 
     Args:

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 from missionc.base.diagnostics.code import BEYOND_HORIZON, WINDOW_EMPTY
 from missionc.base.diagnostics.model import Diagnostic, Fix, Label
 from missionc.base.diagnostics.text_order import in_text_order
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.ir import Apply, Formula, Mission, Period, Preference, Requirement, Window
 from missionc.ir.kernel.nodes import Node
@@ -36,8 +36,7 @@ from missionc.ir.wording import seconds
 _HORIZON = re.compile(r"horizon\s+([0-9.eE+-]+\s*[a-z]*)\Z")
 
 
-@dataclass(frozen=True, slots=True)
-class Look:
+class Look(Record):
     """How far ahead of where it stands a formula looks, in steps.
 
     ``total`` is infinite where no horizon is long enough. ``own`` of it is the

@@ -19,7 +19,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from missionc.base.diagnostics.code import DEAD_BRANCH, STUCK
 from missionc.base.diagnostics.model import Diagnostic, Label, has_errors
 from missionc.base.diagnostics.text_order import in_text_order
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.frontend.checks.causes import Cause, Causes
 from missionc.frontend.checks.formation_room import parted
@@ -37,8 +37,7 @@ MOST_WAYS = 20
 """Ways that are looked for; of more nothing is said."""
 
 
-@dataclass(frozen=True, slots=True)
-class Convoy:
+class Convoy(Record):
     """A formation that is kept from the first step on, and where its agents have to be while it is, or a step later.
 
     Args:

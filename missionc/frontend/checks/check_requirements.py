@@ -24,7 +24,7 @@ from missionc import ir
 from missionc.base.diagnostics.code import ASKS_NOTHING, CONTRADICTION, NEVER_HOLDS, VACUOUS
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.diagnostics.text_order import in_text_order
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.source import Span
 from missionc.frontend.checks import necessary_conditions
 from missionc.frontend.checks.check_routes import check_routes, too_few_agents
@@ -168,8 +168,7 @@ def _asks_nothing(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class RequiredFact:
+class RequiredFact(Record):
     """A fact, the requirement that rests on it, and where it lets an agent be."""
 
     requirement: k.Goal
@@ -253,8 +252,7 @@ def _impossible_instants(
 # --------------------------------------------------------- starts and finishes
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BoundaryPositions:
+class BoundaryPositions(Record, eq=False):
     """Agents and their places at one end of the mission; the other fields have rows of the first.
 
     Args:
@@ -267,8 +265,7 @@ class BoundaryPositions:
     regions: dict[ir.Region, list[int]]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RequirementEnds:
+class RequirementEnds(Record, eq=False):
     """Where agents start and finish, looked up once for all facts about the same ones."""
 
     mission: ir.Mission
@@ -415,8 +412,7 @@ def _steps(mission: ir.Mission, low: int, high: int) -> str:
     return f"at {seconds(mission, low)}" if low == high else f"from {seconds(mission, low)} to {seconds(mission, high)}"
 
 
-@dataclass(frozen=True, slots=True)
-class CulpritRequirement:
+class CulpritRequirement(Record):
     """The smallest part from which it follows, and why it is as it is."""
 
     formula: ir.Formula

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 
 from missionc.base.diagnostics.code import NOT_ITS_OWN, RUNS_OUT
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.frontend.checks.check_goals import journeys
 from missionc.frontend.checks.free_space import FreeSpace
@@ -30,8 +30,7 @@ from missionc.ir.wording import listed, metres, number, seconds
 ROUNDING = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class Demand:
+class Demand(Record):
     """These agents keep so much of a resource throughout these steps."""
 
     resource: Resource

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 from missionc.base.diagnostics.code import AGENTS_OVERLAP, IN_OBSTACLE, NO_ROOM, OUTSIDE_WORLD
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.frontend.checks.free_space import Containment, FreeSpace
 from missionc.geometry.configuration_space import common, empty
@@ -26,8 +26,7 @@ MOST_PAIRS = 2_000
 """Pairs of agents too close to each other that are looked for; one finding names the first and counts the others."""
 
 
-@dataclass(frozen=True, slots=True)
-class Stage:
+class Stage(Record):
     """The starts, or the finishes: who is where, when (seconds)."""
 
     verb: str

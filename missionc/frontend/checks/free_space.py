@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import field
 from enum import Enum
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.frontend.checks.literals import LiteralPlaces
 from missionc.frontend.checks.path_bounds import LeastWays
 from missionc.geometry.configuration_space import Area, Atlas, common, covers, disjoint, empty, without
@@ -29,8 +29,7 @@ class Containment(Enum):
     OPEN = "somewhere in the world"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FreeSpace:
+class FreeSpace(Record, eq=False):
     """Outer bounds of where an agent's centre can be, by its radius; each question is answered once."""
 
     mission: Mission

@@ -7,14 +7,13 @@ from collections.abc import Iterator
 from dataclasses import field, replace
 from typing import TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.geometry.configuration_space import Area, Atlas, covers, disjoint
 from missionc.ir import Beacon, Compare, Coordinate, DistanceTo, Feature, Inside, Predicate, Region, Touches, Vector
 from missionc.ir.distances.signed_distance import measured_outside
 
 
-@dataclass(frozen=True, slots=True)
-class Literal:
+class Literal(Record):
     """A predicate, or (``positive`` False) its negation."""
 
     predicate: Predicate
@@ -25,8 +24,7 @@ class Literal:
         return Literal(self.predicate, not self.positive)
 
 
-@dataclass(frozen=True, slots=True)
-class Unbounded:
+class Unbounded(Record):
     """The predicate says nothing about where an agent's centre is."""
 
 
@@ -49,8 +47,7 @@ def comparison_literal(literal: Literal) -> Compare | Unbounded:
     return replace(predicate, terms=terms, constant=-predicate.constant, strict=not predicate.strict)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LiteralRule:
+class LiteralRule(Record, eq=False):
     """What a literal says of where an agent's centre is.
 
     ``within`` holds at least the places where the literal can be true, ``beyond``
@@ -82,8 +79,7 @@ def _all_beyond(rule: LiteralRule, area: Area) -> bool:
     return not isinstance(rule.beyond, Unbounded) and covers(rule.beyond, area)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LiteralPlaces:
+class LiteralPlaces(Record, eq=False):
     """Where literals let the centre of an agent be, whose radius is between two bounds in metres."""
 
     atlas: Atlas

@@ -17,7 +17,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import field
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.proven import Proven
 from missionc.base.trace import Trace
 from missionc.frontend.checks.check_goals import journeys
@@ -29,16 +29,14 @@ from missionc.ir import Agent, Anywhere, Exactly, Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 
 
-@dataclass(frozen=True, slots=True)
-class Due:
+class Due(Record):
     """The steps of which one is that of a stop."""
 
     low: int
     high: int
 
 
-@dataclass(frozen=True, slots=True)
-class Legs:
+class Legs(Record):
     """The least of a kind, metres or whole steps: from the start to each stop, and from each stop to each other."""
 
     first: Sequence[float]
@@ -125,16 +123,14 @@ ROUND = 150
 """Legs that are looked for round obstacles; the others are straight."""
 
 
-@dataclass(frozen=True, slots=True)
-class LowerBounds:
+class LowerBounds(Record):
     """What every plan takes at least: ``metres``, all agents together, and ``steps`` until nobody moves any more."""
 
     metres: float
     steps: int
 
 
-@dataclass(frozen=True, slots=True)
-class _Task:
+class _Task(Record):
     """So many of these agents have to be in an area, each at one of the steps at which that is ``due``."""
 
     number: int
@@ -143,8 +139,7 @@ class _Task:
     due: Due
 
 
-@dataclass(frozen=True, slots=True)
-class _Tour:
+class _Tour(Record):
     """An agent's least metres and steps, by the set of ``tasks`` that it does; those of ``own`` it does in any case."""
 
     tasks: tuple[_Task, ...]

@@ -16,7 +16,7 @@ from functools import reduce
 from operator import and_, or_
 from typing import TypeAlias, assert_never
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.frontend.checks.causes import Cause, Causes
 from missionc.frontend.checks.literals import Literal, Unbounded
 from missionc.geometry.configuration_space import Area, disjoint, empty
@@ -35,8 +35,7 @@ Areas: TypeAlias = frozenset[Area]
 NOWHERE_KNOWN: Areas = frozenset()
 
 
-@dataclass(frozen=True, slots=True)
-class May:
+class May(Record):
     """The agents of whom a formula is ``dead``: it holds of them at no step up to the one it is asked at.
 
     Where it holds at a step, the agent is in ``places`` then, and of ``others`` each in its own.

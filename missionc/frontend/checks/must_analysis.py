@@ -12,7 +12,7 @@ from collections.abc import Callable, Hashable, Iterable
 from dataclasses import field
 from typing import assert_never
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.frontend.checks.free_space import Containment, FreeSpace
 from missionc.frontend.checks.literals import MOST_RULES, Literal, comparison_literal, nowhere_literal
 from missionc.frontend.checks.value_ranges import of_comparison
@@ -28,8 +28,7 @@ MOST_MEMBERS = 64
 """Parts of a conjunction that are compared with one another."""
 
 
-@dataclass(frozen=True, slots=True)
-class MustTruth:
+class MustTruth(Record):
     """The agents of whom a formula is surely true, and surely false; ``number`` says which formulas are the same."""
 
     number: int

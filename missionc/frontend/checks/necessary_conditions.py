@@ -11,7 +11,7 @@ from dataclasses import field
 from itertools import chain
 from typing import assert_never
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.source import Span
 from missionc.frontend.checks.literals import Literal
 from missionc.ir import AtLeastOf, Holds, Mission
@@ -26,8 +26,7 @@ MOST_VISITS = 20_000
 """Formulas looked at, each with whom and when; what comes after them is left out."""
 
 
-@dataclass(frozen=True, slots=True)
-class AtLeastAgents:
+class AtLeastAgents(Record):
     """At least ``number`` of the agents, who are ``bits`` too; ``words`` says so."""
 
     number: int
@@ -41,8 +40,7 @@ ITSELF = AtLeastAgents(1, 0, "the agent")
 """The one agent, whichever it is, that a formula is asked of."""
 
 
-@dataclass(frozen=True, slots=True)
-class StepWindow:
+class StepWindow(Record):
     """For every ``s`` from 0 to ``repeats``, at some step from ``low + s`` to ``high + s``.
 
     So ``low == high`` says "at every step from low to low + repeats", and no
@@ -80,8 +78,7 @@ class StepWindow:
 AT_ONCE = StepWindow(0, 0, 0)
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
+class Order(Record):
     """The order in which agents and steps are chosen.
 
     ``anew``: which agents those are may differ from step to step. ``each``: each of them has a step of its own.
@@ -91,8 +88,7 @@ class Order:
     each: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Fact:
+class Fact(Record):
     """The literal holds of those agents then; ``span`` is its words."""
 
     literal: Literal
@@ -102,8 +98,7 @@ class Fact:
     order: Order = Order()
 
 
-@dataclass(frozen=True, slots=True)
-class Instant:
+class Instant(Record):
     """A formula that holds somewhere at some step, of an agent or of the team, though it is not known when or whose."""
 
     formula: k.Node
@@ -116,8 +111,7 @@ class Necessary:
     instants: dict[Instant, None] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class Visit:
+class Visit(Record):
     formula: k.Node
     who: AtLeastAgents
     when: StepWindow

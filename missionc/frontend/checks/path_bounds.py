@@ -11,7 +11,7 @@ from dataclasses import field
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.geometry.clear_ways import ClearWays
 from missionc.geometry.configuration_space import SURE, Area, Atlas, common
 from missionc.ir import Agent, Exactly, Mission, Region, Shape, Still, Vector
@@ -32,8 +32,7 @@ MANY_CORNERS = 400
 """Corners of obstacles from which on a grid is quicker than their geometry, once that is loaded."""
 
 
-@dataclass(frozen=True, slots=True)
-class Way:
+class Way(Record):
     """At least so many metres, infinite where there is no way; ``bent``: because of obstacles."""
 
     length: float

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 from missionc import ir
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.frontend.checks.free_space import FreeSpace
 from missionc.geometry.configuration_space import empty
 from missionc.ir.wording import number
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
+class Range(Record):
     """From ``low`` to ``high``, both included."""
 
     low: float

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 FLAT = """
 region f = box (0, 0) to (2, 1)
@@ -22,8 +22,7 @@ region g = box (1, 0) to (3, 1)
 PLACES = MappingProxyType({("T", "F"): 0.5, ("T", "T"): 1.5, ("F", "T"): 2.5, ("F", "F"): 3.5})
 
 
-@dataclass(frozen=True, slots=True)
-class Example:
+class Example(Record):
     """``rows`` are formulas with their truth at each step, or, where ``agents``, of each agent.
 
     ``asked`` is a formula, ``otherwise`` the other reading of it as a formula of
@@ -40,8 +39,7 @@ class Example:
     holds: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Trap:
+class Trap(Record):
     """``says`` is how it is here, ``elsewhere`` how others have it."""
 
     name: str
@@ -68,7 +66,8 @@ def _team(
         for name, agents in groups.items()
     )
     declarations = "\n".join(["", "graph radio = proximity 1 m", *lines, ""])
-    return Example(declarations, tuple((place,) for place in places), True, rows, asked, otherwise, holds)
+    readings = f"a[0]: {asked}", f"a[0]: {otherwise}"
+    return Example(declarations, tuple((place,) for place in places), True, rows, *readings, holds)
 
 
 PAIR = ((0.5, 0.5), (1.2, 0.5))
@@ -76,182 +75,131 @@ LINE = ((0.5, 0.5), (1.2, 0.5), (1.9, 0.5))
 TRIANGLE = ((0.5, 0.5), (1.2, 0.5), (0.85, 1.1))
 RING = ((0.5, 0.5), (1.3, 0.5), (1.3, 1.3), (0.5, 1.3))
 
-UNTIL_END = Trap(
-    "until, at its end",
-    "the left side is not needed at the step where the right one holds",
-    "the STREL paper and stljax ask for it there too; write `f until[a, b] (f and g)` for that",
-    _steps("f until[0 s, 2 s] g", "f until[0 s, 2 s] (f and g)", True, f="TTF", g="FFT"),
-)
-UNTIL_NOW = Trap(
-    "until, at its beginning",
-    "the left side is needed from the step on which it is asked",
-    "the transport paper leaves that step out",
-    _steps("f until[0 s, 2 s] g", "(g or next (f until[0 s, 1 s] g))", False, f="FTT", g="FFT"),
-)
-UNTIL_WINDOW = Trap(
-    "until, before its window",
-    "the left side is needed from the step on which it is asked, also before the window opens",
-    "stlpy 0.3.0 asks for it from the window's first step on",
-    _steps("f until[1 s, 2 s] g", "eventually[1 s, 1 s] (f until[0 s, 1 s] g)", False, f="FTT", g="FFT"),
-)
-RELEASE = Trap(
-    "release, at its end",
-    "what releases takes effect from the next step on: the right side still holds at that step",
-    "taken for `g until f`, the right side would be free at that step already, and `f` would have to come",
-    _steps("f release[0 s, 2 s] g", "(g until[0 s, 2 s] f)", False, f="FTF", g="TFF"),
-)
-CLOSED_WINDOW = Trap(
-    "windows are closed",
-    "both bounds belong to the window: [0 s, 2 s] has three steps of 1 s",
-    "read half-open, as array slices are, the last one would be left out",
-    _steps("always[0 s, 2 s] f", "always[0 s, 1 s] f", False, f="TTF"),
-)
-CLIPPING = Trap(
-    "nothing is clipped",
-    "an inner window is asked in full length from each step of the outer one, and the mission must last that long",
-    "RTAMT cuts it at the end of the trace, stljax pads: below, what a log that ends at 2 s would be given",
-    _steps(
-        "always[0 s, 1 s] eventually[0 s, 2 s] f",
-        "(eventually[0 s, 2 s] f and eventually[1 s, 2 s] f)",
-        True,
-        f="TFFT",
-    ),
-)
-BORDER = Trap(
-    "borders belong to regions",
-    "an agent on the border of a region is in it",
-    "the transport paper also writes predicates as `> 0`, which leaves the border out",
-    Example(FLAT, (((2.0, 0.5),),), False, (("f", "T"),), "a[0]: f", "a[0]: distance(f) < 0", True),
-)
-LINK = Trap(
-    "links are strict",
-    "two agents whose distance is exactly the radius are not linked",
-    "the STREL paper has both: strictly less in its definition, and `within 1 m` in its words",
-    Example(
-        "\ngraph radio = proximity 1 m\n",
-        (((0.5, 0.5),), ((1.5, 0.5),)),
-        True,
-        (("distance(a[0]) <= 1 m", "TT"),),
-        "connected(radio)",
-        "distance(a[0], a[1]) <= 1 m",
-        False,
-    ),
-)
-ITSELF = Trap(
-    "zero hops",
-    "with a lower bound of 0 the agent itself counts, linked to anybody or not",
-    "the encoding of the STREL paper begins at one hop; write `hops 1..` for another agent",
-    _team(
-        ((0.5, 0.5), (2.5, 0.5)),
-        "a[0]: somewhere[hops 0..2 on radio] f",
-        "a[0]: somewhere[hops 1..2 on radio] f",
-        True,
-        f=(0,),
-    ),
-)
-LAST = Trap(
-    "the last of a route",
-    "the left side is needed of every agent on the route but the last, the first included",
-    "words such as `over safe agents` may be taken to include it; for that, write `f reach[…] (f and g)`",
-    _team(
-        PAIR,
-        "a[0]: (f reach[hops 0..1 on radio] g)",
-        "a[0]: (f reach[hops 0..1 on radio] (f and g))",
-        True,
-        f=(0,),
-        g=(1,),
-    ),
-)
-WALK = Trap(
-    "routes do not turn back",
-    "a route visits no agent twice",
-    "MoonLight walks: there and back again is two hops",
-    _team(
-        PAIR,
-        "a[0]: somewhere[hops 2..2 on radio] f",
-        "a[0]: somewhere[hops 1..1 on radio] somewhere[hops 1..1 on radio] f",
-        False,
-        f=(0,),
-    ),
-)
-LONGER = Trap(
-    "the longer way counts",
-    "a route may be longer than the shortest one, so that who is one hop away may be reached in two",
-    "MoonLight's `somewhere` goes by the shortest way, as `count` does here",
-    _team(
-        TRIANGLE,
-        "a[0]: somewhere[hops 2..2 on radio] f",
-        "a[0]: count[hops 2..2 on radio] f >= 1",
-        True,
-        f=(1,),
-    ),
-)
-ESCAPE_AT_ONCE = Trap(
-    "escape without a lower bound",
-    "with a lower bound of 0 the agent has escaped where it is: it says no more than its operand",
-    "the STREL paper uses it so; write `hops 1..` for a way out",
-    _team(
-        ((0.5, 0.5), (2.5, 0.5)),
-        "a[0]: escape[hops 0..2 on radio] f",
-        "a[0]: escape[hops 1..2 on radio] f",
-        True,
-        f=(0,),
-    ),
-)
-ESCAPE_FAR = Trap(
-    "how far one has escaped",
-    "by the shortest way, over all agents",
-    "the STREL paper has in its table the length of the route itself: around a ring of four, three hops lead next door",
-    _team(
-        RING,
-        "a[0]: escape[hops 3.. on radio] f",
-        "a[0]: (f reach[hops 3.. on radio] f)",
-        False,
-        f=(0, 1, 2, 3),
-    ),
-)
-COUNTS_ITSELF = Trap(
-    "count of oneself",
-    "with a lower bound of 0 the agent itself is among those counted",
-    "who counts neighbours leaves the agent itself out; for that, write `hops 1..`",
-    _team(
-        PAIR,
-        "a[0]: count[hops 0..1 on radio] f >= 2",
-        "a[0]: count[hops 1..1 on radio] f >= 2",
-        True,
-        f=(0, 1),
-    ),
-)
-ALONE = Trap(
-    "surrounded by nobody",
-    "an agent without neighbours is surrounded wherever the left side holds: there is no way out",
-    "who takes it that somebody is there asks for `somewhere[…] g` as well",
-    _team(
-        ((0.5, 0.5), (2.5, 0.5)),
-        "a[0]: (f surround[hops 0..2 on radio] g)",
-        "a[0]: ((f surround[hops 0..2 on radio] g) and somewhere[hops 0..2 on radio] g)",
-        True,
-        f=(0,),
-        g=(1,),
-    ),
-)
-
 TRAPS = (
-    UNTIL_END,
-    UNTIL_NOW,
-    UNTIL_WINDOW,
-    RELEASE,
-    CLOSED_WINDOW,
-    CLIPPING,
-    BORDER,
-    LINK,
-    ITSELF,
-    LAST,
-    WALK,
-    LONGER,
-    ESCAPE_AT_ONCE,
-    ESCAPE_FAR,
-    COUNTS_ITSELF,
-    ALONE,
+    Trap(
+        "until, at its end",
+        "the left side is not needed at the step where the right one holds",
+        "the STREL paper and stljax ask for it there too; write `f until[a, b] (f and g)` for that",
+        _steps("f until[0 s, 2 s] g", "f until[0 s, 2 s] (f and g)", True, f="TTF", g="FFT"),
+    ),
+    Trap(
+        "until, at its beginning",
+        "the left side is needed from the step on which it is asked",
+        "the transport paper leaves that step out",
+        _steps("f until[0 s, 2 s] g", "(g or next (f until[0 s, 1 s] g))", False, f="FTT", g="FFT"),
+    ),
+    Trap(
+        "until, before its window",
+        "the left side is needed from the step on which it is asked, also before the window opens",
+        "stlpy 0.3.0 asks for it from the window's first step on",
+        _steps("f until[1 s, 2 s] g", "eventually[1 s, 1 s] (f until[0 s, 1 s] g)", False, f="FTT", g="FFT"),
+    ),
+    Trap(
+        "release, at its end",
+        "what releases takes effect from the next step on: the right side still holds at that step",
+        "taken for `g until f`, the right side would be free at that step already, and `f` would have to come",
+        _steps("f release[0 s, 2 s] g", "(g until[0 s, 2 s] f)", False, f="FTF", g="TFF"),
+    ),
+    Trap(
+        "windows are closed",
+        "both bounds belong to the window: [0 s, 2 s] has three steps of 1 s",
+        "read half-open, as array slices are, the last one would be left out",
+        _steps("always[0 s, 2 s] f", "always[0 s, 1 s] f", False, f="TTF"),
+    ),
+    Trap(
+        "nothing is clipped",
+        "an inner window is asked in full length from each step of the outer one, and the mission must last that long",
+        "RTAMT cuts it at the end of the trace, stljax pads: below, what a log that ends at 2 s would be given",
+        _steps(
+            "always[0 s, 1 s] eventually[0 s, 2 s] f",
+            "(eventually[0 s, 2 s] f and eventually[1 s, 2 s] f)",
+            True,
+            f="TFFT",
+        ),
+    ),
+    Trap(
+        "borders belong to regions",
+        "an agent on the border of a region is in it",
+        "the transport paper also writes predicates as `> 0`, which leaves the border out",
+        Example(FLAT, (((2.0, 0.5),),), False, (("f", "T"),), "a[0]: f", "a[0]: distance(f) < 0", True),
+    ),
+    Trap(
+        "links are strict",
+        "two agents whose distance is exactly the radius are not linked",
+        "the STREL paper has both: strictly less in its definition, and `within 1 m` in its words",
+        Example(
+            "\ngraph radio = proximity 1 m\n",
+            (((0.5, 0.5),), ((1.5, 0.5),)),
+            True,
+            (("distance(a[0]) <= 1 m", "TT"),),
+            "connected(radio)",
+            "distance(a[0], a[1]) <= 1 m",
+            False,
+        ),
+    ),
+    Trap(
+        "zero hops",
+        "with a lower bound of 0 the agent itself counts, linked to anybody or not",
+        "the encoding of the STREL paper begins at one hop; write `hops 1..` for another agent",
+        _team(
+            ((0.5, 0.5), (2.5, 0.5)), "somewhere[hops 0..2 on radio] f", "somewhere[hops 1..2 on radio] f", True, f=(0,)
+        ),
+    ),
+    Trap(
+        "the last of a route",
+        "the left side is needed of every agent on the route but the last, the first included",
+        "words such as `over safe agents` may be taken to include it; for that, write `f reach[…] (f and g)`",
+        _team(PAIR, "(f reach[hops 0..1 on radio] g)", "(f reach[hops 0..1 on radio] (f and g))", True, f=(0,), g=(1,)),
+    ),
+    Trap(
+        "routes do not turn back",
+        "a route visits no agent twice",
+        "MoonLight walks: there and back again is two hops",
+        _team(
+            PAIR,
+            "somewhere[hops 2..2 on radio] f",
+            "somewhere[hops 1..1 on radio] somewhere[hops 1..1 on radio] f",
+            False,
+            f=(0,),
+        ),
+    ),
+    Trap(
+        "the longer way counts",
+        "a route may be longer than the shortest one, so that who is one hop away may be reached in two",
+        "MoonLight's `somewhere` goes by the shortest way, as `count` does here",
+        _team(TRIANGLE, "somewhere[hops 2..2 on radio] f", "count[hops 2..2 on radio] f >= 1", True, f=(1,)),
+    ),
+    Trap(
+        "escape without a lower bound",
+        "with a lower bound of 0 the agent has escaped where it is: it says no more than its operand",
+        "the STREL paper uses it so; write `hops 1..` for a way out",
+        _team(((0.5, 0.5), (2.5, 0.5)), "escape[hops 0..2 on radio] f", "escape[hops 1..2 on radio] f", True, f=(0,)),
+    ),
+    Trap(
+        "how far one has escaped",
+        "by the shortest way, over all agents",
+        "the STREL paper has in its table the length of the route itself: around a ring of four, "
+        "three hops lead next door",
+        _team(RING, "escape[hops 3.. on radio] f", "(f reach[hops 3.. on radio] f)", False, f=(0, 1, 2, 3)),
+    ),
+    Trap(
+        "count of oneself",
+        "with a lower bound of 0 the agent itself is among those counted",
+        "who counts neighbours leaves the agent itself out; for that, write `hops 1..`",
+        _team(PAIR, "count[hops 0..1 on radio] f >= 2", "count[hops 1..1 on radio] f >= 2", True, f=(0, 1)),
+    ),
+    Trap(
+        "surrounded by nobody",
+        "an agent without neighbours is surrounded wherever the left side holds: there is no way out",
+        "who takes it that somebody is there asks for `somewhere[…] g` as well",
+        _team(
+            ((0.5, 0.5), (2.5, 0.5)),
+            "(f surround[hops 0..2 on radio] g)",
+            "((f surround[hops 0..2 on radio] g) and somewhere[hops 0..2 on radio] g)",
+            True,
+            f=(0,),
+            g=(1,),
+        ),
+    ),
 )
 """In the order in which a page lists them."""

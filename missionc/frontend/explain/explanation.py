@@ -19,11 +19,10 @@ from missionc import ir
 from missionc.backends.choose_backend import Choice, needs_of
 from missionc.backends.offers import OFFERS
 from missionc.base.figures import counted
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Turn
 from missionc.frontend.checks.check_horizons import steps_ahead
-from missionc.frontend.explain import convention_examples
-from missionc.frontend.explain.convention_examples import Example, Trap
+from missionc.frontend.explain.convention_examples import TRAPS, Example, Trap
 from missionc.frontend.explain.phrases import names
 from missionc.frontend.explain.sentences import Sentences, for_each_index, sentences, with_indices
 from missionc.frontend.explain.window_diagram import WIDTH, Span, draw, windows
@@ -73,25 +72,25 @@ def traps_of(formula: ir.Formula) -> tuple[Trap, ...]:
         below = any(operand in windowed for operand in as_written(part))
         window = isinstance(part, ir.Apply) and isinstance(part.bounds, ir.Window) and not reaches_back(part)
         if window and below:
-            names.add(convention_examples.CLIPPING.name)
+            names.add("nothing is clipped")
         if window or below:
             windowed.add(part)
-    return tuple(trap for trap in convention_examples.TRAPS if trap.name in names)
+    return tuple(trap for trap in TRAPS if trap.name in names)
 
 
 def _touched(part: ir.Formula) -> Iterator[str]:
     match part:
         case ir.Holds(predicate):
             if predicate.region:
-                yield convention_examples.BORDER.name
+                yield "borders belong to regions"
             if predicate.graph:
-                yield convention_examples.LINK.name
+                yield "links are strict"
         case ir.Apply(operator, _, bounds):
             yield from by_name[operator.name].traps(part)
             if isinstance(bounds, ir.Length):
-                yield convention_examples.LINK.name
+                yield "links are strict"
             elif isinstance(bounds, ir.Window) and bounds.high is not None:
-                yield convention_examples.CLOSED_WINDOW.name
+                yield "windows are closed"
         case _:
             return
 
@@ -131,8 +130,7 @@ def _word(cell: str) -> str:
     return "yes" if cell == "T" else "no"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Explained:
+class Explained(Record, eq=False):
     """A requirement, or a preference with its ``weight``.
 
     ``needed`` are the steps that the mission must last, infinite where no number

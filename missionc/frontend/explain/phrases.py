@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from missionc import ir
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.units import Metric
 from missionc.frontend.resolve.show_ir import Words, number_text
 from missionc.ir.wording import seconds
@@ -14,8 +14,7 @@ MOST_NAMES = 20
 """Agents that are named one by one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Verb:
+class Verb(Record):
     """What an agent is or does: ``is in `base` ``. Where ``denies``, ``plain`` is what it does not.
 
     In a format string a noun may follow a colon: ``every NOUN is in `base` ``, or
@@ -39,8 +38,7 @@ class Verb:
         return Verb(self.plain, self.denied, not self.denies)
 
 
-@dataclass(frozen=True, slots=True)
-class Noun:
+class Noun(Record):
     """``one`` after `every` and `no`; ``many`` after a number; ``this`` of the one that was named."""
 
     one: str
@@ -103,8 +101,7 @@ def joined_phrases(parts: list[str], word: str, separator: str = ",") -> str:
 # ------------------------------------------------------------- time and length
 
 
-@dataclass(frozen=True, slots=True)
-class When:
+class When(Record):
     """A window of whole steps ahead, or back where they are below 0, as the phrases that a sentence needs.
 
     ``from_start``: it stands at the mission's first step, so that its bounds are times of the mission.

@@ -23,7 +23,7 @@ from string import Formatter
 from typing import assert_never
 
 from missionc import ir
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.source import Turn
 from missionc.frontend.explain.phrases import (
     COMPARED,
@@ -41,7 +41,7 @@ from missionc.frontend.explain.phrases import (
     window_of,
 )
 from missionc.ir.kernel import walk
-from missionc.ir.kernel.nodes import All, Any, Is, Node, Not
+from missionc.ir.kernel.nodes import All, Any, Node, Not
 from missionc.ir.language.walk_formulas import as_written, formulas_bottom_up, meaning, operands
 
 
@@ -158,16 +158,14 @@ MOST_PARTS, LONGEST = 20, 2_000
 """Formulas that are explained under one that uses them, and letters of one sentence, that are said."""
 
 
-@dataclass(frozen=True, slots=True)
-class SentencePart:
+class SentencePart(Record):
     """A formula that a sentence calls by a name, and what it means."""
 
     name: str
     sentence: str
 
 
-@dataclass(frozen=True, slots=True)
-class Sentences:
+class Sentences(Record):
     whole: str
     parts: tuple[SentencePart, ...] = ()
     left_out: int = 0
@@ -178,16 +176,14 @@ class Sentences:
         return len(self.whole) + sum(len(part.sentence) for part in self.parts)
 
 
-@dataclass(frozen=True, slots=True)
-class Clause:
+class Clause(Record):
     """``plain``: it can be followed by `and` or a comma without being taken for more than it is."""
 
     text: str
     plain: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Around:
+class Around(Record):
     """Where in a sentence a formula stands: of whom it speaks, since when, and how deep."""
 
     who: str
@@ -297,7 +293,8 @@ class _Speaker:
                 return None
 
     def _chain(self, formula: ir.Formula) -> str | None:
-        return {All: "and", Any: "or"}.get(boolean(formula) or Is)
+        kind = boolean(formula)
+        return "and" if kind is All else "or" if kind is Any else None
 
     def _condition(self, formula: ir.Formula) -> Verb:
         """The verb, or a name for what is explained later."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.ir import Apply, Formula, Mission, Period, Window
 from missionc.ir.kernel.nodes import Node
 from missionc.ir.kernel.walk import children, range_asked, window_of
@@ -25,8 +25,7 @@ MOST = 24
 _LABEL = 44
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
+class Span(Record):
     """A temporal operator's window, in steps of the mission.
 
     ``first`` is the window as it is where the operator is asked earliest,

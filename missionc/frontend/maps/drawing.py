@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unsaid, unusable
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Source
 from missionc.frontend.maps.dxf.areas import GAP, SAGITTA, DrawingFrame, area_from, area_of, disc_of, join_ends, outline
 from missionc.frontend.maps.dxf.blocks import Blocks, Parts, Placed, folded, layer_of
@@ -110,8 +110,7 @@ def _check_layers(document: Any, asked: FileRequest) -> None:
             raise unsaid(message, asked.span, f"its layers are {listed}")
 
 
-@dataclass(frozen=True, slots=True)
-class Loose:
+class Loose(Record):
     """An open line, (points, 2) in metres, of the entity of that number."""
 
     number: int

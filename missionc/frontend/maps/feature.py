@@ -4,34 +4,30 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 
 Corners: TypeAlias = tuple[tuple[float, float], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Area:
+class Area(Record):
     """Polygons less their holes: ``(outer, hole, …)`` of each, corners in order, either way round."""
 
     polygons: tuple[tuple[Corners, ...], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Circle:
+class Circle(Record):
     centre: tuple[float, float]
     radius: float
 
 
-@dataclass(frozen=True, slots=True)
-class MapPoint:
+class MapPoint(Record):
     """A point, with two coordinates or three."""
 
     position: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Feature:
+class Feature(Record):
     """``name`` is empty where the file gives none; ``height`` is the band that it stands in, if the file says it."""
 
     name: str

@@ -23,7 +23,7 @@ import shapely
 from missionc.base.diagnostics.code import MAP_LEFT_OUT
 from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unsaid, unusable
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.plain_number import is_number, plain_number
 from missionc.base.source import Source, Span
 from missionc.base.strict_json import NotJsonError, parse_json
@@ -140,8 +140,7 @@ def _spans(source: Source, count: int) -> list[Span]:
     return spans
 
 
-@dataclass(frozen=True, slots=True)
-class _Part:
+class _Part(Record):
     """A part of a file that makes no place; ``help`` is empty if another declaration may read it."""
 
     kind: str
@@ -161,8 +160,7 @@ def _warnings(source: Source, left_out: list[_Part]) -> Iterator[Diagnostic]:
         yield Diagnostic(MAP_LEFT_OUT, says, Label(first.span), help=first.help)
 
 
-@dataclass(frozen=True, slots=True)
-class _Reader:
+class _Reader(Record):
     """Reads one feature, which is at ``span``; adds the parts that make no place to ``left_out``."""
 
     asked: FileRequest

@@ -20,7 +20,7 @@ from typing import Any
 
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.map_error import MapError, unreadable
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span
 
@@ -28,8 +28,7 @@ IMAGES = (".pgm", ".png", ".bmp")
 METADATA = (".yaml", ".yml")
 
 
-@dataclass(frozen=True, slots=True)
-class Companion:
+class Companion(Record):
     """``path`` is relative to the file's folder, and empty where there is none; it may be absent unless ``needed``."""
 
     path: str
@@ -80,8 +79,7 @@ MODES = ("trinary", "scale", "raw")
 WRITE = "write it as `map_saver` of ROS does"
 
 
-@dataclass(frozen=True, slots=True)
-class MapMetadata:
+class MapMetadata(Record):
     """What the cells of an image mean, and where they are.
 
     ``origin`` is the pose of the lower left corner: metres, metres, radians. A cell is occupied if its darkness, from 0
@@ -127,8 +125,7 @@ def read_metadata(source: Source, asked: Span) -> MapMetadata:
     return entries.read()
 
 
-@dataclass(frozen=True, slots=True)
-class _Entries:
+class _Entries(Record):
     source: Source
     whole: Span
     nodes: dict[str, Any]

@@ -16,7 +16,7 @@ from importlib import import_module
 
 from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unusable
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.frontend.maps.feature import Area, Circle, Feature, MapPoint
 from missionc.frontend.maps.map_metadata import ending
 from missionc.ir.place_files import Extents, FileRequest, LeftOut, ReadSummary
@@ -25,8 +25,7 @@ MOST_SHOWN = 4
 """Kinds of parts left out that are listed."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(Record):
     """Features of a file, and what the reader left out.
 
     Args:
@@ -81,8 +80,7 @@ def _outermost(shape: Area | Circle | MapPoint) -> list[tuple[float, float]]:
             return [(position[0], position[1])]
 
 
-@dataclass(frozen=True, slots=True)
-class Form:
+class Form(Record):
     """``module`` has a function of its own name; ``kinds`` are what it can hold, ``options`` what may be said of it."""
 
     says: str

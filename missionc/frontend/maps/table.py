@@ -23,8 +23,8 @@ from itertools import accumulate
 
 from missionc.base.diagnostics.map_error import MapError, too_many, unreadable, unusable
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.diagnostics.suggest import nearest
-from missionc.base.late_dataclass import dataclass
+from missionc.base.diagnostics.suggest import suggestion
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.plain_number import is_number, plain_number
 from missionc.base.source import Source, Span, line_ends
@@ -35,8 +35,7 @@ TEXTS = frozenset({"name", "kind"})
 """Columns that are no numbers."""
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(Record):
     """What stands in one row, by its column; cells that are empty are left out."""
 
     span: Span
@@ -116,8 +115,7 @@ def _check_header(source: Source, span: Span, names: list[str], known: Sequence[
         raise unusable(f"`{source.name}`: its values are separated by {sign}", span, "write commas between the values")
     for name in names:
         if name not in known:
-            near = nearest(name, known)
-            meant = f"did you mean `{near}`?" if isinstance(near, str) else f"the first row names columns: {takes}"
+            meant = suggestion(name, known, f"the first row names columns: {takes}")
             raise unusable(f"`{source.name}`: `{name[:40]}` is no column of such a table", span, meant)
     twice = next((name for at, name in enumerate(names) if name in names[:at]), "")
     if twice:
@@ -127,8 +125,7 @@ def _check_header(source: Source, span: Span, names: list[str], known: Sequence[
         raise unusable(f"`{source.name}`: there is no column `{missing}`", span, f"name it in the first row: {takes}")
 
 
-@dataclass(frozen=True, slots=True)
-class PointRow:
+class PointRow(Record):
     """``time`` in seconds, 0 where there are none; two or three coordinates in metres."""
 
     span: Span
@@ -163,8 +160,7 @@ NEEDED = ("agent", "x", "y", "z")
 KNOWN = (*NEEDED, "yaw")
 
 
-@dataclass(frozen=True, slots=True)
-class PoseRow:
+class PoseRow(Record):
     """Where an agent was measured: x, y and z in metres. A ``yaw`` beside them, in radians, is read and left out."""
 
     span: Span

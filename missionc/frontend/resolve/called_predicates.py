@@ -7,8 +7,7 @@ import math
 from missionc.base.extensions import Kind, Registry, Unfit
 from missionc.frontend.syntax.tokens import SPELLINGS, STATES
 from missionc.ir import About
-from missionc.ir.language.predicate import Predicate
-from missionc.ir.language.predicates import PREDICATES
+from missionc.ir.language.predicates import PREDICATES, Predicate
 from missionc.ir.predicates.place_predicate import PARAMETERS, PlacePredicate
 
 
@@ -32,7 +31,7 @@ def of_class(name: str, kind: object) -> Predicate:
         raise Unfit(f"its class has {wrong} `parameters`; there are {', '.join(PARAMETERS)}")
     if not 0 < kind.slope < math.inf:
         raise Unfit("its `slope` is not a number above 0")
-    return Predicate(name, About.AGENT, kind.parameters, True, kind.says, kind.example, kind)
+    return Predicate(name, About.AGENT, kind.parameters, kind.says, kind.example, kind)
 
 
 CALLED = Registry(Kind.PREDICATE, {predicate.name: predicate for predicate in PREDICATES if predicate.called}, of_class)

@@ -17,6 +17,7 @@ the team.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import field
 from enum import Enum
 from fractions import Fraction
@@ -27,7 +28,7 @@ from missionc.base.diagnostics import code
 from missionc.base.diagnostics.code import Code
 from missionc.base.diagnostics.model import Diagnostic, Fix, Label
 from missionc.base.diagnostics.suggest import Nothing, nearest
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.limits import Limits
 from missionc.base.source import Span
 from missionc.frontend.syntax import ast
@@ -81,8 +82,7 @@ class Unresolved:
 UNRESOLVED = Unresolved()
 
 
-@dataclass(frozen=True, slots=True)
-class Declared:
+class Declared(Record):
     kind: Kind
     declaration: Named
 
@@ -92,31 +92,9 @@ class Declared:
 
 
 def kind_of(declaration: Named) -> Kind:
-    match declaration:
-        case ast.Param():
-            return Kind.PARAM
-        case ast.Region():
-            return Kind.REGION
-        case ast.Obstacle():
-            return Kind.OBSTACLE
-        case ast.Beacon():
-            return Kind.BEACON
-        case ast.Team(size=None):
-            return Kind.AGENT
-        case ast.Team():
-            return Kind.TEAM
-        case ast.Group():
-            return Kind.GROUP
-        case ast.Graph():
-            return Kind.GRAPH
-        case ast.Formation():
-            return Kind.FORMATION
-        case ast.Resource():
-            return Kind.RESOURCE
-        case ast.Flag():
-            return Kind.FLAG
-        case ast.Let():
-            return Kind.LET
+    """The kind that is called as the node is; a team of no size is an agent."""
+    alone = isinstance(declaration, ast.Team) and declaration.size is None
+    return Kind.AGENT if alone else Kind[type(declaration).__name__.upper()]
 
 
 @dataclass(slots=True)
@@ -249,8 +227,7 @@ MOST_BITS = 1 << 11
 """Bits of the divisor of an exact number; one that needs more is rounded to the nearest ``float``."""
 
 
-@dataclass(frozen=True, slots=True)
-class Amount:
+class Amount(Record):
     """``exact + sum(weight * feature)`` in SI units, and the exponents of its unit; ``exact`` is None once reported."""
 
     exact: Fraction | None
@@ -281,8 +258,7 @@ def kept(value: Fraction) -> Fraction:
     return value if value.denominator.bit_length() <= MOST_BITS else as_written(rounded(value))
 
 
-@dataclass(frozen=True, slots=True)
-class Typed:
+class Typed(Record):
     """A resolved formula at one place of the text.
 
     ``mixed``: some operands are about one agent and some about the team; then
@@ -363,6 +339,22 @@ class Context:
     ) -> None:
         """Add a finding; ``beside`` is said at the primary place."""
         self.findings.append(Diagnostic(code, message, Label(span, beside), labels, notes, help, fix))
+
+    def report_unknown(
+        self,
+        code: Code,
+        message: str,
+        span: Span,
+        word: str,
+        known: Iterable[str],
+        otherwise: str,
+        labels: tuple[Label, ...] = (),
+    ) -> str | Nothing:
+        """Add a finding about a word that is not known, with the nearest known one as its fix; return that one."""
+        near = nearest(word, known)
+        help_text, fix = (f"did you mean `{near}`?", Fix(span, near)) if isinstance(near, str) else (otherwise, None)
+        self.report(code, message, span, labels=labels, help=help_text, fix=fix)
+        return near
 
     def find(self, name: ast.Name, *kinds: Kind, needed: str = "") -> Declared | Unresolved:
         """The declaration of a name of one of these kinds, or UNRESOLVED once it is reported."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
-from missionc.base.diagnostics.suggest import nearest
 from missionc.frontend.resolve.called_predicates import CALLED
 from missionc.frontend.resolve.context import Context, some_of
 from missionc.frontend.resolve.resolve_quantities import excerpt, shown
@@ -43,14 +42,8 @@ def no_such_call(context: Context, call: ast.Call) -> None:
             help=f"write it as in `{CALLED[word].example}`",
         )
         return
-    near = nearest(word, list(CALLED))
-    context.report(
-        code.UNKNOWN_NAME,
-        f"nothing that takes brackets is called `{word}`",
-        call.name.span,
-        help=f"did you mean `{near}`?" if isinstance(near, str) else f"there are {some_of(list(CALLED))}",
-        fix=Fix(call.name.span, near) if isinstance(near, str) else None,
-    )
+    message, known = f"nothing that takes brackets is called `{word}`", list(CALLED)
+    context.report_unknown(code.UNKNOWN_NAME, message, call.name.span, word, known, f"there are {some_of(known)}")
 
 
 def not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Graph, strangers: list[int]) -> None:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from missionc.base.diagnostics.code import PAD_ELSEWHERE, UNUSABLE_POSES
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.diagnostics.suggest import nearest
+from missionc.base.diagnostics.suggest import suggestion
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.frontend.maps.table import PoseRow, pose_table
@@ -74,8 +74,7 @@ def _wrong(message: str, span: Span, way_out: str) -> Diagnostic:
 
 
 def _unknown(row: PoseRow, known: list[str]) -> Diagnostic:
-    near = nearest(row.agent, known)
-    meant = f"did you mean `{near}`?" if isinstance(near, str) else f"the mission has {listed(known[:4])}"
+    meant = suggestion(row.agent, known, f"the mission has {listed(known[:4])}")
     return _wrong(f"the mission has no agent `{row.agent[:40]}`", row.span, meant)
 
 

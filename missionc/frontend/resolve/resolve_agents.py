@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TypeVar, assert_never
+from typing import assert_never
 
 from missionc import ir
 from missionc.base.diagnostics import code
@@ -19,14 +19,14 @@ from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Fix, Label
 from missionc.base.diagnostics.suggest import Nothing
 from missionc.base.extensions import ExtensionError, Unfit
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres
 from missionc.frontend.resolve.context import AGENTS, REPORTED, Context, Kind, Unresolved
 from missionc.frontend.resolve.definitions import ordered
 from missionc.frontend.resolve.resolve_points import known, resolve_point
 from missionc.frontend.resolve.resolve_quantities import SI, excerpt, resolved_number, shown, whole, with_unit_of
-from missionc.frontend.resolve.resolve_settings import known_settings, missing, relation, said_twice, unknown_word
+from missionc.frontend.resolve.resolve_settings import known_settings, missing, only, relation, unknown_word
 from missionc.frontend.resolve.resolve_shapes import NOWHERE
 from missionc.frontend.syntax import ast
 from missionc.ir import Vector
@@ -95,14 +95,6 @@ def _stretch(sides: Vector, counts: tuple[int, ...], axes: tuple[int, ...]) -> f
 
 FLOOR = 0.0
 """Metres: the height of every pad."""
-
-
-def pads_of(context: Context, flight: ast.Flight) -> ast.Pads | None:
-    """The one place where it says its pads; a second one is reported."""
-    pads = [item for item in flight.items if isinstance(item, ast.Pads)]
-    for again in pads[1:]:
-        said_twice(context, "`pads`", again.span, pads[0].span)
-    return pads[0] if pads else None
 
 
 def resolve_pads(
@@ -287,8 +279,7 @@ ALTITUDE = Metres(1.0)
 """What an agent has where its team does not say."""
 
 
-@dataclass(frozen=True, slots=True)
-class NoFinish:
+class NoFinish(Record):
     """The mission does not say where its agents end."""
 
 
@@ -336,18 +327,18 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
     settings = known_settings(
         context, [item for item in team.items if isinstance(item, ast.Setting)], _settings(context), owner
     )
-    flown = _only(context, team, ast.Vehicle, "vehicle")
-    vehicle = resolve_vehicle(context, flown[0]) if flown else context.vehicle
-    turns = _only(context, team, ast.Yaw, "yaw")
-    yaw = resolve_yaw(context, turns[0]) if turns else ir.AHEAD
+    flown = only(context, team.items, ast.Vehicle)
+    vehicle = context.vehicle if flown is None else resolve_vehicle(context, flown)
+    turns = only(context, team.items, ast.Yaw)
+    yaw = ir.AHEAD if turns is None else resolve_yaw(context, turns)
     radius = _length(context, settings.get("radius"), Metres(vehicle.radius), f"the radius of {owner}")
     altitude = _length(context, settings.get("altitude"), ALTITUDE, f"the altitude of {owner}")
-    moves = _only(context, team, ast.Dynamics, "dynamics")
-    starts = _only(context, team, ast.Start, "start")
-    ends = _only(context, team, ast.Finish, "finish")
+    moves = only(context, team.items, ast.Dynamics)
+    starts = only(context, team.items, ast.Start)
+    ends = only(context, team.items, ast.Finish)
     dynamics: ir.Dynamics = UNMOVED
-    if moves:
-        dynamics = resolve_dynamics(context, moves[0])
+    if moves is not None:
+        dynamics = resolve_dynamics(context, moves)
     else:
         missing(
             context,
@@ -356,11 +347,11 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
             "say it in the braces, as in `dynamics single_integrator(speed <= 1 m/s)`",
         )
     start: tuple[ir.Place, ...] = ()
-    if starts:
-        start = _places(context, starts[0].places, size, owner)
+    if starts is not None:
+        start = _places(context, starts.places, size, owner)
     else:
         missing(context, f"where {owner} starts", team.name.span, "say it in the braces: `start in REGION`")
-    finish = _places(context, ends[0].places, size, owner) if ends else NO_FINISH
+    finish = NO_FINISH if ends is None else _places(context, ends.places, size, owner)
     first = len(context.agents)
     count = 0 if math.isnan(size) else int(size)
     pads = _pads(context, team, size, owner)
@@ -386,12 +377,12 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
 
 def _pads(context: Context, team: ast.Team, size: float, owner: str) -> tuple[ir.Pad, ...]:
     """One for each agent; none where the team does not say how it comes from the floor."""
-    flights = _only(context, team, ast.Flight, "flight")
-    if not flights:
+    flight = only(context, team.items, ast.Flight)
+    if flight is None:
         return ()
-    said = pads_of(context, flights[0])
+    said = only(context, flight.items, ast.Pads)
     places = _places(context, said.places, size, owner) if said is not None else None
-    return resolve_pads(context, flights[0], places, owner, 0 if math.isnan(size) else int(size))
+    return resolve_pads(context, flight, places, owner, 0 if math.isnan(size) else int(size))
 
 
 def _settings(context: Context) -> tuple[str, ...]:
@@ -404,17 +395,6 @@ def _length(context: Context, setting: ast.Setting | None, default: Metres, what
         return default
     relation(context, setting, "", "=")
     return Metres(resolved_number(context, setting.high, Dimension.LENGTH, what, least=0))
-
-
-Item = TypeVar("Item", ast.Dynamics, ast.Start, ast.Finish, ast.Vehicle, ast.Flight, ast.Yaw)
-
-
-def _only(context: Context, team: ast.Team, kind: type[Item], word: str) -> list[Item]:
-    """The items of a kind; a second one is reported."""
-    items = [item for item in team.items if isinstance(item, kind)]
-    for again in items[1:]:
-        said_twice(context, f"`{word}`", again.span, items[0].span)
-    return items
 
 
 # --------------------------------------------------------------------- places

@@ -15,7 +15,6 @@ from fractions import Fraction
 from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
-from missionc.base.diagnostics.suggest import nearest
 from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres, Metric
 from missionc.frontend.resolve.context import (
@@ -83,17 +82,15 @@ def _weight(context: Context, unit: ast.Name, graph: ir.Graph) -> ir.Weight:
     """The weight of that name; one that weighs every link 1 once it is reported that there is none."""
     named = {weight.name: weight for weight in graph.weights}
     if unit.text not in named and graph.name:
-        near = nearest(unit.text, ["hops", "distance", *named])
         has = f"its links have {some_of(list(named))}" if named else "its links have none"
-        context.report(
+        context.report_unknown(
             code.UNKNOWN_NAME,
             f"no weight of graph `{graph.name}` is called `{unit.text}`; {has}",
             unit.span,
-            labels=(Label(graph.span, "declared here"),),
-            help=f"did you mean `{near}`?"
-            if isinstance(near, str)
-            else f"a length is in `hops`, in `distance`, or in a weight: `graph {graph.name} = … weight {unit.text} 1`",
-            fix=Fix(unit.span, near) if isinstance(near, str) else None,
+            unit.text,
+            ["hops", "distance", *named],
+            f"a length is in `hops`, in `distance`, or in a weight: `graph {graph.name} = … weight {unit.text} 1`",
+            (Label(graph.span, "declared here"),),
         )
     return named.get(unit.text, ir.Weight(unit.text, 1, ()))
 

@@ -54,7 +54,7 @@ from missionc.frontend.syntax import ast
 from missionc.ir import About
 from missionc.ir.language.operator import Bounds, Fixity, Operator
 from missionc.ir.language.operators import by_name
-from missionc.ir.language.predicate import Predicate
+from missionc.ir.language.predicates import Predicate
 
 
 def check(context: Context, formula: Typed, needed: About, asker: str) -> None:

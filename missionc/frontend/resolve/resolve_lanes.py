@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.diagnostics.suggest import nearest
+from missionc.base.diagnostics.suggest import suggestion
 from missionc.base.plain_number import plain_number
 from missionc.base.source import Span
 from missionc.base.units import Seconds
@@ -50,13 +50,12 @@ def _attributes_known(context: Context, graph: Graphml) -> None:
     for (owner, name), span in graph.keys.items():
         if name in READ[owner] or name in GIVEN_OUT[owner]:
             continue
-        near = nearest(name, READ[owner])
         takes = f"a roadmap has `x`, `y` and `z` of nodes, `speed` and `duration` of edges; leave `{name[:40]}` out"
         context.report(
             code.LANE_ATTRIBUTE,
             f"{'an edge' if owner == 'edge' else 'a node'} of a roadmap has no `{name[:40]}`",
             span,
-            help=f"did you mean `{near}`?" if isinstance(near, str) else takes,
+            help=suggestion(name, READ[owner], takes),
         )
 
 

@@ -25,7 +25,6 @@ from missionc.base.source import Span
 from missionc.base.units import Dimension, Metres, Seconds, Steps
 from missionc.frontend.resolve.context import Context, collect
 from missionc.frontend.resolve.definitions import unused
-from missionc.frontend.resolve.delete_declaration import deleted
 from missionc.frontend.resolve.resolve_agents import resolve_groups, resolve_set, resolve_teams
 from missionc.frontend.resolve.resolve_files import with_places
 from missionc.frontend.resolve.resolve_formations import resolve_formation
@@ -34,7 +33,7 @@ from missionc.frontend.resolve.resolve_goals import resolve_objective, resolve_r
 from missionc.frontend.resolve.resolve_graphs import resolve_flag, resolve_graph, resolve_resource
 from missionc.frontend.resolve.resolve_points import resolve_point, resolve_world
 from missionc.frontend.resolve.resolve_quantities import resolve_parameters, resolved_number
-from missionc.frontend.resolve.resolve_settings import missing, said_twice
+from missionc.frontend.resolve.resolve_settings import missing, only
 from missionc.frontend.resolve.resolve_shapes import resolve_regions
 from missionc.frontend.resolve.resolve_time import resolve_delay, resolve_time
 from missionc.frontend.resolve.spell_out import spell_out
@@ -62,9 +61,9 @@ def resolve(
     written, program = program, spelt_out
     context = Context(names if spelt_out is written else collect(program, []), limits, findings, vehicle=vehicle)
     resolve_parameters(context, overrides)
-    name = _only(context, program, ast.MissionName, "the mission's name", "start with `mission NAME`")
-    time = _only(context, program, ast.Time, "the time", "add `time step 1 s, horizon 20 s`")
-    world = _only(context, program, ast.World, "the world", "add `world (0, 0) to (10, 10)`")
+    name = _needed(context, program, ast.MissionName, "the mission's name", "start with `mission NAME`")
+    time = _needed(context, program, ast.Time, "the time", "add `time step 1 s, horizon 20 s`")
+    world = _needed(context, program, ast.World, "the world", "add `world (0, 0) to (10, 10)`")
     if time is not None:
         resolve_time(context, time, stretch)
     if world is not None:
@@ -72,11 +71,11 @@ def resolve(
     _resolve_things(context, program)
     resolve_lets(context)
     requirements, preferences = resolve_requirements(context, program)
-    minimize = _only(context, program, ast.Minimize)
+    minimize = only(context, program.declarations, ast.Minimize, whole=True)
     objective = resolve_objective(context, minimize)
-    solve = resolve_solve(context, _only(context, program, ast.Solve))
-    separation = _only(context, program, ast.Separation)
-    clearance = _only(context, program, ast.Clearance)
+    solve = resolve_solve(context, only(context, program.declarations, ast.Solve, whole=True))
+    separation = only(context, program.declarations, ast.Separation, whole=True)
+    clearance = only(context, program.declarations, ast.Clearance, whole=True)
     margins = [
         Metres(0.0 if item is None else resolved_number(context, item.distance, Dimension.LENGTH, what, least=0))
         for item, what in ((separation, "the separation"), (clearance, "the clearance"))
@@ -142,18 +141,15 @@ def _resolve_things(context: Context, program: ast.Program) -> None:
         context.flags[flag.name.text] = resolve_flag(context, flag)
 
 
-Item = TypeVar("Item", ast.MissionName, ast.Time, ast.World, ast.Separation, ast.Clearance, ast.Minimize, ast.Solve)
+Item = TypeVar("Item", bound=ast.Node)
 
 
-def _only(context: Context, program: ast.Program, kind: type[Item], what: str = "", way_out: str = "") -> Item | None:
-    """The one declaration of a kind; a second one is reported, and a missing one where it is needed (``what``)."""
-    items = [item for item in program.declarations if isinstance(item, kind)]
-    for again in items[1:]:
-        word = again.span.text.split(maxsplit=1)[0]
-        said_twice(context, f"`{word}`", again.span, items[0].span, deleted(again.span))
-    if not items and what:
+def _needed(context: Context, program: ast.Program, kind: type[Item], what: str, way_out: str) -> Item | None:
+    """The one declaration of a kind; one that is missing is reported."""
+    found = only(context, program.declarations, kind, whole=True)
+    if found is None:
         missing(context, what, _start(program), way_out)
-    return items[0] if items else None
+    return found
 
 
 def _start(program: ast.Program) -> Span:

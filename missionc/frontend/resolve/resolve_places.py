@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from missionc import ir
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import Dimension, Metres
@@ -26,8 +26,7 @@ from missionc.frontend.resolve.spell_out import spell_out
 from missionc.frontend.syntax import ast
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Places:
+class Places(Record, eq=False):
     """The world and what stands in it, by name where it has one; ``context`` knows the parameters.
 
     ``declarations`` are those of the text, each member of a family, and each place of a file, for itself.
@@ -48,7 +47,7 @@ class Places:
 
 def resolve_places(source: Source, declarations: Sequence[ast.Declaration], limits: Limits) -> Places | None:
     """Where everything stands; nothing where the world is not known, or has no room in it."""
-    written = ast.Program(tuple(declarations), Span(source, 0, len(source.text)))
+    written = ast.Program(Span(source, 0, len(source.text)), tuple(declarations))
     placed, _, _ = with_places(written, {}, limits)
     program = spell_out(placed, collect(placed, []), {}, limits, []) or placed
     context = Context(collect(program, []), limits, [])

@@ -18,7 +18,7 @@ from typing import TypeAlias, assert_never
 from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Diagnostic, Fix, Label
-from missionc.base.diagnostics.suggest import NOTHING, nearest
+from missionc.base.diagnostics.suggest import suggestion
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS, Dimension
@@ -123,14 +123,8 @@ def _with_unit(context: Context, number: ast.Number) -> Amount:
     unit = number.unit or ""
     if unit not in UNITS:
         span = number.unit_span or number.span
-        near = NOTHING if "/" in unit else nearest(unit, UNITS)
-        context.report(
-            code.UNKNOWN_UNIT,
-            f"no unit is called `{unit}`",
-            span,
-            help=f"did you mean `{near}`?" if isinstance(near, str) else f"the units are {', '.join(UNITS)}",
-            fix=Fix(span, near) if isinstance(near, str) else None,
-        )
+        known, listed = () if "/" in unit else UNITS, f"the units are {', '.join(UNITS)}"
+        context.report_unknown(code.UNKNOWN_UNIT, f"no unit is called `{unit}`", span, unit, known, listed)
         return NO_AMOUNT
     dimension, factor = UNITS[unit]
     return _in_range(context, Amount(as_written(number.value) * as_written(factor), POWERS[dimension]), number)
@@ -440,11 +434,10 @@ def _from_command_line(finding: Diagnostic, name: str, text: str) -> Diagnostic:
 
 
 def _unknown_parameter(name: str, names: list[str]) -> Diagnostic:
-    near = nearest(name, names)
     listed = f"the parameters are {some_of(names)}" if names else "declare it in the mission: `param NAME = VALUE`"
     return Diagnostic(
         code.UNKNOWN_PARAMETER,
         f"no parameter is called `{name}`",
         None,
-        help=f"did you mean `{near}`?" if isinstance(near, str) else listed,
+        help=suggestion(name, names, listed),
     )

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
-from missionc.base.diagnostics.suggest import Nothing, nearest
+from missionc.base.diagnostics.suggest import Nothing
 from missionc.base.source import Span
 from missionc.frontend.resolve.context import Context, some_of
+from missionc.frontend.resolve.delete_declaration import deleted
 from missionc.frontend.resolve.resolve_quantities import excerpt
 from missionc.frontend.syntax import ast
 
@@ -77,16 +79,9 @@ def _as_value(setting: ast.Setting, wanted: str) -> Fix | None:
 
 def unknown_word(context: Context, name: ast.Name, known: Sequence[str], owner: str, noun: str) -> str | Nothing:
     """Reports a word that is not known; gives the one that was probably meant."""
-    near = nearest(name.text, known)
     listed = f"{owner} takes {some_of(list(known), 10)}" if known else f"{owner} takes none"
-    context.report(
-        code.UNKNOWN_SETTING,
-        f"{owner} has no {noun} `{name.text}`",
-        name.span,
-        help=f"did you mean `{near}`?" if isinstance(near, str) else listed,
-        fix=Fix(name.span, near) if isinstance(near, str) else None,
-    )
-    return near
+    message = f"{owner} has no {noun} `{name.text}`"
+    return context.report_unknown(code.UNKNOWN_SETTING, message, name.span, name.text, known, listed)
 
 
 def said_twice(
@@ -101,6 +96,22 @@ def said_twice(
         help=help or "leave one of them out",
         fix=fix,
     )
+
+
+Item = TypeVar("Item", bound=ast.Node)
+
+
+def only(context: Context, items: Iterable[object], kind: type[Item], *, whole: bool = False) -> Item | None:
+    """The one of these items that is of a kind; others are reported by their first word.
+
+    Args:
+        whole: the items are declarations, so that those reported may be deleted.
+    """
+    found = [item for item in items if isinstance(item, kind)]
+    for again in found[1:]:
+        word = again.span.text.split(maxsplit=1)[0]
+        said_twice(context, f"`{word}`", again.span, found[0].span, deleted(again.span) if whole else None)
+    return found[0] if found else None
 
 
 def missing(context: Context, what: str, span: Span, way_out: str) -> None:

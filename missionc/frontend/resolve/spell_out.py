@@ -17,8 +17,9 @@ from functools import cache
 from typing import cast
 
 from missionc.base.diagnostics import code
+from missionc.base.diagnostics.code import Code
 from missionc.base.diagnostics.model import Diagnostic, Fix, Label, has_errors
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span, Turn
 from missionc.frontend.resolve.context import (
@@ -41,8 +42,7 @@ LEAST_INDEX = -(10**9)
 """No index is less: a number may not be either, whatever the limit of its magnitude."""
 
 
-@dataclass(frozen=True, slots=True)
-class Env:
+class Env(Record):
     """The values of the indices around a part of the text; none outside of families and ``for``."""
 
     turns: tuple[Turn, ...] = ()
@@ -59,8 +59,7 @@ class Env:
 NOWHERE = Env()
 
 
-@dataclass(frozen=True, slots=True)
-class Family:
+class Family(Record):
     """``members`` are names by the values of the indices, one at least."""
 
     name: ast.FamilyName
@@ -295,7 +294,7 @@ def _spelt_out(
 
 def _known(params: list[ast.Param], overrides: dict[str, str], limits: Limits, findings: list[Diagnostic]) -> Context:
     """Where quantities of these parameters can be evaluated; what is wrong with the parameters is said elsewhere."""
-    context = Context(collect(ast.Program(tuple(params), params[0].span), []) if params else Names(), limits, [])
+    context = Context(collect(ast.Program(params[0].span, tuple(params)), []) if params else Names(), limits, [])
     resolve_parameters(context, overrides)
     context.findings = findings
     return context
@@ -305,7 +304,7 @@ def _known(params: list[ast.Param], overrides: dict[str, str], limits: Limits, f
 def _fields(kind: str) -> tuple[tuple[str, bool], ...]:
     """The fields of a kind of node, each with whether a quantity may stand there."""
     written = getattr(ast, kind)
-    return tuple((name, "Quantity" in str(written.__annotations__[name])) for name in written.__match_args__)
+    return tuple((name, "Quantity" in str(written.__annotations__.get(name))) for name in written.__match_args__)
 
 
 @dataclass(slots=True)
@@ -325,7 +324,8 @@ class _Spelling:
         assert isinstance(name, ast.FamilyName)
         if name.text not in self.ranges:
             if name.text in STATE_WORDS:
-                raise self._unclear(state_word(name))
+                self.known.context.findings.append(state_word(name))
+                raise UnclearError
             self.ranges[name.text] = envs = self._turns(name.indices, NOWHERE)
             members = {_values(env): member_name(name.text, _values(env)) for env in envs}
             self.known.add(name, item, members)
@@ -383,13 +383,9 @@ class _Spelling:
         if has_errors(self.known.context.findings):
             return UnclearError()
         span = env.span(index.low.span.to(index.high.span))
+        message = f"the range of `{index.name.text}` rests on a parameter that has no value here"
         return self._unclear(
-            Diagnostic(
-                code.INDEX_MISPLACED,
-                f"the range of `{index.name.text}` rests on a parameter that has no value here",
-                Label(span),
-                help="write numbers, or parameters that are no members of a family",
-            )
+            code.INDEX_MISPLACED, message, span, "write numbers, or parameters that are no members of a family"
         )
 
     def _own_name(self, name: ast.Name, around: Env) -> None:
@@ -397,20 +393,15 @@ class _Spelling:
         text = name.text
         declared = self.known.declared.get(text)
         if text in STATE_WORDS:
-            raise self._unclear(state_word(name))
+            self.known.context.findings.append(state_word(name))
+            raise UnclearError
         if around.value(text) is not None:
             message = f"`{text}` is an index already"
-            raise self._unclear(Diagnostic(code.NAME_TWICE, message, Label(name.span), help="choose another name"))
+            raise self._unclear(code.NAME_TWICE, message, name.span, "choose another name")
         if declared is not None:
-            raise self._unclear(
-                Diagnostic(
-                    code.NAME_TWICE,
-                    f"`{text}` is declared, so it cannot be an index",
-                    Label(name.span),
-                    (Label(declared.name.span, "declared here"),),
-                    help="choose another name",
-                )
-            )
+            message = f"`{text}` is declared, so it cannot be an index"
+            here = Label(declared.name.span, "declared here")
+            raise self._unclear(code.NAME_TWICE, message, name.span, "choose another name", here)
 
     # ------------------------------------------------------------------ trees
 
@@ -455,7 +446,7 @@ class _Spelling:
         if value is not None:
             message = f"`{name.text}` is an index, which is a number; something else is needed here"
             advice = f"name a member with it, as in `w[{name.text}]`, or compute with it"
-            raise self._unclear(Diagnostic(code.INDEX_MISPLACED, message, Label(name.span), help=advice))
+            raise self._unclear(code.INDEX_MISPLACED, message, name.span, advice)
         if name.text in self.families:
             return self.known.all(ast.Name(span, name.text))
         return ast.Name(span, name.text)
@@ -485,17 +476,12 @@ class _Spelling:
         limit = self.known.context.limits.family_parts
         self.parts += parts
         if self.parts > limit:
-            raise self._unclear(
-                Diagnostic(
-                    code.TOO_LARGE_TO_EXPAND,
-                    f"families and `for` are spelt out to more than {shown(limit)} parts up to here",
-                    Label(span),
-                    help="take smaller ranges, or raise the limit with `--limit family_parts=VALUE`",
-                )
-            )
+            message = f"families and `for` are spelt out to more than {shown(limit)} parts up to here"
+            advice = "take smaller ranges, or raise the limit with `--limit family_parts=VALUE`"
+            raise self._unclear(code.TOO_LARGE_TO_EXPAND, message, span, advice)
 
-    def _unclear(self, finding: Diagnostic) -> UnclearError:
-        self.known.context.findings.append(finding)
+    def _unclear(self, code: Code, message: str, span: Span, advice: str, *labels: Label) -> UnclearError:
+        self.known.context.report(code, message, span, labels=labels, help=advice)
         return UnclearError()
 
 

@@ -1,33 +1,34 @@
-"""Tree construction from grammar rules: one function for each rule, by its name in ``grammars/mission.lark``.
+"""Tree construction from grammar rules: the function of each rule, by its name in ``grammars/mission.lark``.
 
 A function gets the span of its text and the parts the grammar keeps: nodes,
-``ast.Name`` for a name, tokens for other words and signs.
+``ast.Name`` for a name, tokens for other words and signs. A rule without one makes the node that it is named for.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
+from typing import Any, cast
 
 from missionc.base.diagnostics.code import SYNTAX
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
-from missionc.frontend.syntax import ast
-from missionc.frontend.syntax.build_formula import FORMULAS, QUANTITIES, MisreadError, as_formula
+from missionc.frontend.syntax import ast, build_formula
+from missionc.frontend.syntax.build_formula import MisreadError, as_formula
+from missionc.frontend.syntax.parse_table import load
 from missionc.frontend.syntax.tokens import Token, quoted
 
 FORMATIONS = ("line", "chain", "circle", "grid", "star", "offsets", "distances")
 
 
-@dataclass(frozen=True, slots=True)
-class _Total:
+class _Total(Record):
     """``total tolerance 0.5 m``, until the formation around it is read."""
 
     setting: ast.Setting
 
 
-@dataclass(frozen=True, slots=True)
-class _OfPairs:
+class _OfPairs(Record):
     """``{ tower to drone 8 m }``, until the graph around it is read."""
 
     span: Span
@@ -58,35 +59,11 @@ def moving(span: Span, velocity: ast.Point, unit: Token | None) -> ast.Moving:
     return ast.Moving(span, velocity, unit.text, unit.span)
 
 
-def along(span: Span, *waypoints: ast.Waypoint) -> ast.Along:
-    return ast.Along(span, waypoints)
-
-
-def waypoint(span: Span, time: ast.Quantity, *offset: ast.Quantity) -> ast.Waypoint:
-    return ast.Waypoint(span, time, offset)
-
-
 # -------------------------------------------------------------------- agents
-
-
-def team(span: Span, name: ast.Name, size: ast.Quantity, *items: ast.TeamItem) -> ast.Team:
-    return ast.Team(span, name, size, items)
 
 
 def agent(span: Span, name: ast.Name, *items: ast.TeamItem) -> ast.Team:
     return ast.Team(span, name, None, items)
-
-
-def dynamics(span: Span, name: ast.Name, *settings: ast.Setting | None) -> ast.Dynamics:
-    return ast.Dynamics(span, name, tuple(setting for setting in settings if setting is not None))
-
-
-def vehicle(span: Span, name: ast.Name, *settings: ast.Setting | None) -> ast.Vehicle:
-    return ast.Vehicle(span, name, tuple(setting for setting in settings if setting is not None))
-
-
-def flight(span: Span, *items: ast.Pads | ast.Setting | None) -> ast.Flight:
-    return ast.Flight(span, tuple(item for item in items if item is not None))
 
 
 def yaw(span: Span, angle: ast.Quantity | None = None) -> ast.Yaw:
@@ -109,10 +86,6 @@ def setting(span: Span, name: ast.Name, *value: Token | ast.Quantity) -> ast.Set
 def setting_range(span: Span, name: ast.Name, low: ast.Quantity, sign: Token, high: ast.Quantity) -> ast.Setting:
     """``speed 1..2 m/s``: the unit stays with the high end; ``resolve`` lends it to the low one."""
     return ast.Setting(span, name, sign.text, high, low)
-
-
-def at_points(span: Span, *points: ast.Point) -> ast.AtPoints:
-    return ast.AtPoints(span, points)
 
 
 def between(span: Span, kind: ast.Name, first: ast.Point, last: ast.Point) -> ast.OnLine | ast.OnGrid:
@@ -144,10 +117,6 @@ def from_file(
 def words_of(word: str) -> Callable[..., ast.FileOption]:
     """The function of an option of a file that has texts or names after its word."""
     return lambda span, *words: ast.FileOption(span, word, tuple(each.text.strip('"') for each in words))
-
-
-def group(span: Span, name: ast.Name, *members: ast.Name | ast.Member) -> ast.Group:
-    return ast.Group(span, name, members)
 
 
 # --------------------------------------------------------- graphs, formations
@@ -235,16 +204,8 @@ def formation(
 # -------------------------------------------------------- resources and flags
 
 
-def resource(span: Span, name: ast.Name, agents: ast.Name | ast.Member, *rates: ast.Rate) -> ast.Resource:
-    return ast.Resource(span, name, agents, rates)
-
-
 def rate(span: Span, name: ast.Name, value: ast.Quantity, unit: Token | None, within: ast.Name | None) -> ast.Rate:
     return ast.Rate(span, name, value, None if unit is None else ast.Name(unit.span, unit.text), within)
-
-
-def flag(span: Span, name: ast.Name, agents: ast.Name | ast.Member, *marks: ast.Mark) -> ast.Flag:
-    return ast.Flag(span, name, agents, marks)
 
 
 # -------------------------------------------------------------- declarations
@@ -279,100 +240,43 @@ def solve(span: Span, backend: ast.Name, *options: ast.Setting | ast.FileSetting
     return ast.Solve(span, backend, settings, tuple(each for each in options if isinstance(each, ast.FileSetting)))
 
 
-FUNCTIONS: dict[str, Callable[..., object]] = (
-    FORMULAS
-    | QUANTITIES
-    | {
-        "agent": agent,
-        "along": along,
-        "along_file": ast.AlongFile,
-        "at_listed": ast.AtListed,
-        "at_points": at_points,
-        "ball": ast.Ball,
-        "beacon": ast.Beacon,
-        "between": between,
-        "box": ast.Box,
-        "clearance": ast.Clearance,
-        "combined": combined,
-        "cylinder": ast.Cylinder,
-        "disc": ast.Disc,
-        "dynamics": dynamics,
-        "finish": ast.Finish,
-        "flight": flight,
-        "file": file,
-        "file_setting": file_setting,
-        "flag": flag,
-        "formation": formation,
-        "from_file": from_file,
-        "goal": goal,
-        "graph": graph,
-        "graph_kind": same,
-        "graph_of_pairs": graph_of_pairs,
-        "group": group,
-        "height": ast.Height,
-        "in_region": ast.InRegion,
-        "include": include,
-        "index": ast.Index,
-        "layers": words_of("layer"),
-        "let": let,
-        "link": link,
-        "links": lambda span, *links: links,
-        "listed_offsets": same,
-        "mark": ast.Mark,
-        "minimize": ast.Minimize,
-        "mission": ast.MissionName,
-        "moving": moving,
-        "name": same,
-        "named": words_of("named"),
-        "obstacle": ast.Obstacle,
-        "of_pair": ast.OfPair,
-        "of_pairs": of_pairs,
-        "offsets": lambda span, *points: points,
-        "origin": lambda span, point: ast.FileOption(span, "origin", point),
-        "pads": ast.Pads,
-        "param": ast.Param,
-        "parentheses": same,
-        "placed": lambda span, point: ast.FileOption(span, "at", point),
-        "polygon": polygon,
-        "prefer": prefer,
-        "rate": rate,
-        "region": ast.Region,
-        "require": require,
-        "resource": resource,
-        "separation": ast.Separation,
-        "setting": setting,
-        "setting_range": setting_range,
-        "solve": solve,
-        "start": ast.Start,
-        "team": team,
-        "time": ast.Time,
-        "tolerate": ast.Tolerate,
-        "total": total,
-        "unknown": words_of("unknown"),
-        "vehicle": vehicle,
-        "waypoint": waypoint,
-        "weight": weight,
-        "world": ast.World,
-        "yaw": yaw,
-    }
-)
+OTHERS: dict[str, Callable[..., object]] = {
+    **dict.fromkeys(("graph_kind", "listed_offsets", "name", "parentheses"), same),
+    **dict.fromkeys(("compare", "number_compare", "length_of"), same),
+    **dict.fromkeys(("links", "offsets"), lambda span, *parts: parts),
+    "layers": words_of("layer"),
+    "mission": ast.MissionName,
+    "named": words_of("named"),
+    "origin": lambda span, point: ast.FileOption(span, "origin", point),
+    "placed": lambda span, point: ast.FileOption(span, "at", point),
+    "unknown": words_of("unknown"),
+}
+"""The functions of rules that are not named for one, nor for a node."""
 
-NESTS: frozenset[str] = frozenset(
+
+@cache
+def functions() -> dict[str, Callable[..., object]]:
+    """The function of each rule of the grammar, by its name."""
+    return {rule.name: _function(rule.name) for rule in load().rules if rule.name not in ("", "*")}
+
+
+def _function(rule: str) -> Callable[..., object]:
+    """The function of this name; else the node, to whose last field, if it is a tuple, all further parts belong."""
+    found = OTHERS.get(rule) or globals().get(rule) or getattr(build_formula, rule, None)
+    if found is not None:
+        return cast(Callable[..., object], found)
+    node: Any = getattr(ast, "".join(map(str.capitalize, rule.split("_"))))
+    *_, last = fields = node.__match_args__
+    first = len(fields) - 2
+    if not node.__annotations__[last].startswith("tuple["):
+        return cast(Callable[..., object], node)
+    return lambda span, *parts: node(span, *parts[:first], tuple(each for each in parts[first:] if each is not None))
+
+
+NESTS = frozenset(
     {
-        *(
-            "arithmetic",
-            "negative",
-            "extreme",
-            "extreme_of_terms",
-            "indexed",
-            "call",
-            "term",
-            "minus",
-            "combined",
-            "parentheses",
-            "comparison",
-        ),
-        *("infix", "bounded_infix", "prefix", "bounded_prefix", "chain", "count"),
+        *("arithmetic", "negative", "extreme", "extreme_of_terms", "indexed", "call", "term", "minus", "parentheses"),
+        *("combined", "comparison", "infix", "bounded_infix", "prefix", "bounded_prefix", "chain", "count"),
         *("quantified", "recurrent", "at_least", "without", "one_agent", "for_every", "for_some"),
     }
 )

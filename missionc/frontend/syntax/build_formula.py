@@ -6,7 +6,6 @@ functions therefore look again. ``build`` has the other rules.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from missionc.base.diagnostics.code import SYNTAX, UNKNOWN_NAME
@@ -54,29 +53,6 @@ def of_team_or_family(span: Span, name: ast.Indexed) -> ast.Member | ast.Indexed
     return ast.Member(span, ast.Name(name.span, name.text), name.indices[0])
 
 
-def distance(span: Span, *ends: ast.Name | ast.Member) -> ast.Distance:
-    return ast.Distance(span, ends)
-
-
-def point(span: Span, *coordinates: ast.Quantity) -> ast.Point:
-    return ast.Point(span, coordinates)
-
-
-QUANTITIES: dict[str, Callable[..., object]] = {
-    "arithmetic": arithmetic,
-    "distance": distance,
-    "extreme": extreme,
-    "family": family,
-    "indexed": indexed,
-    "member": member,
-    "negative": negative,
-    "number": number,
-    "of_team_or_family": of_team_or_family,
-    "point": point,
-}
-"""The function for each of these rules."""
-
-
 class MisreadError(Exception):
     """Each token may stand where it stands, but together they say nothing."""
 
@@ -121,10 +97,6 @@ def quantified(span: Span, kind: Token, agents: ast.Name | ast.Member, body: ast
     return ast.Quantified(span, kind.word, None, agents, as_formula(body))
 
 
-def period(span: Span, length: ast.Quantity) -> ast.Period:
-    return ast.Period(span, length)
-
-
 def recurrent(span: Span, kind: Token, every: ast.Period, body: ast.Formula) -> ast.Apply:
     """``every 40 s: f``"""
     return ast.Apply(span, kind.word, kind.span, (as_formula(body),), every)
@@ -154,10 +126,6 @@ def comparison(span: Span, left: ast.Formula, relation: Token, right: ast.Formul
     return ast.Compare(span, relation.text, as_quantity(left), as_quantity(right))
 
 
-def facing(span: Span, within: ast.Quantity, towards: ast.Quantity) -> ast.Facing:
-    return ast.Facing(span, within, towards)
-
-
 def for_every(span: Span, word: Token, *parts: ast.Index | ast.Formula) -> ast.ForEach:
     return _for_each(span, "every", word, parts)
 
@@ -181,6 +149,14 @@ def extreme_of_terms(span: Span, word: Token, *parts: ast.Formula | ast.Quantity
     return ast.Extreme(span, word.text, tuple(map(as_quantity, parts)))
 
 
+def true(span: Span) -> ast.Truth:
+    return ast.Truth(span, True)
+
+
+def false(span: Span) -> ast.Truth:
+    return ast.Truth(span, False)
+
+
 def window(span: Span, low: ast.Quantity, high: ast.Quantity | None = None) -> ast.Window:
     return ast.Window(span, low, high)
 
@@ -199,39 +175,6 @@ def length_up_to(span: Span, unit: Token | ast.Name, high: ast.Quantity, graph: 
 
 def length_from(span: Span, unit: Token | ast.Name, low: ast.Quantity, graph: ast.Name | None) -> ast.Length:
     return length_between(span, unit, low, None, graph)
-
-
-FORMULAS: dict[str, Callable[..., object]] = {
-    "at_least": at_least,
-    "bounded_infix": bounded_infix,
-    "bounded_prefix": bounded_prefix,
-    "call": call,
-    "chain": chain,
-    "comparison": comparison,
-    "count": count,
-    "extreme_of_terms": extreme_of_terms,
-    "facing": facing,
-    "infix": infix,
-    "length_between": length_between,
-    "length_from": length_from,
-    "length_up_to": length_up_to,
-    "minus": minus,
-    "one_agent": one_agent,
-    "period": period,
-    "prefix": prefix,
-    "quantified": quantified,
-    "recurrent": recurrent,
-    "term": term,
-    "window": window,
-    "compare": lambda span, relation: relation,
-    "number_compare": lambda span, relation: relation,
-    "for_every": for_every,
-    "for_some": for_some,
-    "false": lambda span: ast.Truth(span, False),
-    "length_of": lambda span, metric: metric,
-    "true": lambda span: ast.Truth(span, True),
-    "without": without,
-}
 
 
 # ------------------------------------------------------------------ messages

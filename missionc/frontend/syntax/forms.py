@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+
+def _by_foreign(ours: dict[str, str]) -> dict[str, str]:
+    """Return our word or sign for each of the words and signs of other languages beside it."""
+    return {foreign: own for own, written in ours.items() for foreign in written.split()}
+
+
 DECLARED: dict[str, str] = {
     "mission": "mission wildfire",
     "param": "param T = 20 s",
@@ -76,73 +82,49 @@ BOUNDS: dict[str, str] = {
 }
 """The bounds of each class of operator."""
 
-SIGNS: dict[str, str] = {
-    "&&": "and",
-    "/\\": "and",
-    "∧": "and",
-    "||": "or",
-    "\\/": "or",
-    "∨": "or",
-    "¬": "not",
-    "~": "not",
-    "∀": "every",
-    "∃": "some",
-    "=>": "implies",
-    "==>": "implies",
-    "⇒": "implies",
-    "→": "implies",
-    "<=>": "iff",
-    "⇔": "iff",
-    "↔": "iff",
-    "□": "always",
-    "◇": "eventually",
-    "=<": "<=",
-    "≤": "<=",
-    "≥": ">=",
-    "−": "-",
-    "–": "-",
-    "×": "*",
-    "·": "*",
-    "÷": "/",
-    ":=": "=",
-    "...": "..",
-    "…": "..",
-    "//": "#",
-    "/*": "#",
-    "“": '"',
-    "”": '"',
-    "'": '"',
-    ";": "",
-    ".": "",
-}
+SIGNS: dict[str, str] = _by_foreign(
+    {
+        "and": "&& /\\ ∧",
+        "or": "|| \\/ ∨",
+        "not": "¬ ~",
+        "every": "∀",
+        "some": "∃",
+        "implies": "=> ==> ⇒ →",
+        "iff": "<=> ⇔ ↔",
+        "always": "□",
+        "eventually": "◇",
+        "<=": "=< ≤",
+        ">=": "≥",
+        "-": "− –",
+        "*": "× ·",
+        "/": "÷",
+        "=": ":=",
+        "..": "... …",
+        "#": "// /*",
+        '"': "“ ” '",
+        "": "; .",
+    }
+)
 """Signs of other languages, and ours for them; empty where we write none."""
 
-WORDS: dict[str, str] = {
-    "globally": "always",
-    "henceforth": "always",
-    "finally": "eventually",
-    "sometime": "eventually",
-    "sometimes": "eventually",
-    "then": "implies",
-    "exists": "some",
-    "any": "some",
-    "forall": "every",
-    "each": "every",
-    "all": "every",
-    "zone": "region",
-    "area": "region",
-    "const": "param",
-    "parameter": "param",
-    "robot": "agent",
-    "robots": "team",
-    "property": "require",
-    "requirement": "require",
-    "assert": "require",
-    "minimise": "minimize",
-    "circle": "disc",
-    "sphere": "ball",
-    "rectangle": "box",
-}
+WORDS: dict[str, str] = _by_foreign(
+    {
+        "always": "globally henceforth",
+        "eventually": "finally sometime sometimes",
+        "implies": "then",
+        "some": "exists any",
+        "every": "forall each all",
+        "region": "zone area",
+        "param": "const parameter",
+        "agent": "robot",
+        "team": "robots",
+        "require": "property requirement assert",
+        "minimize": "minimise",
+        "disc": "circle",
+        "ball": "sphere",
+        "box": "rectangle",
+    }
+)
 """Words of other languages, and ours for them."""
 
 INSTEAD: dict[str, str] = {
@@ -159,22 +141,14 @@ INSTEAD: dict[str, str] = {
 }
 """Words of other languages that we say in more words."""
 
-UNITS_IN_FULL: dict[str, str] = {
-    "sec": "s",
-    "secs": "s",
-    "second": "s",
-    "seconds": "s",
-    "minute": "min",
-    "minutes": "min",
-    "millisecond": "ms",
-    "milliseconds": "ms",
-    "meter": "m",
-    "meters": "m",
-    "metre": "m",
-    "metres": "m",
-    "degree": "deg",
-    "degrees": "deg",
-    "radian": "rad",
-    "radians": "rad",
-}
+UNITS_IN_FULL: dict[str, str] = _by_foreign(
+    {
+        "s": "sec secs second seconds",
+        "min": "minute minutes",
+        "ms": "millisecond milliseconds",
+        "m": "meter meters metre metres",
+        "deg": "degree degrees",
+        "rad": "radian radians",
+    }
+)
 """Units in full, and as we write them."""

@@ -16,11 +16,11 @@ from typing import TypeAlias, cast
 
 from missionc.base.diagnostics import code as codes
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import DEEPEST, Limits
 from missionc.base.source import Source, Span
 from missionc.frontend.syntax import ast, parse_table
-from missionc.frontend.syntax.build import FUNCTIONS, NESTS
+from missionc.frontend.syntax.build import NESTS, functions
 from missionc.frontend.syntax.build_formula import MisreadError
 from missionc.frontend.syntax.hints import explain
 from missionc.frontend.syntax.machine import Machine, TooDeepError
@@ -31,7 +31,7 @@ from missionc.frontend.syntax.read_places import Files
 from missionc.frontend.syntax.stopping_place import Place
 from missionc.frontend.syntax.tokens import LABEL, MOST_FINDINGS, NAME, Token, tokenise
 
-Outcome: TypeAlias = ast.Declaration | Diagnostic
+Outcome: TypeAlias = "ast.Declaration | Diagnostic"
 
 
 def parse(source: Source, limits: Limits, load: Loader) -> tuple[ast.Program | None, list[Diagnostic]]:
@@ -41,7 +41,7 @@ def parse(source: Source, limits: Limits, load: Loader) -> tuple[ast.Program | N
         findings = [_empty(source)]
     if findings:
         return None, findings[:MOST_FINDINGS]
-    return ast.Program(tuple(declarations), Span(source, 0, len(source.text))), []
+    return ast.Program(Span(source, 0, len(source.text)), tuple(declarations)), []
 
 
 def read(source: Source, limits: Limits, load: Loader) -> tuple[list[ast.Declaration], list[Diagnostic]]:
@@ -61,8 +61,7 @@ def read_passage(passage: Span, limits: Limits) -> tuple[list[Outcome], list[Dia
     return outcomes, odd
 
 
-@dataclass(frozen=True, slots=True)
-class _Reader:
+class _Reader(Record):
     """Reads a file and those it includes.
 
     ``read_already`` is where each file was first included; ``sizes`` are theirs, in bytes.
@@ -169,7 +168,7 @@ def _read_declarations(tokens: Sequence[Token], here: int, end: int, limits: Lim
 
 def _read_declaration(tokens: Sequence[Token], first: int, limits: Limits) -> tuple[ast.Declaration | Diagnostic, int]:
     """The declaration that starts at a token, or what is wrong with it; and where the next one starts."""
-    machine = Machine(parse_table.load(), FUNCTIONS, NESTS, limits.nesting)
+    machine = Machine(parse_table.load(), functions(), NESTS, limits.nesting)
     opened: list[int] = []
     here = first
     try:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.resources import folder
 
 if TYPE_CHECKING:
@@ -25,8 +25,7 @@ END = "END"
 """The token after the last one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rule:
+class Rule(Record):
     """What a reduction does.
 
     ``name`` is the function that builds the node; empty where the one part is
@@ -40,8 +39,7 @@ class Rule:
     keep: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
+class Table(Record):
     """``actions[state][token]`` is the next state, or ``-1 - n`` for a reduction by ``rules[n]``.
 
     Tokens are words and signs as written, or the grammar's upper-case names.

@@ -15,15 +15,14 @@ from posixpath import dirname, join
 
 from missionc.base.diagnostics.code import FILE_TOO_LARGE
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.read_file import LINK, Absent, Loader
 
 
-@dataclass(frozen=True, slots=True)
-class Files:
+class Files(Record):
     """Those of one mission; each is read once, and all together are within a limit."""
 
     limits: Limits

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.frontend.syntax import ast
 
@@ -37,8 +37,7 @@ def nodes(root: object) -> Iterator[object]:
                 waiting.append(value.indices)
 
 
-@dataclass(frozen=True, slots=True)
-class Mentions:
+class Mentions(Record):
     """What a tree says by name: ``names``, each once; and whether it also means every beacon, or the only graph."""
 
     names: tuple[str, ...]

@@ -7,15 +7,14 @@ from collections.abc import Collection, Sequence
 from missionc.base.diagnostics.code import SYNTAX, Code
 from missionc.base.diagnostics.model import Diagnostic, Fix, Label
 from missionc.base.diagnostics.suggest import nearest
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.frontend.syntax import forms
 from missionc.frontend.syntax.parse_table import END
 from missionc.frontend.syntax.tokens import Token
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(Record):
     """Where reading stopped: at token ``here`` of the declaration that starts at token ``first``.
 
     ``opened`` are the brackets not yet closed, outermost first.

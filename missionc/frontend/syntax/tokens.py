@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from missionc.base.diagnostics.code import NAME_NOT_ALLOWED, NUMBER_OUT_OF_RANGE, UNKNOWN_UNIT
 from missionc.base.diagnostics.model import Diagnostic, Fix, Label
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS
@@ -23,8 +23,7 @@ from missionc.frontend.syntax.forms import UNITS_IN_FULL
 from missionc.frontend.syntax.parse_table import END
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
+class Word(Record):
     """A word with a meaning of its own.
 
     ``says`` is what it is, in words. ``token`` is its class in the grammar,
@@ -39,37 +38,19 @@ class Word:
     reserved: bool = True
 
 
+def _words(says: str, texts: str, *, reserved: bool = True) -> tuple[Word, ...]:
+    """Words of one kind that are their own class in the grammar."""
+    return tuple(Word(text, says, reserved=reserved) for text in texts.split())
+
+
 WORDS: tuple[Word, ...] = (
-    Word("mission", "a declaration"),
-    Word("param", "a declaration"),
-    Word("include", "a declaration"),
-    Word("time", "a declaration"),
-    Word("world", "a declaration"),
-    Word("region", "a declaration"),
-    Word("obstacle", "a declaration"),
-    Word("beacon", "a declaration"),
-    Word("team", "a declaration"),
-    Word("agent", "a declaration"),
-    Word("group", "a declaration"),
-    Word("graph", "a declaration"),
-    Word("formation", "a declaration"),
-    Word("separation", "a declaration"),
-    Word("clearance", "a declaration"),
-    Word("resource", "a declaration"),
-    Word("flag", "a declaration"),
-    Word("let", "a declaration"),
-    Word("require", "a declaration"),
-    Word("prefer", "a declaration"),
-    Word("minimize", "a declaration"),
-    Word("solve", "a declaration"),
-    Word("tolerate", "a declaration"),
+    *_words(
+        "a declaration", "mission param include time world region obstacle beacon team agent group graph formation"
+    ),
+    *_words("a declaration", "separation clearance resource flag let require prefer minimize solve tolerate"),
     Word("obstacles", "a declaration", "SEVERAL", reserved=False),
     Word("regions", "a declaration", "SEVERAL", reserved=False),
-    Word("box", "a shape"),
-    Word("disc", "a shape"),
-    Word("ball", "a shape"),
-    Word("cylinder", "a shape"),
-    Word("polygon", "a shape"),
+    *_words("a shape", "box disc ball cylinder polygon"),
     Word("not", "an operator", "PREFIX", "!"),
     Word("next", "an operator", "PREFIX"),
     Word("arrives", "an operator", "PREFIX"),
@@ -91,53 +72,26 @@ WORDS: tuple[Word, ...] = (
     Word("or", "an operator", letter="|"),
     Word("implies", "an operator", letter="->"),
     Word("iff", "an operator", letter="<->"),
-    Word("every", "a quantifier"),
-    Word("some", "a quantifier"),
-    Word("for", "a quantifier"),
-    Word("true", "a formula"),
-    Word("false", "a formula"),
-    Word("distance", "a measure"),
-    Word("end", "the mission's last step"),
-    Word("at", "a preposition"),
-    Word("in", "a preposition"),
-    Word("of", "a preposition"),
-    Word("on", "a preposition"),
-    Word("over", "a preposition"),
-    Word("to", "a preposition"),
-    Word("with", "a preposition"),
-    Word("per", "a preposition", reserved=False),
-    Word("step", "a part of `time`", reserved=False),
-    Word("horizon", "a part of `time`", reserved=False),
-    Word("radius", "a measure", reserved=False),
-    Word("height", "a measure", reserved=False),
-    Word("moving", "a motion", reserved=False),
-    Word("along", "a motion", reserved=False),
-    Word("uncertain", "a motion", reserved=False),
-    Word("dynamics", "a part of a team"),
-    Word("start", "a part of a team", reserved=False),
-    Word("finish", "a part of a team", reserved=False),
-    Word("vehicle", "a part of a team", reserved=False),
-    Word("flight", "a part of a team", reserved=False),
-    Word("pads", "a part of `flight`", reserved=False),
-    Word("yaw", "a part of a team", reserved=False),
-    Word("path", "a way to turn", reserved=False),
-    Word("proximity", "a kind of graph", reserved=False),
-    Word("beacons", "a kind of graph", reserved=False),
-    Word("sight", "a kind of graph", reserved=False),
-    Word("total", "a part of a formation", reserved=False),
-    Word("least", "a quantifier", reserved=False),
-    Word("without", "a quantifier"),
-    Word("any", "a quantifier", reserved=False),
-    Word("hops", "a measure", reserved=False),
-    Word("weight", "a part of `prefer`", reserved=False),
-    Word("delay", "a part of `tolerate`", reserved=False),
-    Word("heading", "a measure", reserved=False),
-    Word("within", "a preposition", reserved=False),
-    Word("from", "a preposition", reserved=False),
-    Word("origin", "a part of `from`", reserved=False),
-    Word("layer", "a part of `from`", reserved=False),
-    Word("unknown", "a part of `from`", reserved=False),
-    Word("named", "a part of `from`", reserved=False),
+    *_words("a quantifier", "every some for"),
+    *_words("a quantifier", "least any", reserved=False),
+    *_words("a formula", "true false"),
+    *_words("a measure", "distance"),
+    *_words("a measure", "radius height hops heading", reserved=False),
+    *_words("the mission's last step", "end"),
+    *_words("a preposition", "at in of on over to with"),
+    *_words("a preposition", "per within from", reserved=False),
+    *_words("a part of `time`", "step horizon", reserved=False),
+    *_words("a motion", "moving along uncertain", reserved=False),
+    *_words("a part of a team", "dynamics"),
+    *_words("a quantifier", "without"),
+    *_words("a part of a team", "start finish vehicle flight yaw", reserved=False),
+    *_words("a part of `flight`", "pads", reserved=False),
+    *_words("a way to turn", "path", reserved=False),
+    *_words("a kind of graph", "proximity beacons sight", reserved=False),
+    *_words("a part of a formation", "total", reserved=False),
+    *_words("a part of `prefer`", "weight", reserved=False),
+    *_words("a part of `tolerate`", "delay", reserved=False),
+    *_words("a part of `from`", "origin layer unknown named", reserved=False),
 )
 """Every word of the grammar. A letter (``U``) may also be a name, but for those of operators before their operand."""
 

@@ -10,7 +10,7 @@ import re
 from functools import cache
 from pathlib import Path
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 DEFAULT = "relay"
 
@@ -18,8 +18,7 @@ _FIRST = re.compile(r"# Template `(?P<name>[a-z-]+)`: (?P<about>.+)\n")
 _MISSION = re.compile(r"^mission (?P<name>\w+)$", re.MULTILINE)
 
 
-@dataclass(frozen=True, slots=True)
-class Template:
+class Template(Record):
     """``about`` is its first line, a sentence; ``mission`` the name of the mission in ``text``."""
 
     name: str

@@ -15,22 +15,20 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import TypeAlias, assert_never
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector
 
 Corners: TypeAlias = tuple[tuple[float, float], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class HalfSpace:
+class HalfSpace(Record):
     """Points whose inner product with ``normal``, of length 1, is at most ``offset``; over the first coordinates."""
 
     normal: Vector
     offset: float
 
 
-@dataclass(frozen=True, slots=True)
-class Outside:
+class Outside(Record):
     """Points at least ``radius`` away from ``centre``, over the first coordinates, as many as it has."""
 
     centre: Vector

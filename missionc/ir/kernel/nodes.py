@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from typing import TypeAlias
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record, dataclass
 from missionc.base.source import Span
 from missionc.ir import Formula, Graph, Predicate
 
@@ -45,8 +45,7 @@ class Is(LeafNode):
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Not:
+class Not(Record, eq=False):
     """The body, a leaf, fails. An operator may write it around any node: ``normal_form`` moves it down."""
 
     every = False
@@ -54,8 +53,7 @@ class Not:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class All:
+class All(Record, eq=False):
     """Every part; true where there are none."""
 
     every = True
@@ -64,8 +62,7 @@ class All:
     dual: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Any:
+class Any(Record, eq=False):
     """Some part; false where there are none."""
 
     every = False
@@ -74,8 +71,7 @@ class Any:
     dual: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AtLeast:
+class AtLeast(Record, eq=False):
     """So many of the parts or more. Robustness: the ``count``-th largest."""
 
     every = False
@@ -85,8 +81,7 @@ class AtLeast:
     dual: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WindowNode:
+class WindowNode(Record, eq=False):
     """The body at steps from ``low`` to ``high`` ahead; ``high`` None is the mission's last step.
 
     A window that looks back has a ``low`` below 0 and a ``high`` of at most 0, and holds those of its steps that the
@@ -114,8 +109,7 @@ class Eventually(WindowNode):
     __slots__ = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class UntilNode:
+class UntilNode(Record, eq=False):
     """``end`` at steps from ``low`` to ``high`` ahead, ``hold`` at steps before them; ``high`` as of a window.
 
     Where the window looks back, ``hold`` at steps after them: from now back to, not at, the one with ``end``.
@@ -143,8 +137,7 @@ class Release(UntilNode):
     every = True
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NeighbourNode:
+class NeighbourNode(Record, eq=False):
     """The body now, at agents linked to this one."""
 
     every = False
@@ -167,8 +160,7 @@ class EveryNeighbour(NeighbourNode):
     every = True
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ReachNode:
+class ReachNode(Record, eq=False):
     """Routes, now, of at most ``hops`` links (none at all included) over ``through`` agents to an ``end`` agent.
 
     ``through`` holds at every agent of the route but the last. An agent outside
@@ -199,8 +191,7 @@ class EveryReach(ReachNode):
     every = True
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RouteNode:
+class RouteNode(Record, eq=False):
     """Routes, as of a ``ReachNode``, without repeated agents and of a length within the bounds, in metres."""
 
     every = False
@@ -237,8 +228,7 @@ class PathLength(LeafNode):
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class At:
+class At(Record, eq=False):
     """Now, at that agent."""
 
     every = False
@@ -262,8 +252,7 @@ def says_opposite(node: Node) -> bool:
     return not isinstance(node, Not | LeafNode) and node.dual
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Goal:
+class Goal(Record, eq=False):
     """A requirement or preference (``weight`` > 0) in kernel form; ``formula`` is about the team, at step 0."""
 
     name: str
@@ -272,8 +261,7 @@ class Goal:
     weight: float | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Kernel:
+class Kernel(Record, eq=False):
     """The mission's goals in kernel form: requirements in order of the text, then preferences.
 
     ``meanings`` is what each formula as meant came to, for who speaks of the author's words; a kernel that was made

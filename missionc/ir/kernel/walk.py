@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar, assert_never
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.ir import Graph
 from missionc.ir.kernel import nodes as k
 
@@ -52,8 +52,7 @@ def same_objects(some: Sequence[object], others: Sequence[object]) -> bool:
     return len(some) == len(others) and all(one is other for one, other in zip(some, others, strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class Ask:
+class Ask(Record):
     """What a node asks of one below it: at which steps ahead, and of whom.
 
     Args:

@@ -1,1 +1,1 @@
-"""The language's vocabulary: operators and predicates, each one file."""
+"""The language's vocabulary: operators, a file for each family, and predicates."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.ir import Apply, Graph, Length, Period, Window
 from missionc.ir.kernel.nodes import Node
@@ -26,8 +26,7 @@ class Fixity(Enum):
     INFIX = "between its operands"
 
 
-@dataclass(frozen=True, slots=True)
-class Use:
+class Use(Record):
     """One use of an operator: everything its meaning may depend on.
 
     ``arguments`` are kernel nodes; ``comparison`` and ``number`` are ``count``'s.
@@ -68,8 +67,7 @@ class Use:
         return self.length.graph
 
 
-@dataclass(frozen=True, slots=True)
-class TooLarge:
+class TooLarge(Record):
     """The use would cost so many kernel nodes at least, more than its ``room``."""
 
     nodes: int
@@ -80,8 +78,7 @@ def no_traps(use: Apply) -> tuple[str, ...]:
     return ()
 
 
-@dataclass(frozen=True, slots=True)
-class Operator:
+class Operator(Record):
     """``expand`` gives the meaning in kernel form; ``letter`` is the logic's own spelling (``G``, ``->``), if any.
 
     ``spatial`` operators look along a graph, so their operands are about one
@@ -100,15 +97,19 @@ class Operator:
     """
 
     name: str
-    letter: str
-    fixity: Fixity
-    bounds: Bounds
-    spatial: bool
     expand: Callable[[Use], Node | TooLarge]
     says: str
     reads: str
     example: str
+    letter: str = ""
+    fixity: Fixity = Fixity.PREFIX
+    bounds: Bounds = Bounds.NONE
     traps: Callable[[Apply], tuple[str, ...]] = no_traps
+
+    @property
+    def spatial(self) -> bool:
+        """Return whether it looks along a graph."""
+        return self.bounds is Bounds.LENGTH
 
     @property
     def arity(self) -> int:

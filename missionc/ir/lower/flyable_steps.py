@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from itertools import accumulate
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.ir import Agent
 
 ROUNDING = 1e-9
@@ -32,8 +32,7 @@ BETWEEN_RESTS = 0.95
 """The share of what may be done in the first step and the last on a straight way that others, with corners, adjoin."""
 
 
-@dataclass(frozen=True, slots=True)
-class StepLimits:
+class StepLimits(Record):
     """What the velocities of steps keep to, m/s.
 
     Args:

@@ -96,7 +96,7 @@ def _written(span: Span) -> str:
 
 def _value(text: OpenText, name: str) -> str:
     """A parameter's value in SI units, where it has one."""
-    program = ast.Program(text.outline.declarations, Span(text.source, 0, 0))
+    program = ast.Program(Span(text.source, 0, 0), text.outline.declarations)
     context = Context(collect(program, []), LIMITS, [])
     resolve_parameters(context, {})
     amount = context.params.get(name)

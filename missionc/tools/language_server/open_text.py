@@ -85,7 +85,7 @@ class Outline:
         declarations, findings = read(source, limits, loader(Path(source.name), source.name, limits))
         broken = tuple(_unread(source, limits, findings)) if len(source.text) <= limits.file_bytes else ()
         declared: dict[str, tuple[Name, Named | None]] = {}
-        program = ast.Program(tuple(declarations), Span(source, 0, len(source.text)))
+        program = ast.Program(Span(source, 0, len(source.text)), tuple(declarations))
         for declaration in with_places(program, {}, limits)[0].declarations:
             if isinstance(declaration, Named):
                 name = declaration.name

@@ -11,7 +11,7 @@ from missionc.frontend.syntax.tokens import SPELLINGS, STATES, UNIT, WORDS, Toke
 from missionc.ir import FIGURES, PAD_FIGURES
 from missionc.ir.dynamics import KINDS
 from missionc.ir.language.operators import by_name
-from missionc.ir.language.predicates.heading import PREDICATE as HEADING
+from missionc.ir.language.predicates import HEADING
 from missionc.ir.vehicle_profiles import example, profiles
 from missionc.ir.wording import listed
 

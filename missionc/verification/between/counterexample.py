@@ -7,10 +7,9 @@ one that is undecided.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags
 from missionc.ir import BeaconCover, Graph, Sight
 from missionc.ir.distances.signed_distance import distance_between
@@ -25,8 +24,7 @@ MOST_PARTS = 3
 """So many of those that decide together are named."""
 
 
-@dataclass(frozen=True, slots=True)
-class Culprit:
+class Culprit(Record):
     """A predicate or route that is (or may be) ``value`` at an agent, from ``low`` to ``high`` (ticks).
 
     ``label`` is the part of the mission's text that it came from, ``says`` what is so of it, and ``team`` whether it is
@@ -44,8 +42,7 @@ class Culprit:
     team: bool
 
 
-@dataclass(frozen=True, slots=True)
-class _Place:
+class _Place(Record):
     node: Node
     agent: int
     tick: int

@@ -17,6 +17,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Trace
 from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
 from missionc.ir import Mission, Resource
@@ -171,8 +172,7 @@ Spans: TypeAlias = tuple[tuple[int, int], ...]
 """Closed intervals in ticks, in order, none touching another. (5, 5) is a moment."""
 
 
-@dataclass(frozen=True, slots=True)
-class Signal:
+class Signal(Record):
     """When something surely holds, and when it surely does not."""
 
     sure: Spans

@@ -11,12 +11,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.ir import Graph, Predicate
@@ -47,8 +48,7 @@ MOST_CELLS = 20_000
 """Stretches in which lengths are looked at; beyond them nothing more is decided."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Links:
+class Links(Record, eq=False):
     """A graph's links over time.
 
     Args:
@@ -120,8 +120,7 @@ def route(
     return _judged(links, (through, end), motion, shorter, metres=True)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class View:
+class View(Record, eq=False):
     """How things are in some cells, seen so that more links, truer operands and shorter ways only help.
 
     Args:

@@ -10,10 +10,11 @@ nearer than these already.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres
 from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, curves_of, derivatives_at, read
@@ -30,8 +31,7 @@ ENDS = 1e-3
 """Metres a second, and metres: an agent that is so slow rests."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stops:
+class Stops(Record, eq=False):
     """The polynomials that every agent flies until a plan begins.
 
     Args:

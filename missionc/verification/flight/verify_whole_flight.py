@@ -21,11 +21,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.columns import FLOOR, column_clearance
 from missionc.geometry.curves.piecewise_polynomials import Pieces, read, values
@@ -49,8 +50,7 @@ REST_TO_REST = (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)
 """The polynomial of the firmware, from 0 to 1 in 1 s: ascending powers."""
 
 
-@dataclass(frozen=True, slots=True)
-class Phases:
+class Phases(Record):
     """Seconds of each phase, the same for everybody; ``duration`` is that of the polynomials.
 
     All rise, and sink, in so many ``rounds``, each of which takes so long. Where all are in the air when it begins,
@@ -123,8 +123,7 @@ def _phase_seconds(height: float, agent: Agent, wanted: float) -> float:
     return math.ceil(10 * rest_to_rest(height, speed, agent.vehicle.acceleration) - 1e-9) / 10
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stop:
+class Stop(Record, eq=False):
     """A stop of everybody at a moment, and the order in which they land after it.
 
     Args:

@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 
 import numpy as np
 
 from missionc import ir
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.base.units import Metres, Seconds, Steps
 from missionc.geometry.curves.piecewise_polynomials import Pieces, values
@@ -37,8 +38,7 @@ class Stage(Enum):
     HOME = "home"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Way:
+class Way(Record, eq=False):
     """Where all agents begin and end it.
 
     Args:

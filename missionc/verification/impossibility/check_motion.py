@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.ir import Agent, Anywhere, Compare, Dynamics, Exactly, Level, Mission, Place, Speed
 from missionc.ir.kernel.conjuncts import Conjunct, conjuncts
@@ -38,8 +38,7 @@ MOST_GAPS = 100_000_000
 """Boxes between the sides of cells, all of which cells have to hold."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MotionLimits:
+class MotionLimits(Record, eq=False):
     """What the mission and the requirements in conflict say of all of an agent's motion.
 
     ``dynamics`` are no faster than it may be at any step; ``length``, metres, is the most that it may go in all.

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from math import comb
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.strict_json import NotJsonError, parse_json
 from missionc.base.trace import Array, Flags
 from missionc.ir import Mission
@@ -48,8 +48,7 @@ class Unreadable(ValueError):
     """What is in the file is no cover of this mission."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CellsOfKind:
+class CellsOfKind(Record, eq=False):
     """The cells of agents that are alike, and how none of them moves.
 
     Args:
@@ -72,8 +71,7 @@ class CellsOfKind:
         return len(self.boxes[0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Label:
+class Label(Record, eq=False):
     """Where a leaf of a formula never holds, and where it never fails.
 
     Args:
@@ -88,8 +86,7 @@ class Label:
     never_false: Flags
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ClaimedCover:
+class ClaimedCover(Record, eq=False):
     """A cover, and what it leaves out.
 
     Args:

@@ -9,13 +9,13 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from typing import Any, TypeAlias, assert_never
 
 import numpy as np
 
 from missionc import ir
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.verification.certificate import CERTAIN, MOTION
@@ -28,8 +28,7 @@ NEARER = CERTAIN + 2 * MOTION
 that pass between two moments it looks at, steps among them."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Interval:
+class Interval(Record, eq=False):
     """All numbers from ``low`` to ``high``, (...) each."""
 
     low: Array

@@ -12,10 +12,10 @@ everything else is monotone.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Trace
 from missionc.geometry.configuration_space import Atlas
 from missionc.ir import Exactly, Formation, FormationEdge, Graph, Mission, Place, Predicate, Resource
@@ -32,8 +32,7 @@ MOST_MEMBERS, MOST_ROUTES = 200, 7
 """Agents of a graph, agents of one whose routes are in metres: of more, nothing is said."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RobustnessInterval:
+class RobustnessInterval(Record, eq=False):
     """(agents, 2) each, or 1 in place of the agents where it is about the team: metres."""
 
     least: Array

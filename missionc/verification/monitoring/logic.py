@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import Record
 from missionc.ir import Predicate
 from missionc.ir.language.margins.predicate_margins import holds
 from missionc.ir.language.margins.resources import BORDER
@@ -17,8 +17,7 @@ Values: TypeAlias = NDArray[Any]
 """Truth values or robustness, whichever the logic at work has."""
 
 
-@dataclass(frozen=True, slots=True)
-class Logic:
+class Logic(Record):
     """What differs: the values, *not*, and what a margin means."""
 
     bottom: Any

@@ -20,7 +20,7 @@ import json
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -29,6 +29,7 @@ import numpy as np
 from missionc.base.diagnostics.code import TRACE_MISMATCH, TRACE_UNREADABLE
 from missionc.base.diagnostics.map_error import MapError, too_many
 from missionc.base.diagnostics.model import Diagnostic, Label
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.plain_number import plain_number
 from missionc.base.source import Source, Span, line_ends
@@ -45,8 +46,7 @@ MOST_FINDINGS = 20
 """A file that fits badly fits badly everywhere; so many places are enough."""
 
 
-@dataclass(frozen=True, slots=True)
-class State:
+class State(Record):
     """One agent at one time, with the place in the text that says so."""
 
     agent: str
@@ -374,8 +374,7 @@ UNSEEN = 1.0
 """Seconds; who is not seen for longer is not known to have been anywhere."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FlownSoFar:
+class FlownSoFar(Record, eq=False):
     """What was flown.
 
     Args:

@@ -14,11 +14,11 @@ All else is how one plan is moved, and makes no other plan of it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Trace
 from missionc.geometry.winding import TURN, StandingPart, standing_parts, swept_angles
 from missionc.ir import Mission
@@ -35,8 +35,7 @@ NAMED = 3
 """Agents that a sentence names."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Options:
+class Options(Record, eq=False):
     """A choice: of which requirement, and the numbers of the branches that hold."""
 
     requirement: str
@@ -44,8 +43,7 @@ class Options:
     true: frozenset[int]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Event:
+class Event(Record, eq=False):
     """Something that is awaited: the steps at which it holds, (steps + 1,), and which agents it is about.
 
     Args:
@@ -67,8 +65,7 @@ class Event:
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Signature:
+class Signature(Record, eq=False):
     """
     Args:
         options: by the choice.

@@ -19,11 +19,11 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Mission
 from missionc.ir.kernel.analysis import relevance, relevance_below
@@ -83,8 +83,7 @@ class Blame:
         return self._failing[goal]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Row:
+class Row(Record, eq=False):
     """One formula: (agents, steps + 1) each, or (1, steps + 1) where it is about the team.
 
     Args:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Flags, Trace
 from missionc.ir import Mission, Predicate
 from missionc.ir.kernel import nodes as k
@@ -17,8 +17,7 @@ from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import TRUTH, Values
 
 
-@dataclass(frozen=True, slots=True)
-class Decision:
+class Decision(Record):
     """The step at which a verdict is beyond change, and the agents (mission indices) it is about."""
 
     step: int

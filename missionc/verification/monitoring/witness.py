@@ -11,10 +11,10 @@ is how things stand at that step.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Trace
 from missionc.ir import Graph, Mission
 from missionc.ir.distances.signed_distance import distance_between
@@ -31,8 +31,7 @@ MOST_NODES, MOST_LINKS = 5000, 1 << 25
 much memory."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Witness:
+class Witness(Record, eq=False):
     """
     Args:
         holds, fails: (agents, steps + 1): the agents a true, or a false, formula rests on.

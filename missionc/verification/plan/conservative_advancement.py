@@ -13,10 +13,10 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.curves.piecewise_polynomials import Indices
 
@@ -31,8 +31,7 @@ SHARE = 1e-3
 """The share of a margin to which it is found: where bodies are far apart, nobody asks how far to the micrometre."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Least:
+class Least(Record, eq=False):
     """For each motion: ``lower`` <= its least margin <= ``upper``, which is taken at ``at`` (seconds from its start).
 
     Where the search was for the least of all, ``lower`` of the others may stay far below what they really keep,

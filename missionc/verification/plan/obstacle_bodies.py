@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias, assert_never
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
 from missionc.ir.distances.signed_distance import signed_distance
@@ -48,8 +48,7 @@ def solid(shape: Shape, dimension: int) -> Distance:
 # -------------------------------------------------------------- in the plane
 
 
-@dataclass(frozen=True, slots=True)
-class _Segment:
+class _Segment(Record):
     start: complex
     end: complex
 
@@ -72,8 +71,7 @@ class _Segment:
         return np.asarray(np.abs(points - self.start - share * along))
 
 
-@dataclass(frozen=True, slots=True)
-class _Arc:
+class _Arc(Record):
     """Anticlockwise from ``angle`` through ``sweep``, rad."""
 
     centre: complex

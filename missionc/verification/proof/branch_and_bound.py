@@ -14,11 +14,11 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
 from missionc.geometry.curves.bernstein_intervals import Enclosed
 from missionc.geometry.curves.piecewise_polynomials import Indices
@@ -36,8 +36,7 @@ Judge: TypeAlias = Callable[[Indices, Enclosed], Bounds]
 """From items and their curves over a part of the item's time, (parts, dim)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Claim:
+class Claim(Record, eq=False):
     """That a margin is at least 0 at every moment, for every subject.
 
     Args:
@@ -105,8 +104,7 @@ FINEST = 2.0**-40
 """The shortest part of a piece: what is not proved on it will not be."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BoxParts:
+class BoxParts(Record, eq=False):
     """Parts that cover every item of a claim, in order of item and time.
 
     Args:

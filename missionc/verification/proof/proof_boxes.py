@@ -8,12 +8,12 @@ distances and limits on a part of a curve.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 from math import floor
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, lowered, root_above, root_below
 from missionc.geometry.curves.piecewise_polynomials import Indices
@@ -119,8 +119,7 @@ MOST_PARTS = 1 << 22
 """That the boxes of one check may come to."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Boxes:
+class Boxes(Record, eq=False):
     """What proves one check.
 
     Args:

@@ -9,10 +9,11 @@ A ``Margins`` value belongs to one constraint, and has several subjects at sever
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, extents
 from missionc.geometry.required_separation import SpacingTable
@@ -22,8 +23,7 @@ from missionc.verification.plan.clearances import margins, near_pairs, pair_marg
 from missionc.verification.plan.starts_and_finishes import extremes
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Margins:
+class Margins(Record, eq=False):
     """Margins of one constraint.
 
     Args:
@@ -56,8 +56,7 @@ def as_flown(mission: Mission) -> Mission:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Room:
+class Room(Record, eq=False):
     """Boxes that the centres of agents stay in: opposite corners, (agents, dim), metres."""
 
     name: str
@@ -78,8 +77,7 @@ class Room:
         return rooms
 
 
-@dataclass(frozen=True, slots=True)
-class Tolerance:
+class Tolerance(Record):
     """Tolerances of the constraints.
 
     Args:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from missionc.base.constraint import Constraint, NotJudged
 from missionc.base.figures import counted, decimals
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Trace
 from missionc.geometry.curves.piecewise_polynomials import Curves, motion
 from missionc.geometry.vectors import norm
@@ -48,8 +49,7 @@ STILL = 1e-9
 """m/s: an agent that moves no faster has no direction."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class States:
+class States(Record, eq=False):
     """The team's states at consecutive steps.
 
     Args:

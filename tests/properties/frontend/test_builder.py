@@ -36,7 +36,7 @@ def canonical(program: ast.Program) -> str:
 
 def parsed(text: str) -> ast.Program:
     source = Source("a.mission", text)
-    return ast.Program(tuple(read_declarations(source)), Span(source, 0, len(text)))
+    return ast.Program(Span(source, 0, len(text)), tuple(read_declarations(source)))
 
 
 def nested_chain(node: object) -> bool:
@@ -64,7 +64,7 @@ def test_a_formula_built_with_operators_of_python_prints_the_same_text(tree: ast
 def test_declarations_built_by_methods_print_the_same_text(listed: list[ast.Declaration]) -> None:
     kept = [ordered(each) for each in listed if not isinstance(each, ast.MissionName)]
     assume(not any(nested_chain(getattr(each, "body", None)) for each in kept))
-    program = ast.Program((NAME, *kept), NOWHERE)
+    program = ast.Program(NOWHERE, (NAME, *kept))
     mission = rebuilt(program)
     assert str(mission) == canonical(program)
     assert without_spans(Mission.from_text(str(mission)).declarations) == without_spans(mission.declarations)

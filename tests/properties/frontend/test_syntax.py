@@ -38,7 +38,7 @@ def test_the_text_of_a_tree_is_read_as_the_same_tree(program: ast.Program) -> No
 @given(formulas)
 def test_a_formula_keeps_its_shape_through_its_text(formula: ast.Formula) -> None:
     declaration = ast.Let(formula.span, ast.Name(formula.span, "f"), formula)
-    again, findings = read(show(ast.Program((declaration,), formula.span)))
+    again, findings = read(show(ast.Program(formula.span, (declaration,))))
     assert [finding.message for finding in findings] == []
     assert again is not None
     assert without_spans(again.declarations) == without_spans((declaration,))

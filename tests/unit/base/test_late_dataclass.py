@@ -9,6 +9,7 @@ import pickle
 from collections.abc import Callable
 from dataclasses import field
 from typing import Any, ClassVar
+from weakref import ref
 
 import pytest
 
@@ -133,3 +134,33 @@ def test_a_class_variable_is_no_field() -> None:
     assert [each.name for each in dataclasses.fields(Titled)] == ["first"]
     assert Titled() == Titled(1) != Titled(2)
     assert repr(Titled(2)).endswith("Titled(first=2)")
+
+
+class Base(late_dataclass.Record):
+    place: int
+
+
+class Below(Base):
+    name: str = "b"
+
+
+def test_subclasses_of_a_record_are_data_classes_that_inherit_its_fields() -> None:
+    assert Below.__match_args__ == ("place", "name")
+    assert repr(Below(1, "c")) == "Below(place=1, name='c')"
+    assert Below(1) == Below(place=1) != Base(1)
+    assert len({Below(1), Below(1), Below(2)}) == 2
+    assert [each.name for each in dataclasses.fields(Below)] == ["place", "name"]
+    assert dataclasses.replace(Below(1), place=2) == pickle.loads(pickle.dumps(Below(2)))
+    assert str(inspect.signature(Below)) == "(place: 'int', name: 'str' = 'b') -> None"
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Below(1).place = 2  # type: ignore[misc]
+
+
+class Apart(late_dataclass.Record, eq=False, weakref_slot=True):
+    place: int
+
+
+def test_a_record_without_eq_is_compared_by_its_identity() -> None:
+    one, other = Apart(1), Apart(1)
+    assert one != other
+    assert ref(one)() is one

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from inspect import isfunction, signature
 from itertools import product
 from pathlib import Path
 
@@ -15,8 +16,7 @@ from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.limits import Limits
 from missionc.base.resources import folder
 from missionc.base.source import Source, Span
-from missionc.frontend.syntax import ast, parse_table
-from missionc.frontend.syntax.build import FUNCTIONS
+from missionc.frontend.syntax import ast, build, build_formula, parse_table
 from missionc.frontend.syntax.parse import parse
 from missionc.frontend.syntax.tokens import WORDS
 from missionc.ir.language.operator import Bounds, Fixity
@@ -505,7 +505,14 @@ def test_the_grammar_leaves_one_choice_open_and_only_after_a_quantifier(caplog: 
 
 
 def test_every_rule_has_its_function_and_every_function_a_rule() -> None:
-    assert {rule.name for rule in parse_table.load().rules} - {"", "*"} == set(FUNCTIONS)
+    of_rules = build.functions()
+    assert {rule.name for rule in parse_table.load().rules} - {"", "*"} == set(of_rules)
+    written = {**vars(build_formula), **vars(build)}
+    builders = {
+        name: each for name, each in written.items() if isfunction(each) and "span" in signature(each).parameters
+    }
+    assert {name for name in builders if name[0] != "_"} - {"same"} <= set(of_rules)
+    assert set(build.OTHERS) <= set(of_rules)
 
 
 def test_every_word_of_the_grammar_is_in_the_one_list() -> None:

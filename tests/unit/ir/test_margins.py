@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 
 from missionc import ir
-from missionc.base.resources import folder
 from missionc.base.trace import Trace
 from missionc.base.units import Metres
 from missionc.ir.language.margins import links
@@ -28,7 +27,6 @@ from missionc.ir.language.margins.predicate_margins import (
     of_pair,
     of_states,
 )
-from missionc.ir.language.predicates import PREDICATES
 from missionc.ir.pair_ranges import directed
 from missionc.ir.predicates.facts import PredicateFacts
 from tests.support.random_runs import BASE, FIELD, MAST, SPAN, graphs_of, mission_of, trace_of
@@ -206,11 +204,6 @@ def test_formations_keep_distances_and_offsets_within_their_tolerance() -> None:
     assert margin(ir.InFormation(wall), mission, trace).tolist() == [0.0]
     assert margin(ir.InFormation(total), mission, trace).tolist() == [-0.25]
     assert formation_margin(wall, edges[0], trace.position[0], trace.position[1]).tolist() == [0.25]
-
-
-def test_every_predicate_of_the_language_has_a_module_of_its_name() -> None:
-    modules = {path.stem for path in folder("docs/errors").parents[1].glob("missionc/ir/language/predicates/*.py")}
-    assert {predicate.name for predicate in PREDICATES} == modules - {"__init__"}
 
 
 def test_every_kind_of_predicate_has_each_meaning_that_is_asked_of_one(subtests: pytest.Subtests) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.frontend.maps.dxf.blocks import Placed
 from missionc.frontend.maps.dxf.shapes import Arc, Band, Curve, Points, Shape, UnusableError
 from missionc.frontend.maps.feature import Area, Circle, Corners
@@ -27,8 +27,7 @@ SAME = 1e-6
 """Metres between two ends that are the same but for rounding."""
 
 
-@dataclass(frozen=True, slots=True)
-class Ring:
+class Ring(Record):
     """Lines in order, corners (points, 2), and the largest distance between two ends that meet."""
 
     lines: tuple[int, ...]
@@ -108,8 +107,7 @@ OUTERMOST, NO_ISLANDS = 1, 2
 """Styles of a hatch; in all others what lies within an odd number of its boundaries is filled."""
 
 
-@dataclass(frozen=True, slots=True)
-class DrawingFrame:
+class DrawingFrame(Record):
     """The mission's metres: a unit of the drawing, where its origin is, and how far anything may be from that."""
 
     unit: float

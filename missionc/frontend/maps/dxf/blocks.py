@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 from missionc.frontend.maps.dxf.shapes import Points, UnusableError
 
 Parts: TypeAlias = Counter[tuple[str, str]]
@@ -25,8 +25,7 @@ INHERITED = "0"
 """The layer whose entities, in a block, are on the layer of the block's insertion."""
 
 
-@dataclass(frozen=True, slots=True)
-class Placed:
+class Placed(Record):
     """An entity and where it is.
 
     Args:

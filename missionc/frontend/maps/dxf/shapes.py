@@ -25,7 +25,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from missionc.base.late_dataclass import dataclass
+from missionc.base.late_dataclass import Record
 
 Points: TypeAlias = NDArray[np.float64]
 """(points, 3); (points, 2) if they are seen from above."""
@@ -47,8 +47,7 @@ class UnusableError(Exception):
         self.way_out = way_out
 
 
-@dataclass(frozen=True, slots=True)
-class Straight:
+class Straight(Record):
     """Straight pieces from point to point."""
 
     corners: Points
@@ -63,8 +62,7 @@ class Straight:
         return self.corners
 
 
-@dataclass(frozen=True, slots=True)
-class Arc:
+class Arc(Record):
     """``centre + growth (across cos angle + up sin angle)``.
 
     Args:

@@ -1,56 +1,20 @@
-"""The operators of the language, each in a file of its own. This tuple is the only registration."""
+"""The operators of the language, each family in a file of its own. This tuple is the only registration."""
 
 from __future__ import annotations
 
 from types import MappingProxyType
 
 from missionc.ir.language.operator import Operator
-from missionc.ir.language.operators import (
-    always,
-    and_,
-    arrives,
-    count,
-    escape,
-    eventually,
-    every,
-    everywhere,
-    historically,
-    iff,
-    implies,
-    leaves,
-    next_,
-    not_,
-    once,
-    or_,
-    reach,
-    release,
-    since,
-    somewhere,
-    surround,
-    until,
-)
+from missionc.ir.language.operators import boolean, count, escape, past, reach, surround, temporal
 
 OPERATORS: tuple[Operator, ...] = (
-    always.OPERATOR,
-    eventually.OPERATOR,
-    every.OPERATOR,
-    until.OPERATOR,
-    release.OPERATOR,
-    once.OPERATOR,
-    historically.OPERATOR,
-    since.OPERATOR,
-    next_.OPERATOR,
-    arrives.OPERATOR,
-    leaves.OPERATOR,
-    not_.OPERATOR,
-    and_.OPERATOR,
-    or_.OPERATOR,
-    implies.OPERATOR,
-    iff.OPERATOR,
+    *temporal.OPERATORS,
+    *past.OPERATORS,
+    *boolean.OPERATORS,
     reach.OPERATOR,
     escape.OPERATOR,
-    somewhere.OPERATOR,
-    everywhere.OPERATOR,
+    reach.SOMEWHERE,
+    reach.EVERYWHERE,
     surround.OPERATOR,
     count.OPERATOR,
 )

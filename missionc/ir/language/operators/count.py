@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from missionc.ir import Apply
 from missionc.ir.kernel.nodes import All, At, AtLeast, Is, Node, Not
-from missionc.ir.language.operator import Bounds, Fixity, Operator, TooLarge, Use
+from missionc.ir.language.operator import Bounds, Operator, TooLarge, Use
 from missionc.ir.language.operators.reach import reach
 from missionc.ir.language.weighed_routes import always_true, distance_to, measured_in_metres, no_hops
 
@@ -81,10 +81,7 @@ def traps(use: Apply) -> tuple[str, ...]:
 
 OPERATOR = Operator(
     name="count",
-    letter="",
-    fixity=Fixity.PREFIX,
     bounds=Bounds.LENGTH,
-    spatial=True,
     expand=expand,
     says="so many agents where it holds are as far away as the bounds say",
     reads="of the agents whose shortest way from {here} on {graph} is {far}{included}, there are {number} "

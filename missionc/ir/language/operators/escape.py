@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from missionc.ir import Apply
 from missionc.ir.kernel.nodes import All, Any, Is, Node, Reach
-from missionc.ir.language.operator import Bounds, Fixity, Operator, Use
+from missionc.ir.language.operator import Bounds, Operator, Use
 from missionc.ir.language.weighed_routes import distance_from, most_hops, no_hops
 
 
@@ -36,9 +36,7 @@ def traps(use: Apply) -> tuple[str, ...]:
 OPERATOR = Operator(
     name="escape",
     letter="E",
-    fixity=Fixity.PREFIX,
     bounds=Bounds.LENGTH,
-    spatial=True,
     expand=expand,
     says="a route over agents where it holds, to an agent that is as far away as the bounds say",
     reads="a route on {graph} leads from {here} to an agent{perhaps} whose shortest way from {here} is "

@@ -22,6 +22,7 @@ from missionc.ir import Apply, Length, Truth
 from missionc.ir.kernel.nodes import All, Any, Is, Neighbour, Node, Not, Reach, Route
 from missionc.ir.language.operator import Bounds, Fixity, Operator, TooLarge, Use
 from missionc.ir.language.weighed_routes import (
+    always_true,
     measured_in_metres,
     no_hops,
     nodes_at_most,
@@ -113,15 +114,47 @@ def of_routes(use: Apply) -> tuple[str, ...]:
     return ("routes do not turn back",) if use.bounds.high > 1 else ()
 
 
+def _somewhere(use: Use) -> Node | TooLarge:
+    """``somewhere[a..b] f``: ``true reach[a..b] f``, a route within the bounds to an agent with ``f``."""
+    (body,) = use.arguments
+    return reach(use, always_true(use.span), body)
+
+
+def _everywhere(use: Use) -> Node | TooLarge:
+    """``everywhere[a..b] f``: ``not somewhere[a..b] not f``, every route within the bounds ends at an ``f``-agent."""
+    (body,) = use.arguments
+    broken = reach(use, always_true(use.span), Not(body, use.span))
+    return broken if isinstance(broken, TooLarge) else Not(broken, use.span)
+
+
 OPERATOR = Operator(
     name="reach",
     letter="R",
     fixity=Fixity.INFIX,
     bounds=Bounds.LENGTH,
-    spatial=True,
     expand=expand,
     says="a route within the bounds, over agents of the left one, ends at an agent of the right one",
     reads="{route} leads from {here} to an agent{perhaps} that {right}, and {left:agent on it but the last}",
     example="safe reach[hops 0..2 on radio] base",
     traps=traps,
+)
+
+SOMEWHERE = Operator(
+    name="somewhere",
+    bounds=Bounds.LENGTH,
+    expand=_somewhere,
+    says="some route within the bounds ends at an agent where it holds",
+    reads="{route} leads from {here} to an agent{perhaps} that {body}",
+    example="somewhere[hops 1..2 on radio] base",
+    traps=of_routes,
+)
+
+EVERYWHERE = Operator(
+    name="everywhere",
+    bounds=Bounds.LENGTH,
+    expand=_everywhere,
+    says="every route within the bounds ends at an agent where it holds",
+    reads="{body:agent to which {route} leads from {here}{included}}",
+    example="everywhere[hops 0..1 on radio] not fire",
+    traps=of_routes,
 )

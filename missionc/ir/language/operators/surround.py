@@ -53,10 +53,8 @@ def traps(use: Apply) -> tuple[str, ...]:
 
 OPERATOR = Operator(
     name="surround",
-    letter="",
     fixity=Fixity.INFIX,
     bounds=Bounds.LENGTH,
-    spatial=True,
     expand=expand,
     says="the left one holds here, and its routes lead out only to agents of the right one, within the bounds",
     reads="{here} {left}, and the part of {graph} around it, of agents of which each {left}, "

@@ -12,11 +12,11 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Flag, Flagged, Graph, Predicate
 from missionc.ir.distances.signed_distance import signed_distance
@@ -30,8 +30,7 @@ MOST_DEADLINES = 8
 """So many of the nearest deadlines to come end a cell of their own."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cells:
+class Cells(Record, eq=False):
     """The steps after ``now``, in cells.
 
     Args:

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.strict_json import NotJsonError, parse_record
 from missionc.base.trace import Array
@@ -40,8 +41,7 @@ UNSEEN = 1e9
 """Metres: how far an agent may be from anywhere before its first sample came."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sample:
+class Sample(Record):
     """What is said of one agent (by mission index) at one time, seconds since the mission began.
 
     ``velocity`` is empty, and ``heading`` (rad) not a number, where nothing is said of them.
@@ -67,8 +67,7 @@ class Fate(Enum):
     """One of the agent with a later time came before it: it is sorted in."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StepState:
+class StepState(Record, eq=False):
     """The team at one step: arrays as of ``LiveJudge.advance``, and the agents that are missing (mission indices).
 
     ``settled``: no sample that comes within the wait changes it any more.

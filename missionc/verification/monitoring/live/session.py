@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from missionc.base.constraint import Constraint, NotJudged, all_satisfied
 from missionc.base.figures import counted
+from missionc.base.late_dataclass import Record
 from missionc.base.limits import Limits
 from missionc.base.trace import Trace
 from missionc.ir import Graph, Mission
@@ -146,8 +147,7 @@ class _Again(Evaluation):
         return result
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
+class Change(Record):
     """A goal whose verdict or risk is another one than a step before; ``unit`` is that of its robustness.
 
     ``by_plan`` is its robustness if everybody follows the plan from here on; None where it is decided, or there is
@@ -161,8 +161,7 @@ class Change:
     by_plan: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Forecast:
+class Forecast(Record):
     """An open goal that would be lost if everybody follows the plan from here on, or that no longer would."""
 
     step: int
@@ -172,8 +171,7 @@ class Forecast:
     preference: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Presence:
+class Presence(Record):
     """Agents that are missing from a step on, and those that are seen again."""
 
     step: int
@@ -181,24 +179,21 @@ class Presence:
     back: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Outrun:
+class Outrun(Record):
     """Agents that moved faster than their top speed: what rested on it is taken back."""
 
     step: int
     agents: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Unusable:
+class Unusable(Record):
     """A line that was skipped, by its number, and why."""
 
     line: int
     reason: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Judged:
+class Judged(Record, eq=False):
     """A step that was judged: where the team was, and how every goal stands, requirements first.
 
     ``by_plan`` has the forecasts of open goals by the plan, by the goals' numbers.
@@ -209,8 +204,7 @@ class Judged:
     by_plan: Mapping[int, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Implausible:
+class Implausible(Record):
     """A sample that was set aside, by the number of its line: it is too far ahead in time to be believed alone."""
 
     line: int
@@ -218,8 +212,7 @@ class Implausible:
     time: float
 
 
-@dataclass(frozen=True, slots=True)
-class Breach:
+class Breach(Record):
     """A constraint that is violated, for good, from a step on."""
 
     step: int

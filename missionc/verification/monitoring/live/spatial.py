@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array
 from missionc.ir import Graph
 from missionc.ir.distances.signed_distance import distance_between
@@ -45,8 +45,7 @@ class GraphHistory:
         return np.stack(self.links[stop - where.count : stop + (len(self.cells) if where.cells else 0)], axis=1)
 
 
-@dataclass(frozen=True, slots=True)
-class Where:
+class Where(Record):
     """Columns of a formula: so many known steps, the last of them so long ``ago``, and so many cells to come."""
 
     count: int

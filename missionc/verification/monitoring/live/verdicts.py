@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from missionc.base.late_dataclass import Record
 
 
 class LiveVerdict(Enum):
@@ -14,8 +15,7 @@ class LiveVerdict(Enum):
     OPEN = "open"
 
 
-@dataclass(frozen=True, slots=True)
-class Standing:
+class Standing(Record):
     """How one goal stands after a step.
 
     Args:

@@ -1,0 +1,83 @@
+"""Operators of propositional logic."""
+
+from __future__ import annotations
+
+from missionc.ir.kernel.nodes import All, Any, Node, Not
+from missionc.ir.language.operator import Fixity, Operator, Use
+
+
+def _not(use: Use) -> Node:
+    """Negation, ``not f``."""
+    (body,) = use.arguments
+    return Not(body, use.span)
+
+
+def _and(use: Use) -> Node:
+    """Conjunction, ``f and g``."""
+    return All(use.arguments, use.span)
+
+
+def _or(use: Use) -> Node:
+    """Disjunction, ``f or g``."""
+    return Any(use.arguments, use.span)
+
+
+def _implies(use: Use) -> Node:
+    """Implication, ``f implies g``: ``g`` wherever ``f``."""
+    condition, consequence = use.arguments
+    return Any((Not(condition, use.span), consequence), use.span)
+
+
+def _iff(use: Use) -> Node:
+    """Equivalence, ``f iff g``: both or neither."""
+    left, right = use.arguments
+    span = use.span
+    return All((Any((Not(left, span), right), span), Any((Not(right, span), left), span)), span)
+
+
+OPERATORS: tuple[Operator, ...] = (
+    Operator(
+        name="not",
+        letter="!",
+        expand=_not,
+        says="its operand does not hold",
+        reads="it is not true that {body}",
+        example="not fire",
+    ),
+    Operator(
+        name="and",
+        letter="&",
+        fixity=Fixity.INFIX,
+        expand=_and,
+        says="both hold",
+        reads="all of these hold: {parts}",
+        example="base and speed <= 1",
+    ),
+    Operator(
+        name="or",
+        letter="|",
+        fixity=Fixity.INFIX,
+        expand=_or,
+        says="one holds, or both",
+        reads="at least one of these holds: {parts}",
+        example="base or field",
+    ),
+    Operator(
+        name="implies",
+        letter="->",
+        fixity=Fixity.INFIX,
+        expand=_implies,
+        says="the right one wherever the left one",
+        reads="if {left}, then {right}",
+        example="field implies safe",
+    ),
+    Operator(
+        name="iff",
+        letter="<->",
+        fixity=Fixity.INFIX,
+        expand=_iff,
+        says="both hold, or neither",
+        reads="{left}, exactly when {right}",
+        example="field iff drone[0]",
+    ),
+)

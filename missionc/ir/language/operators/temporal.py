@@ -1,0 +1,126 @@
+"""Operators that look ahead: over a window of steps, over periods, and one step."""
+
+from __future__ import annotations
+
+from missionc.ir import Apply, Window
+from missionc.ir.kernel.nodes import Always, Eventually, Node, Release, Until
+from missionc.ir.language.operator import Bounds, Fixity, Operator, Use
+
+
+def _always(use: Use) -> Node:
+    """``always[a, b] f``: ``f`` at every step of the window."""
+    (body,) = use.arguments
+    return Always(body, use.window.low, use.window.high, use.span)
+
+
+def _eventually(use: Use) -> Node:
+    """``eventually[a, b] f``: ``f`` at some step of the window."""
+    (body,) = use.arguments
+    return Eventually(body, use.window.low, use.window.high, use.span)
+
+
+def _every(use: Use) -> Node:
+    """``every 40 s: f``, recurrence: ``f`` at some step of each stretch of that length from now to the mission's end.
+
+    A stretch begins at each step from now on and ends, both ends included, no later than the mission: the horizon cuts
+    none. Each is requested at its last step, from where it reaches back, so that the operator may stand at any step.
+
+    Source:
+        Konrad and Cheng, "Real-time Specification Patterns" (2005), bounded recurrence.
+    """
+    (body,) = use.arguments
+    return Always(Eventually(body, -use.period, 0, use.span), use.period, None, use.span)
+
+
+def _until(use: Use) -> Node:
+    """``f until[a, b] g``: ``g`` at some step of the window, and ``f`` at every step from now up to, not at, that one.
+
+    The standard reading. [strel] asks for ``f`` at that step too; that is ``f until[a, b] (f and g)``.
+    """
+    hold, end = use.arguments
+    if use.window.high == 0:  # there is no step before, and so none from which the left one is asked how it goes on
+        return end
+    return Until(hold, end, use.window.low, use.window.high, use.span)
+
+
+def _until_traps(use: Apply) -> tuple[str, ...]:
+    late = isinstance(use.bounds, Window) and use.bounds.low > 0
+    return ("until, at its end", "until, at its beginning", *(("until, before its window",) if late else ()))
+
+
+def _release(use: Use) -> Node:
+    """``f release[a, b] g``: ``g`` at every step of the window, until ``f`` has freed it; the dual of ``until``."""
+    frees, held = use.arguments
+    window = use.window
+    if window.high == 0:
+        return held
+    return Release(frees, held, window.low, window.high, use.span)
+
+
+def _release_traps(use: Apply) -> tuple[str, ...]:
+    return ("release, at its end",)
+
+
+def _next(use: Use) -> Node:
+    """``next f``: ``f`` one step from now."""
+    (body,) = use.arguments
+    return Eventually(body, 1, 1, use.span)
+
+
+OPERATORS: tuple[Operator, ...] = (
+    Operator(
+        name="always",
+        letter="G",
+        bounds=Bounds.TIME,
+        expand=_always,
+        says="at every step of the window",
+        reads="{each}, {body}",
+        example="always[0, 20 s] not fire",
+    ),
+    Operator(
+        name="eventually",
+        letter="F",
+        bounds=Bounds.TIME,
+        expand=_eventually,
+        says="at some step of the window",
+        reads="{some}, {body}",
+        example="eventually[0, 12 s] survivor",
+    ),
+    Operator(
+        name="every",
+        bounds=Bounds.PERIOD,
+        expand=_every,
+        says="at some step of each stretch of that length, up to the end of the mission",
+        reads="in each {period} from {start} to the end of the mission, at some step, {body}",
+        example="every 40 s: gate",
+    ),
+    Operator(
+        name="until",
+        letter="U",
+        fixity=Fixity.INFIX,
+        bounds=Bounds.TIME,
+        expand=_until,
+        says="the right one at some step of the window, the left one at every step before it",
+        reads="{some}, {right}; and {before}, {left}",
+        example="safe until[0, 10 s] base",
+        traps=_until_traps,
+    ),
+    Operator(
+        name="release",
+        letter="Rel",
+        fixity=Fixity.INFIX,
+        bounds=Bounds.TIME,
+        expand=_release,
+        says="the right one at every step of the window, or up to and with a step where the left one held before",
+        reads="{each}, {right}, unless {earlier}, {left}",
+        example="charged release[0, 10 s] base",
+        traps=_release_traps,
+    ),
+    Operator(
+        name="next",
+        expand=_next,
+        says="one step from now",
+        reads="{some}, {body}",
+        example="next base",
+    ),
+)

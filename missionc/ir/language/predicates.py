@@ -1,0 +1,88 @@
+"""The predicates of the language as data: names, subjects, parameters, wording and examples.
+
+What each measures, and how it is said, stands with its meaning in ``ir.predicates``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from missionc import ir
+from missionc.base.late_dataclass import Record
+from missionc.ir import About
+from missionc.ir.predicates import Connected, Inside, Touches
+
+
+class Predicate(Record):
+    """``parameters`` are what it is asked with, in order; one that ends in ``?`` may be left out.
+
+    ``about`` is EITHER where the parameters decide. ``says`` is its meaning in a few words. ``meant`` makes its meaning
+    of what the parameters name, one that is left out None; of ``called`` ones alone.
+    """
+
+    name: str
+    about: About
+    parameters: tuple[str, ...]
+    says: str
+    example: str
+    meant: Callable[..., ir.Predicate] | None = None
+
+    @property
+    def called(self) -> bool:
+        """Return whether it is written with its name and brackets; others have a form of their own (``example``)."""
+        return self.meant is not None
+
+
+HEADING = Predicate(
+    "heading",
+    About.AGENT,
+    ("an angle", "a direction or a beacon"),
+    "the agent's heading differs by at most the angle from a direction, or from the direction of a beacon",
+    "heading within 10 deg of 90 deg",
+)
+
+PREDICATES: tuple[Predicate, ...] = (
+    Predicate("region", About.AGENT, ("region",), "the agent's centre is in the region, its border included", "field"),
+    Predicate(
+        "inside",
+        About.AGENT,
+        ("region",),
+        "the agent's whole body is in the region",
+        "inside(field)",
+        lambda region: Inside(region, body=True),
+    ),
+    Predicate(
+        "touches",
+        About.AGENT,
+        ("region",),
+        "some part of the agent's body is in the region",
+        "touches(field)",
+        Touches,
+    ),
+    Predicate("member", About.AGENT, ("agents",), "the agent is one of these", "drone[0..2]"),
+    Predicate(
+        "compare",
+        About.EITHER,
+        ("linear expression", "linear expression"),
+        "an inequality, linear in the state of one agent, or in distances between two named agents",
+        "distance(base) <= 2 m",
+    ),
+    Predicate(
+        "connected",
+        About.TEAM,
+        ("graph", "agents?", "a number?"),
+        "every one of the agents has a route to every other on the graph, also without fewer of them than the number",
+        "connected(radio, east)",
+        Connected,
+    ),
+    Predicate("formation", About.TEAM, ("formation",), "every edge of the formation is within its tolerance", "wall"),
+    Predicate(
+        "flag",
+        About.AGENT,
+        ("flag",),
+        "the agent has been in the region that sets the flag, and not in the one that clears it since",
+        "loaded",
+    ),
+    HEADING,
+)
+"""All of them; one is added by its meaning in ``ir.predicates`` and a value here."""
