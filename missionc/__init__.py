@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from missionc.base.diagnostics.model import Diagnostic
     from missionc.base.limits import Limits
     from missionc.base.source import Source
+    from missionc.compiler.driver import compile
     from missionc.compiler.front_end import Checked
     from missionc.compiler.graphs import link_graph, roadmap_graphs
     from missionc.compiler.results import (
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
     from missionc.frontend.builder.parts import Agents, Formula, Quantity, Region, Shape, formula, quantity, shape
     from missionc.frontend.syntax.lark_grammar import grammar
     from missionc.tools.api.folders import export, plot, replan, report, simulate, verify
-    from missionc.tools.api.missions import check, compile, monitor
+    from missionc.tools.api.missions import check, monitor
     from missionc.tools.api.sweeps import sweep
 
 # fmt: off
@@ -82,6 +83,7 @@ HOMES = {
         "missionc.base.diagnostics.model": "Diagnostic",
         "missionc.base.limits": "Limits",
         "missionc.base.source": "Source",
+        "missionc.compiler.driver": "compile",
         "missionc.compiler.front_end": "Checked",
         "missionc.compiler.graphs": "link_graph roadmap_graphs",
         "missionc.compiler.results": "Alternative Blame Change Compiled Explained "
@@ -93,7 +95,7 @@ HOMES = {
         "missionc.frontend.builder.parts": "Agents Formula Quantity Region Shape formula quantity shape",
         "missionc.frontend.syntax.lark_grammar": "grammar",
         "missionc.tools.api.folders": "export plot replan report simulate verify",
-        "missionc.tools.api.missions": "check compile monitor",
+        "missionc.tools.api.missions": "check monitor",
         "missionc.tools.api.sweeps": "sweep",
     }.items()
 }

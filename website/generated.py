@@ -30,7 +30,8 @@ def errors() -> str:
 
 
 HEADINGS = {
-    "missionc.tools.api.missions": "Functions of missions",
+    "missionc.tools.api.missions": "Functions of missions: check and monitor",
+    "missionc.compiler.driver": "Functions of missions: compile",
     "missionc.tools.api.folders": "Functions of plan folders",
     "missionc.tools.api.sweeps": "Sweeps",
     "missionc.frontend.builder.mission": "Missions built in Python",

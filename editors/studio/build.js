@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import esbuild from "esbuild";
 
 const HERE = path.dirname(fileURLToPath(import.meta.url));
-const OUT = process.argv[2] ?? path.join(HERE, "..", "..", "missionc", "cli", "studio", "assets");
+const OUT = process.argv[2] ?? path.join(HERE, "..", "..", "missionc", "tools", "studio", "assets");
 
 const { metafile } = await esbuild.build({
   absWorkingDir: HERE,

@@ -97,6 +97,11 @@ def settings_table(mission: Mission, engines: Sequence[str], options: Options) -
     return "\n".join(_table(name, values[name]) for name in used)
 
 
+def default_table() -> str:
+    """All settings of all backends with their defaults, as ``settings_table`` shows them."""
+    return "\n".join(_table(name, value) for name, value in DEFAULTS.items())
+
+
 def _table(backend: str, value: DataclassInstance) -> str:
     lines: list[str] = []
     group = ""

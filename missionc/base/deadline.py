@@ -13,6 +13,10 @@ import time
 from types import FrameType, TracebackType
 
 from missionc.base.supervision import tell_deadline
+from missionc.base.units import Seconds
+
+DEFAULT_TIME_LIMIT = Seconds(600.0)
+"""Time limit of a compilation."""
 
 GRACE, SHARE = 0.1, 0.02
 """Seconds after its deadline, and a share of the time it had, that a search has to end by itself."""

@@ -11,6 +11,7 @@ from missionc.base.late_dataclass import dataclass
 from missionc.base.notebook import Ground, paths, picture, preformatted, printed
 from missionc.base.proven import Proven
 from missionc.base.solved import Solved, solved_text
+from missionc.base.stage_runs import StageRun
 from missionc.base.units import Seconds
 
 if TYPE_CHECKING:  # a trace only holds arrays: who makes them loads numpy
@@ -84,6 +85,8 @@ class Plan:
     """What is known of the best plan, where the mission minimizes what can be bounded."""
     solved: tuple[Solved, ...] = ()
     """Which method found the motion of which agents; empty if that is not known."""
+    runs: tuple[StageRun, ...] = ()
+    """The attempts that led to the plan, in order; empty if they are not known."""
     ground: Callable[[], Ground] | None = None
     """What a notebook draws the paths on; made when it is shown."""
 

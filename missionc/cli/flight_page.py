@@ -14,8 +14,8 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from typing import TYPE_CHECKING, Self
 
-from missionc.cli.guard import ALWAYS, Guard
 from missionc.cli.page_server import PageServer, Quiet
+from missionc.tools.guard import ALWAYS, Guard
 
 if TYPE_CHECKING:  # loads arrays
     from missionc.base.trace import Trace

@@ -16,15 +16,17 @@ from click.shell_completion import CompletionItem
 from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import DESCRIBED, Described, OneOf, Real, Switch, Whole
 from missionc.base.continuous_time import ContinuousTime
+from missionc.base.deadline import DEFAULT_TIME_LIMIT
 from missionc.base.diagnostics.suggest import nearest
 from missionc.base.extensions import Registry
 from missionc.base.limits import Limits, most
 from missionc.cli import stage_names
 from missionc.ir.vehicle_profiles import profiles
 from missionc.output.export.form_names import FORMATS
-from missionc.output.plot.figure_request import MOST_MOMENTS, SUFFIXES
+from missionc.output.plot.figure_request import MOST_MOMENTS, SUFFIXES, WIDTHS
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+
 
 Pairs = tuple[tuple[str, str], ...]
 """The values of flags that take NAME=VALUE, each as often as it was given."""
@@ -345,6 +347,65 @@ poses = click.option(
     help="Fly from where the agents were measured to stand: `agent,x,y,z`, a `.csv` or a `.json`.",
 )
 
+force = click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+
+quiet = click.option("--quiet", is_flag=True, help="No summary and no progress.")
+
+quiet_progress = click.option("--quiet", is_flag=True, help="No progress.")
+
+plot_width = click.option(
+    "--plot-width", type=click.Choice([*WIDTHS]), help="Draw as wide as a paper's column, or as two."
+)
+
+
+def output(says: str, page: bool = False) -> Callable[[Command], Command]:
+    """``-o``: the folder to write, or the page."""
+    kind, metavar = (file_to_write, "FILE") if page else (folder_to_write, "FOLDER")
+    return click.option("-o", "--output", type=kind, metavar=metavar, help=says)
+
+
+def seed(most: int = 2**32 - 1) -> Callable[[Command], Command]:
+    """``--seed``, 0 if left out."""
+    return click.option("--seed", type=click.IntRange(0, most), default=0, show_default=True, metavar="N")
+
+
+def exported(says: str) -> Callable[[Command], Command]:
+    """``--export``, repeatable; the value has a tuple of names for each."""
+    return click.option(
+        "--export",
+        "exported",
+        type=export_names,
+        shell_complete=several_of(exports),
+        multiple=True,
+        metavar="NAME[,NAME...]",
+        help=says,
+    )
+
+
+def plot(says: str) -> Callable[[Command], Command]:
+    """``--plot``: the file of a picture."""
+    return click.option("--plot", type=picture, metavar="FILE", help=f"{says}: FILE.svg, FILE.png or FILE.pdf.")
+
+
+def time_limit(says: str) -> Callable[[Command], Command]:
+    """``--time-limit`` in seconds."""
+    return click.option(
+        "--time-limit",
+        type=Number(min=0, min_open=True, max=1e9),
+        default=float(DEFAULT_TIME_LIMIT),
+        show_default=True,
+        metavar="SECONDS",
+        help=says,
+    )
+
+
+def between_steps(command: Command) -> Command:
+    """``--continuous`` and ``--at-steps``, which ``continuous_time`` reads."""
+    refuse = click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
+    take = click.option("--at-steps", is_flag=True, help="Accept a plan whose requirements are satisfied at the steps.")
+    return refuse(take(command))
+
+
 watch = click.option("--watch", is_flag=True, help="Go on, and do it again whenever a file of the mission is saved.")
 
 verbose = click.option(
@@ -374,13 +435,23 @@ def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
     return define(limits_and_form(command, forms))
 
 
+def _set_pair(value: str) -> tuple[str, str]:
+    """A name and its value; the word ``help`` prints all settings, and ends the command."""
+    if value == "help":
+        from missionc.backends.settings import default_table
+
+        click.echo(default_table(), nl=False)
+        raise click.exceptions.Exit(0)
+    return pair(value)
+
+
 set_values = click.option(
     "--set",
     "settings",
-    type=pair,
+    type=_set_pair,
     multiple=True,
     metavar="NAME=VALUE",
-    help="Tune a backend; `--emit settings` lists all.",
+    help="Tune a backend; `--set help` lists all settings with units and ranges.",
 )
 
 

@@ -6,7 +6,7 @@ import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from socketserver import StreamRequestHandler
 
-from missionc.cli.guard import NAMES
+from missionc.tools.guard import NAMES
 
 
 class PageServer(ThreadingHTTPServer):

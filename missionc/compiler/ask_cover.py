@@ -15,6 +15,7 @@ from missionc.backends import api
 from missionc.backends.options import Options
 from missionc.backends.run_account import Account
 from missionc.backends.work import run_to_end
+from missionc.compiler.stage_log import StageLog
 from missionc.compiler.strategy import COVERS
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
@@ -33,6 +34,7 @@ class CoverSide:
     """The kernel with whatever looks back, as it was written: certificates are about that."""
     options: Options
     budget: api.Budget
+    log: StageLog = field(default_factory=StageLog)
     account: Account = field(default_factory=Account)
     answer: Answer | None = None
     asked: float = 0.0
@@ -56,7 +58,9 @@ class CoverSide:
                 self.budget, deadline=until, work=self.account.work + work, keep=api.discard_snapshot, resume=None
             )
             self.asked = work
+            before = self.account.work
             self.answer = refute(self.mission, self.kernel, budget, self.account, self.options.solver)
+            self.log.add("covers", "cover", self.account.work - before, str(self.answer))
         if not isinstance(self.answer, Refuted):
             return None
         if self.options.certify and not self.account.files:
@@ -68,7 +72,9 @@ class CoverSide:
             self.answer.conflict, str(self.answer), report, api.Scope.MISSION, smallest=self.answer.smallest
         )
 
-    def searched(self, backend: api.Backend, mission: Mission, kernel: Kernel, budget: api.Budget) -> api.Outcome:
+    def searched(
+        self, backend: api.Backend, mission: Mission, kernel: Kernel, budget: api.Budget, attempt: str
+    ) -> api.Outcome:
         """What a search for a plan of the mission, or of a stronger one, comes to; or that no motion is one."""
 
         def found(plan: api.Planned) -> object:
@@ -80,6 +86,7 @@ class CoverSide:
         )
         turns = backend.turns(mission, kernel, self.options, replace(budget, found=found))
         outcome = run_to_end(turns, budget, meanwhile)
+        self.log.searched(backend.name, outcome, attempt)
         no_room = isinstance(outcome, api.NotFound) and outcome.reason is api.Reason.MEMORY
         if isinstance(outcome, api.Planned) or self.planned or no_room:
             return outcome

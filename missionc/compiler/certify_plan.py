@@ -14,6 +14,7 @@ from missionc.backends.api import Budget, NotFound, Planned, Progress, Reason
 from missionc.backends.options import Options
 from missionc.base.diagnostics.code import NO_WAY
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.base.stage_runs import StageRun
 from missionc.base.trace import Plan
 from missionc.base.units import Seconds
 from missionc.compiler import no_plan
@@ -64,6 +65,7 @@ def certify_plan(
     watch: Stopwatch,
     exports: tuple[str, ...] = (),
     bound: BoundSide | None = None,
+    runs: tuple[StageRun, ...] = (),
 ) -> Certified:
     """The plan that a trace is, judged and written; a backend is never believed.
 
@@ -71,6 +73,7 @@ def certify_plan(
         checked: with a mission, its kernel and a choice.
         exports: as for ``driver.plan``.
         bound: what is proven of the best plan; where it is None, or the plan is made slower, tours alone tell.
+        runs: the attempts so far.
     """
     # Imported here: what judges and writes plans loads scipy, for which nobody waits who only checks.
     from missionc.compiler.plan_ways import plan_ways
@@ -115,7 +118,10 @@ def certify_plan(
     tours = BoundSide(mission, kernel, options, replace(budget, deadline=0.0))
     proven = (tours if bound is None or options.stretch != 1 else bound).proven(trace)
     ground = partial(notebook_ground, mission, kernel)
-    verified = Plan(mission.name, planner, budget.seed, trace, certificate.judgements, proven, report.solved, ground)
+    runs = (*runs, StageRun("verify", "", planner, 0.0, "passed"))
+    verified = Plan(
+        mission.name, planner, budget.seed, trace, certificate.judgements, proven, report.solved, runs, ground
+    )
     budget.listen(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""

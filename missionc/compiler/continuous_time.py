@@ -86,7 +86,8 @@ def plan_in_continuous_time(
         by = replace(checked, choice=same if attempt.repaired else others if attempt.others else choice)
         more = replace(limited, seed=budget.seed + attempt.seed, deadline=_until(limited.deadline))
         near = repair if attempt.repaired else None
-        retry = plan(by, replace(request, budget=more, kernel=asked_for, backend=near))
+        log = request.log.within("continuous time", str(attempt))
+        retry = plan(by, replace(request, budget=more, kernel=asked_for, backend=near, log=log))
         tried += 1
         if isinstance(retry.outcome, Verified) and falls_short(retry, throughout) is None:
             note = f"the first plan does not {short.no}; {'repaired it' if attempt.repaired else 'this one'} does"

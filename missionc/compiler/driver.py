@@ -19,7 +19,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from missionc.backends import api
 from missionc.backends.choose_backend import Choice
@@ -27,13 +27,14 @@ from missionc.backends.load import load_engines as load_backend
 from missionc.backends.offers import OFFERS, is_published, named
 from missionc.backends.options import Options
 from missionc.base.continuous_time import ContinuousTime
-from missionc.base.deadline import last_call
+from missionc.base.deadline import DEFAULT_TIME_LIMIT, last_call
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.memory import DEFAULT_LIMIT as DEFAULT_MEMORY_LIMIT
 from missionc.base.memory import limited
 from missionc.base.signals import defer_stop, stop_requested
 from missionc.base.source import Source
+from missionc.base.stage_runs import StageRun
 from missionc.base.units import Seconds
 from missionc.compiler import no_plan
 from missionc.compiler.ask_bound import BoundSide
@@ -41,13 +42,14 @@ from missionc.compiler.certify_plan import certify_plan, reserved_time, to_draw
 from missionc.compiler.check_preset import check_preset
 from missionc.compiler.checkpoints import Checkpoints, unusable, with_checkpoints
 from missionc.compiler.continuous_time import acceptable, falls_short, plan_in_continuous_time
+from missionc.compiler.described import PLANNER_OPTIONS, described, planner_options
 from missionc.compiler.front_end import ANY_BACKEND, Checked, Stopwatch, check
 from missionc.compiler.incumbent import CUT_SHORT, Incumbent, cut_short, improved
 from missionc.compiler.judge_motion import live_session, monitor
 from missionc.compiler.plan_request import NO_EXPLANATION, PlanRequest
 from missionc.compiler.plan_with_margin import plan_with_margin
 from missionc.compiler.provenance import with_manifest
-from missionc.compiler.results import Compiled, CompileOutcome, InvalidMission, Unverified, Verified
+from missionc.compiler.results import Compiled, CompileOutcome, InvalidMission, Unverified, Verified, with_origins
 from missionc.compiler.run_limited import Ended, within
 from missionc.compiler.strategy import SEARCH
 from missionc.compiler.time_scaling import plan_with_time_scaling
@@ -57,6 +59,7 @@ from missionc.ir.kernel.nodes import Kernel
 if TYPE_CHECKING:
     from missionc.backends.clot.settings import ClotSettings
     from missionc.backends.smt.settings import SmtSettings
+    from missionc.frontend.builder.origins import MissionLike
 
 
 def ask_backend(
@@ -92,7 +95,7 @@ def ask_backend(
     until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
     asked_of = replace(budget, deadline=until, listen=listen, found=incumbent.found)
     search = partial(plan_with_margin, backend, mission, kernel, request.options, asked_of)
-    work = partial(search, covers=covers, speed_fraction=request.speed_fraction)
+    work = partial(search, covers=covers, speed_fraction=request.speed_fraction, log=request.log)
     try:
         answer = within(moment, work)
     except api.UnusableSnapshot:
@@ -103,7 +106,9 @@ def ask_backend(
         incumbent.failed("improving the plan", error)
         return _cut_short(incumbent.latest, api.CutShort.DEFECT)
     if incumbent.latest and isinstance(answer, Ended | api.NotFound):
-        return _cut_short(incumbent.latest, CUT_SHORT.get(answer.reason, api.CutShort.UNFINISHED))
+        best = _cut_short(incumbent.latest, CUT_SHORT.get(answer.reason, api.CutShort.UNFINISHED))
+        request.log.searched(backend.name, best)
+        return best
     return limit_reached(answer, now) if isinstance(answer, Ended) else answer
 
 
@@ -125,7 +130,6 @@ def _to_search(deadline: float, explain_limit: Seconds) -> float:
     return deadline - min(explain_limit, SEARCH.explanation * max(0.0, deadline - time.monotonic()))
 
 
-DEFAULT_TIME_LIMIT = Seconds(600.0)
 __all__ = [
     "ANY_BACKEND",
     "DEFAULT_MEMORY_LIMIT",
@@ -138,66 +142,76 @@ __all__ = [
 ]
 
 
+@described(PLANNER_OPTIONS)
 def compile(
-    file: str | Path | Source,
+    mission: MissionLike,
     *,
     overrides: Mapping[str, str] | None = None,
-    settings: Mapping[str, object] | SmtSettings | ClotSettings | None = None,
     backend: str | api.Backend = "auto",
-    seed: int = 0,
-    time_limit: Seconds = DEFAULT_TIME_LIMIT,
-    memory_limit: int = DEFAULT_MEMORY_LIMIT,
-    options: Options | None = None,
+    settings: Mapping[str, object] | SmtSettings | ClotSettings | None = None,
+    vehicle: str = "",
+    poses: Path | Source | None = None,
     limits: Limits | None = None,
+    seed: int = 0,
+    time_limit: float = DEFAULT_TIME_LIMIT,
+    memory_limit: int = DEFAULT_MEMORY_LIMIT,
+    explain_limit: float = 0.0,
+    continuous_time: ContinuousTime = ContinuousTime.WANTED,
+    alternatives: int = 1,
+    exports: tuple[str, ...] = (),
     listen: Callable[[api.Progress], None] = api.ignore,
     keep: Callable[[bytes], object] | None = None,
     resume: bytes | None = None,
-    exports: tuple[str, ...] = (),
-    throughout: ContinuousTime = ContinuousTime.WANTED,
-    explain_limit: Seconds = NO_EXPLANATION,
-    vehicle: str = "",
-    poses: Path | Source | None = None,
-    alternatives: int = 1,
+    options: Options | None = None,
+    **given: Any,
 ) -> Compiled:
-    """``check``; then, where there is no error, ``plan``.
+    """Compile a mission into a verified plan.
 
     Args:
-        file: as for ``check``.
-        overrides: as for ``check``.
-        settings: values by name, ``{"smt.nodes": 400}``, or the settings of one backend.
-        backend: as for ``check``; or a backend itself, as one of a ``BackendExtension``.
-        limits: as for ``check``.
-        vehicle: as for ``check``.
-        poses: as for ``check``.
+        mission: as for ``check``, like ``overrides``, ``vehicle``, ``poses`` and ``limits``.
+        backend: also a backend itself, as one of a ``BackendExtension``.
+        settings: of the backends by name, ``{"smt.nodes": 400}``, or the settings of one backend.
         seed: of everything drawn at random.
-        time_limit: seconds from now, of the whole compilation. A search ends so early that its plan can be verified and
-            written; whatever else is late is interrupted, in the main thread.
-        memory_limit: bytes, of this process and of what a solver takes beside it.
-        options: choices only a backend understands.
-        listen: is told where a backend is.
-        keep: is given, as the run goes on, the bytes of a checkpoint.
-        resume: those of an interrupted run of the same mission, seed and options; it ends as that would have ended.
-        exports: names of ``missionc.output.export.formats.FORMATS``, to be written as well.
-        throughout: whether requirements are wanted, or have, to hold between the steps too; where one does not, further
-            plans are asked for (``continuous_time``), without checkpoints.
-        explain_limit: seconds of the time limit that may go into what would make an impossible mission possible.
-        alternatives: number of plans that differ from each other; there may be fewer.
+        time_limit: seconds, of the whole compilation. A search ends with the best plan so far.
+        memory_limit: bytes, of this process and its solvers.
+        explain_limit: seconds of the time limit for explaining why there is no plan.
+        continuous_time: whether requirements must be satisfied between the steps too.
+        alternatives: number of plans that differ.
+        exports: names of further file formats, those of ``missionc export --list``.
+        listen: receives the progress.
+        keep: receives the bytes of a checkpoint, from time to time.
+        resume: bytes of a checkpoint of the same mission, seed and options.
+        options: values of the options below that are not given themselves.
+
+    Returns:
+        The outcome, and every finding.
 
     Raises:
+        TypeError: there is no such option.
+        ValueError: an option does not have such a value.
         Unfit: the object is no backend.
         ExtensionError: its name is taken, or what it returns is no outcome.
     """
+    from missionc.frontend.builder.origins import source_of  # loads the builder of missions, for Python alone
+
     budget = api.Budget(time.monotonic() + time_limit, memory_limit, seed, limits or Limits(), listen)
     if settings:
-        from missionc.backends.settings import given  # few missions are tuned
+        from missionc.backends.settings import given as named_settings  # few missions are tuned
 
-        overrides = {**(overrides or {}), **given(settings)}
+        overrides = {**(overrides or {}), **named_settings(settings)}
     request = PlanRequest(
-        budget, options or Options(), Checkpoints(keep, resume), exports, throughout, explain_limit, alternatives
+        budget,
+        planner_options("compile", given, options),
+        Checkpoints(keep, resume),
+        exports,
+        continuous_time,
+        Seconds(explain_limit),
+        alternatives,
     )
+    file = source_of(mission)
     with named(backend) as name:
         checked = check_within(budget, file, overrides=overrides or {}, backend=name, vehicle=vehicle, poses=poses)
-        return plan(checked, request) if isinstance(checked, Checked) else checked
+        return with_origins(plan(checked, request) if isinstance(checked, Checked) else checked, mission)
 
 
 def check_within(
@@ -250,7 +264,12 @@ def plan(checked: Checked, request: PlanRequest) -> Compiled:
             keep(first)
         further = partial(plan_in_continuous_time, first, checked, _plan, again, began)
         first = improved("planning for the time between the samples", first, further)
-        if request.alternatives == 1 or not isinstance(first.outcome, Verified):
+        if not isinstance(first.outcome, Verified):
+            return first
+        from missionc.compiler.redraw import with_attempts  # draws plans, for those who have one
+
+        first = replace(first, outcome=with_attempts(first.checked, first.outcome, request.log))
+        if request.alternatives == 1:
             return first
         keep(first)
         from missionc.compiler.alternatives.search_alternatives import with_alternatives  # for those who ask for them
@@ -317,11 +336,16 @@ def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
     bound = BoundSide(mission, kernel, options, whole)
     whole = replace(whole, enough=bound.enough)
 
-    def certified(planned: api.Planned, stages: Stopwatch, bound: BoundSide | None) -> Compiled:
-        home = certify_plan(checked, planned, options, run_budget, stages, request.exports, bound)
+    def certified(
+        planned: api.Planned, stages: Stopwatch, bound: BoundSide | None, runs: tuple[StageRun, ...]
+    ) -> Compiled:
+        home = certify_plan(checked, planned, options, run_budget, stages, request.exports, bound, runs)
         return ended(home.outcome, *home.findings, checked=home.checked)
 
-    incumbent = Incumbent(lambda planned: certified(planned, Stopwatch(), None), request.secure)
+    log = request.log
+    incumbent = Incumbent(
+        lambda planned: certified(planned, Stopwatch(), None, log.so_far(backend.name, planned)), request.secure
+    )
     published = is_published(choice.engines, options)
     try:
         covers = request.kernel is None and request.speed_fraction == 1 and not published
@@ -333,10 +357,12 @@ def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
         defer_stop()
 
         def brought_home(planned: api.Planned) -> Compiled:
-            home = within(moment, partial(incumbent.timed, planned, lambda each: certified(each, watch, bound)))
+            final = partial(certified, stages=watch, bound=bound, runs=tuple(log.runs))
+            home = within(moment, partial(incumbent.timed, planned, final))
             if isinstance(home, Ended):
                 late = no_plan.not_brought_home(home, planned, watch.seconds)
                 home = ended(late, no_plan.not_found(checked, late, None))
+            log.add("verify", planned.report.engine or choice.backend, 0.0, verdict_text(home))
             return home
 
         compares = weighs_options(mission, outcome, choice) and not published
@@ -348,7 +374,7 @@ def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
             to_compare = replace(whole, deadline=run_budget.deadline - incumbent.reserve(reserved))
             planner = outcome.report.engine or choice.backend
             compare = partial(
-                with_best_option, home, checked, outcome, brought_home, planner, options, to_compare, moment, watch
+                with_best_option, home, checked, outcome, brought_home, planner, options, to_compare, moment, watch, log
             )
             home = incumbent.keep(improved("comparing options", incumbent.best, compare), final=True)
         return replace(home, findings=(*home.findings, *incumbent.findings))
@@ -372,6 +398,20 @@ def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
         else no_plan.not_found(checked, outcome, explained)
     )
     return with_manifest(replace(ended(outcome, finding, *incumbent.findings), explained=explained), options)
+
+
+def verdict_text(compiled: Compiled) -> str:
+    """What the stage ``verify`` says of a plan."""
+    match compiled.outcome:
+        case Verified():
+            return "passed"
+        case Unverified():
+            return UNVERIFIED
+        case api.NotFound(reason=reason):
+            return reason.value
+        case _:
+            codes = sorted({each.code.name for each in compiled.findings if not each.code.warning})
+            return f"no flight of the plan ({', '.join(codes)})"
 
 
 def _for_trials(backend: api.Backend, outcome: api.Impossible | api.NotFound, options: Options) -> api.Backend:

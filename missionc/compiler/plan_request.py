@@ -12,6 +12,7 @@ from missionc.base.units import Seconds
 from missionc.compiler.checkpoints import Checkpoints
 from missionc.compiler.incumbent import discard
 from missionc.compiler.results import Compiled
+from missionc.compiler.stage_log import StageLog
 from missionc.ir.kernel.nodes import Kernel
 
 NO_EXPLANATION = Seconds(0.0)
@@ -33,6 +34,7 @@ class PlanRequest:
         kernel: in place of the mission's own, a stronger one.
         backend: in place of the chosen engines.
         speed_fraction: of the vehicles' top speeds; below 1, no faster plan is searched for.
+        log: receives each attempt when it ends.
 
     Raises:
         ValueError: ``alternatives`` and ``options.stretch`` exclude each other.
@@ -49,6 +51,7 @@ class PlanRequest:
     kernel: Kernel | None = None
     backend: Backend | None = None
     speed_fraction: float = 1.0
+    log: StageLog = field(default_factory=StageLog)
 
     def __post_init__(self) -> None:
         if self.alternatives > 1 and self.options.stretch != 1:

@@ -16,7 +16,8 @@ from missionc.backends.options import Options
 from missionc.base.diagnostics.model import has_errors
 from missionc.base.units import Metres
 from missionc.compiler.ask_cover import CoverSide
-from missionc.compiler.strategy import COVERS, SEARCH, speed_limited, tries, urgent_tries
+from missionc.compiler.stage_log import StageLog
+from missionc.compiler.strategy import COVERS, LAST_TRY, SEARCH, speed_limited, tries, try_text, urgent_tries
 from missionc.frontend.checks.check_world import check_world
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
@@ -37,20 +38,29 @@ def plan_with_margin(
     *,
     covers: bool = False,
     speed_fraction: float = 1.0,
+    log: StageLog | None = None,
 ) -> api.Outcome:
     """A plan of ``_plan_with_margin``; where delays are to be tolerated, one that tolerates them if any is found.
 
     Args:
         covers: whether covers are asked if any motion is a plan, where none is found at once.
         speed_fraction: below 1, no plan is looked for that is faster than this share of what vehicles do at most.
+        log: receives each try.
     """
-    return _tolerant(backend, mission, kernel, options, budget, speed_fraction) or _plan_with_margin(
-        backend, mission, kernel, options, budget, covers=covers, speed_fraction=speed_fraction
+    log = log or StageLog()
+    return _tolerant(backend, mission, kernel, options, budget, speed_fraction, log) or _plan_with_margin(
+        backend, mission, kernel, options, budget, log, covers=covers, speed_fraction=speed_fraction
     )
 
 
 def _tolerant(
-    backend: api.Backend, mission: Mission, kernel: Kernel, options: Options, budget: api.Budget, speed_fraction: float
+    backend: api.Backend,
+    mission: Mission,
+    kernel: Kernel,
+    options: Options,
+    budget: api.Budget,
+    speed_fraction: float,
+    log: StageLog,
 ) -> api.Planned | None:
     """A plan that is ahead of time, with room for those who are late; None where none of them tolerates the delays.
 
@@ -67,9 +77,9 @@ def _tolerant(
         roomy = with_room_for_delays(pace, share)
         if share and has_errors(check_world(roomy, early)):
             continue
-        outcome = _plan_with_margin(
-            backend, roomy, early, options, replace(_short(budget, SEARCH.work), found=api.discard_plan)
-        )
+        short = replace(_short(budget, SEARCH.work), found=api.discard_plan)
+        ahead = log.within(log.stage, ", ".join(filter(None, (log.attempt, f"{share:.0%} of the room for delays"))))
+        outcome = _plan_with_margin(backend, roomy, early, options, short, ahead)
         if isinstance(outcome, api.Planned) and verify(mission, kernel, outcome.trace).passed:
             extra = roomy.separation - mission.separation
             room = f", and with {extra:.3g} m more between bodies" if extra else ""
@@ -83,6 +93,7 @@ def _plan_with_margin(
     kernel: Kernel,
     options: Options,
     budget: api.Budget,
+    log: StageLog,
     *,
     covers: bool = False,
     speed_fraction: float = 1.0,
@@ -98,7 +109,7 @@ def _plan_with_margin(
     if isinstance(ahead, TooLarge):
         return api.NotFound(api.Reason.SIZE, _too_large(ahead, budget.limits.formula_nodes), api.Report())
     kernel, meant = ahead, kernel
-    cover = CoverSide(mission, kernel, meant, options, budget) if covers and not budget.urgent else None
+    cover = CoverSide(mission, kernel, meant, options, budget, log) if covers and not budget.urgent else None
     never = next((goal.name for goal in kernel.requirements if constant(goal.formula) is False), None)
     if never is not None:
         refused = cover.refusal(COVERS.first) if cover is not None else None
@@ -117,6 +128,7 @@ def _plan_with_margin(
     soonest: api.Planned | None = None
     if budget.urgent:
         first = _planned(backend, wanted, kernel, options, replace(budget, found=api.discard_plan))
+        log.searched(backend.name, first, LAST_TRY)
         if not isinstance(first, api.Planned):
             return first  # with a margin there is no plan then either
         soonest, planned = first, urgent_tries(wanted, paces, margin, backend.name)
@@ -125,6 +137,7 @@ def _plan_with_margin(
         tight = tightened(each.mission, kernel, Metres(each.margin * margin))
         fastest = with_flyable_speeds(room, SEARCH.speeds[-1]) if each.mission is not room else room
         outcome = _planned(backend, *tight, options, _short(budget, each.work), under_way=fastest)
+        log.searched(backend.name, outcome, try_text(each, margin))
         if isinstance(outcome, api.Planned):
             return _after(outcome if each.margin == 1.0 or margin <= 0 else _noted(outcome, margin, each.margin), late)
         late = late or (isinstance(outcome, api.NotFound) and outcome.reason is api.Reason.TIME)
@@ -132,6 +145,8 @@ def _plan_with_margin(
         if refused is not None:
             return refused
     outcome = soonest or _planned(backend, wanted, kernel, options, budget, cover)
+    if soonest is None and cover is None:
+        log.searched(backend.name, outcome, LAST_TRY if speed_fraction == 1 else "no margin")
     if not isinstance(outcome, api.Planned):
         return outcome
     return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
@@ -172,7 +187,7 @@ def _planned(
     if cover is None:
         outcome = backend.plan(mission, kernel, options, budget)
     else:
-        outcome = cover.searched(backend, mission, kernel, budget)
+        outcome = cover.searched(backend, mission, kernel, budget, LAST_TRY)
     if not isinstance(outcome, api.Planned):
         return outcome
     straighten = load_straighten(outcome.report.engine)

@@ -6,11 +6,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, assert_never
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, assert_never
 
 from missionc.backends.api import Attempt, Impossible, NotFound, Report
 from missionc.base.constraint import Constraint, NotJudged, all_satisfied, constraint_lines
@@ -18,6 +18,7 @@ from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.diagnostics.render import counts
 from missionc.base.judgement import judgement_lines
 from missionc.base.notebook import framed, printed, shown
+from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.compiler.front_end import Checked, below
 from missionc.output.folder.file_names import REPORT
@@ -25,6 +26,7 @@ from missionc.output.folder.file_names import REPORT
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement
     from missionc.base.trace import Array, Plan, Trace
+    from missionc.frontend.builder.origins import MissionLike
     from missionc.output.documents.alternatives_json import AlternativeRow
     from missionc.verification.certificate import Between, Certificate
 
@@ -354,3 +356,16 @@ class Monitored:
 
     _repr_pretty_ = printed
     _repr_html_ = shown
+
+
+Result = TypeVar("Result", Compiled, Monitored)
+
+
+def with_origins(result: Result, mission: MissionLike) -> Result:
+    """The result with findings that point at the lines of Python that built the mission, if any did."""
+    if isinstance(mission, str | Path | Source):
+        return result
+    from missionc.frontend.builder.origins import at_origins  # loaded by those who build missions in Python
+
+    checked = replace(result.checked, findings=at_origins(result.checked.findings, mission))
+    return replace(result, checked=checked, findings=at_origins(result.findings, mission))

@@ -185,6 +185,55 @@ class ContinuousTimeStage:
     least_work: float = 16.0
 
 
+@dataclass(frozen=True, slots=True)
+class RestrictedStage:
+    """Plans of missions in which a choice of the plans before is forbidden.
+
+    Args:
+        least_work: units of work, or ``times`` those of the first plan if that is more.
+    """
+
+    least_work: float
+    times: float
+
+    def work_after(self, first: float) -> float:
+        """Units of work after a first plan that took ``first``."""
+        return max(self.least_work, self.times * first)
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonStage(RestrictedStage):
+    """Comparison of options; the work is that of all plans together.
+
+    Args:
+        most: plans at most.
+        bounded: options and orders of a plan for which a lower bound is computed.
+    """
+
+    least_work: float = 8.0
+    times: float = 1.0
+    most: int = 3
+    bounded: int = 16
+
+
+@dataclass(frozen=True, slots=True)
+class AlternativesStage(RestrictedStage):
+    """Alternative plans; the work is that of each attempt.
+
+    Args:
+        least_tries: attempts for each further plan in any case, so that the best of several are kept.
+        tries: attempts for each further plan at most.
+        seeds: other seeds that are tried if nothing is left to forbid.
+    """
+
+    least_work: float = 4.0
+    times: float = 3.0
+    least_tries: int = 2
+    tries: int = 5
+    seeds: int = 2
+
+
+COMPARISON, ALTERNATIVES = ComparisonStage(), AlternativesStage()
 SEARCH, COVERS, BOUND = SearchStage(), CoverStage(), BoundStage()
 TIME_SCALING, CONTINUOUS_TIME = TimeScalingStage(), ContinuousTimeStage()
 
@@ -205,6 +254,9 @@ class Try:
     speed: float | None
     margin: float
     work: float
+
+
+LAST_TRY = "speed limits of the mission, no margin"
 
 
 def speed_limited(
@@ -330,8 +382,8 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
         "search",
         " and ".join(choice.engines) + (f" in turns of {FIRST:g}, {FIRST * LONGER:g}, … units" if several else ""),
         (
-            *(f"{_speed(each)}, {_margin(each, margin)}; {_limit(each)}" for each in before),
-            "speed limits of the mission, no margin; the time left",
+            *(f"{try_text(each, margin)}; {_limit(each)}" for each in before),
+            f"{LAST_TRY}; the time left",
         ),
         (
             ("plan", NEXT),
@@ -345,9 +397,8 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
     yield Stage("verify", "always", (), (("passed", NEXT), ("failed", failed), *tolerant))
     if not OFFERS[choice.engines[0]].weighs and mission.objective is not Objective.NONE:
         better = (("always", f"{NEXT}, with the better plan by the objective"),)
-        yield Stage(
-            "options", "if the engine chose options by an estimate", ("the best option of each choice",), better
-        )
+        limit = f"at most {COMPARISON.most} plans, {_work(COMPARISON)} in all"
+        yield Stage("options", f"if the engine chose options by an estimate; {limit}", ("other choices",), better)
     if options.stretch == 1:
         slower = tuple(f"{fraction:.0%} of the vehicles' speed" for fraction in TIME_SCALING.fractions)
         after = (("plan that can be flown", NEXT), ("none", "the answer: no flight of the plan"))
@@ -364,11 +415,18 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
         )
     if request.alternatives > 1:
         best = (("always", "the best plan, with the others beside it"),)
-        yield Stage("alternatives", f"until {request.alternatives} plans differ", ("restricted missions",), best)
+        most = ALTERNATIVES.tries * (request.alternatives - 1)
+        limit = f"at most {most} attempts, {_work(ALTERNATIVES)} each"
+        runs = f"until {request.alternatives} plans differ; {limit}"
+        yield Stage("alternatives", runs, ("missions in which a choice is forbidden",), best)
     if request.explain_limit:
         changes = ("requirements left out, windows and limits relaxed, more time, another roadmap",)
         limit = f"{request.explain_limit:g} s"
         yield Stage("explain", f"if there is no plan; {limit}", changes, (("always", "the answer, with its causes"),))
+
+
+def _work(stage: RestrictedStage) -> str:
+    return f"{stage.least_work:g} units, or {stage.times:g} times those of the first plan if that is more"
 
 
 def _seconds(stage: TimeScalingStage | ContinuousTimeStage) -> str:
@@ -381,8 +439,10 @@ def _speed(each: Try) -> str:
     return f"{each.speed:.0%} of the vehicles' speed" if each.speed else "speeds that can be flown from rest to rest"
 
 
-def _margin(each: Try, margin: Metres) -> str:
-    return f"robustness margin {each.margin * margin:.3g} m" if each.margin * margin > 0 else "no margin"
+def try_text(each: Try, margin: Metres) -> str:
+    """Speeds and margin of a try, in words."""
+    kept = each.margin * margin
+    return f"{_speed(each)}, {f'robustness margin {kept:.3g} m' if kept > 0 else 'no margin'}"
 
 
 def _limit(each: Try) -> str:

@@ -50,7 +50,8 @@ def plan_with_time_scaling(
             break
         more = replace(budget, deadline=now + (until - now) / 2, keep=discard_snapshot, resume=None)
         slower = replace(request, speed_fraction=speed_fraction)
-        retry = plan(checked, replace(slower, budget=more))
+        log = request.log.within("time scaling", f"{speed_fraction:.0%} of the vehicles' speed")
+        retry = plan(checked, replace(slower, budget=more, log=log))
         if isinstance(retry.outcome, Verified):
             note = f"the first plan cannot be flown; this one can, at {speed_fraction:g} of the top speeds"
             return noted(retry, note), slower

@@ -138,7 +138,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("vscode")
     copy = root / "editors" / "vscode"
     shutil.copytree(FOLDER, copy, ignore=shutil.ignore_patterns("node_modules", "dist"))
-    for shared in ("editors/studio/src", "missionc/cli/studio/assets"):  # the map is the studio's
+    for shared in ("editors/studio/src", "missionc/tools/studio/assets"):  # the map is the studio's
         shutil.copytree(ROOT / shared, root / shared)
     fetch(copy, "ci", "--prefer-offline", "--no-audit", "--no-fund")
     return copy

@@ -9,6 +9,7 @@ import json
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 from urllib.parse import urlsplit
@@ -16,10 +17,10 @@ from urllib.parse import urlsplit
 from websockets.sync.client import ClientConnection, connect
 
 from missionc.base.limits import Limits
-from missionc.cli.compile_request import CompileRequest
-from missionc.cli.studio.local_server import LocalServer
-from missionc.cli.studio.text_file import TextFile, opened_text
-from missionc.cli.studio.workplace import Workplace
+from missionc.cli.studio_planner import StudioPlanner
+from missionc.tools.studio.local_server import LocalServer
+from missionc.tools.studio.text_file import TextFile, opened_text
+from missionc.tools.studio.workplace import Workplace
 
 PATIENCE = 60.0
 """Seconds: far more than any answer takes."""
@@ -69,8 +70,7 @@ class Serving:
     """``address`` is where the page is, with the token in it."""
 
     def __init__(self, home: Path, first: TextFile, plans: Path) -> None:
-        request = CompileRequest(first.path, quiet=True)
-        self.server = LocalServer(Workplace(home, first, plans, request))
+        self.server = LocalServer(Workplace(home, first, plans, partial(StudioPlanner, 0.0)))
         self._loop = asyncio.new_event_loop()
         self._ended = asyncio.Event()
         self._ready = threading.Event()

@@ -37,5 +37,5 @@ def planned(text: str, seed: int = 0) -> None:
     """A plan is found, and verified; none more is asked for where that does not hold between the steps."""
     once = ContinuousTime.AT_STEPS
     source = Source("a.mission", text)
-    outcome = driver.compile(source, backend="clot", seed=seed, time_limit=Seconds(3600), throughout=once).outcome
+    outcome = driver.compile(source, backend="clot", seed=seed, time_limit=Seconds(3600), continuous_time=once).outcome
     assert isinstance(outcome, Verified), outcome

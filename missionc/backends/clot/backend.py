@@ -121,6 +121,8 @@ class TransportRun:
     search: Searching | None = None
     reached: Reached | None = None
     """How far that attempt was when the run was interrupted."""
+    work_before: float = 0.0
+    """Units done before the attempt at work, which is repeated if its search is taken up."""
     spare: tuple[int, Reached] | None = None
     """A plan, and the attempt that found it before an earlier one has ended: for when there is no time for that one."""
     preset: Preset = field(init=False)
@@ -167,6 +169,7 @@ class TransportRun:
                 number, reached = yield from run_parallel_attempts(self, alike, attempt)
             else:
                 self.account.sizes["attempts"] = number + 1
+                self.work_before = self.account.work
                 reached = self.taken_up() or attempt(number)
                 number = number if reached else number + 1
             if reached is not None:
@@ -353,13 +356,15 @@ class TransportRun:
             return
         nearest = None if self.best is None else self.best.nearest
         far = None if self.furthest is None else self.furthest.rank
-        state = State(number, nearest, far, tuple(self.account.notes), self.beside, search, reached)
+        work = self.account.work if search is None else self.work_before
+        state = State(number, nearest, far, tuple(self.account.notes), work, self.beside, search, reached)
         self.budget.keep(to_snapshot(state, self.graph))
 
     def take_up(self, state: State) -> None:
         """Goes back to where another run was."""
         self.first, self.search, self.reached = state.number, state.search, state.reached
         self.account.notes.extend(state.notes)
+        self.account.work = state.work
         self.beside.update(state.beside)
         if state.furthest is not None:
             self.furthest = Searched((), *state.furthest)

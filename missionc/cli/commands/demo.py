@@ -21,13 +21,7 @@ FOLDER = "missionc-demo"
 
 
 @click.command("demo")
-@click.option(
-    "-o",
-    "--output",
-    type=options.folder_to_write,
-    metavar="FOLDER",
-    help=f"The folder to write; {FOLDER} if left out, with a number where that exists.",
-)
+@options.output(f"The folder to write; {FOLDER} if left out, with a number where that exists.")
 @options.no_open
 def command(output: Path | None, no_open: bool) -> Status:
     """Plan a mission that comes with the compiler, and open its report in the browser."""

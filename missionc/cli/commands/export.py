@@ -6,13 +6,12 @@ from pathlib import Path
 
 import click
 
-from missionc.cli import summary
+from missionc.cli import options, summary
 from missionc.cli.exit_status import Status, say, status_of
 from missionc.cli.options import (
     export_name,
     exports,
     folder,
-    folder_to_write,
     folders,
     limits_and_form,
     named,
@@ -40,11 +39,9 @@ def _list(context: click.Context, parameter: click.Parameter, listed: bool) -> N
 @click.command("export")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @click.argument("names", nargs=-1, required=True, type=export_name, shell_complete=one_of(exports), metavar="NAME...")
-@click.option(
-    "-o", "--output", type=folder_to_write, metavar="FOLDER", help="The folder to write; FOLDER-export if left out."
-)
+@options.output("The folder to write; FOLDER-export if left out.")
 @poses
-@click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+@options.force
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list, help="List the names.")
 @limits_and_form
 def command(

@@ -28,7 +28,7 @@ MOST_FLIGHTS = 10_000
     help="What happens: a file in TOML, docs/fly.md.",
 )
 @click.option("--flights", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
-@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True, metavar="N")
+@options.seed(LARGEST_SEED)
 @click.option(
     "--within",
     type=options.Number(0.1, 600),
@@ -38,20 +38,14 @@ MOST_FLIGHTS = 10_000
     help="So long after something happened the flight goes on by another plan.",
 )
 @click.option("--no-replan", is_flag=True, help="Watch, and plan nothing anew.")
-@click.option(
-    "-o",
-    "--output",
-    type=options.file_to_write,
-    metavar="FILE",
-    help="The page that shows the flights; FOLDER-flights.html beside the folder if left out.",
-)
+@options.output("The page that shows the flights; FOLDER-flights.html beside the folder if left out.", page=True)
 @click.option("--trace", type=options.file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
 @click.option("--page", is_flag=True, help="Show the first flight in the browser while it is flown, at its own pace.")
 @click.option(
     "--pace", type=options.Number(0.1, 100), default=1.0, show_default=True, metavar="N", help="Times as fast."
 )
 @click.option("--no-open", is_flag=True, help="Say where the page is, and open nothing.")
-@click.option("--quiet", is_flag=True, help="No progress.")
+@options.quiet_progress
 @options.limits_and_form
 def command(
     path: Path,

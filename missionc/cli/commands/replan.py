@@ -66,23 +66,10 @@ def speed(value: str) -> tuple[str, float]:
     metavar="SECONDS",
     help="After so long another plan is of no use; everybody is at rest by then.",
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N")
-@click.option(
-    "--export",
-    "names",
-    type=options.export_names,
-    shell_complete=options.several_of(options.exports),
-    metavar="NAME[,NAME]",
-    help="Write the new flight in other forms too.",
-)
-@click.option(
-    "-o",
-    "--output",
-    type=options.folder_to_write,
-    metavar="FOLDER",
-    help="The folder to write; FOLDER-replan if left out.",
-)
-@click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+@options.seed()
+@options.exported("Write the new flight in other forms too.")
+@options.output("The folder to write; FOLDER-replan if left out.")
+@options.force
 @options.limits_and_form
 def command(
     path: Path,
@@ -93,7 +80,7 @@ def command(
     given_up: tuple[str, ...],
     within: float,
     seed: int,
-    names: tuple[str, ...] | None,
+    exported: tuple[tuple[str, ...], ...],
     output: Path | None,
     force: bool,
     limits: tuple[tuple[str, str], ...],
@@ -111,9 +98,8 @@ def command(
         say([wrong], [], form, {"outcome": None})
         return Status.MISSION_ERRORS
     allowed = options.read_limits(limits)
-    replanned = replan_folder(
-        path, flown, changed, lost, dict(slow), given_up, Seconds(within), seed, names or (), allowed
-    )
+    names = tuple(name for group in exported for name in group)
+    replanned = replan_folder(path, flown, changed, lost, dict(slow), given_up, Seconds(within), seed, names, allowed)
     findings: list[Diagnostic] = list(replanned.findings)
     written = ""
     if replanned.files:

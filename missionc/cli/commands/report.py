@@ -7,20 +7,15 @@ from pathlib import Path
 import click
 
 from missionc.base.diagnostics.model import Diagnostic
+from missionc.cli import options
 from missionc.cli.exit_status import Status, say, status_of
-from missionc.cli.options import file_to_write, folder, folders, limits_and_form, named, read_limits
+from missionc.cli.options import folder, folders, limits_and_form, named, read_limits
 
 
 @click.command("report")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @click.argument("other", type=folder, shell_complete=folders, metavar="[OTHER]", required=False)
-@click.option(
-    "-o",
-    "--output",
-    type=file_to_write,
-    metavar="FILE",
-    help="The page to write; FOLDER.html beside the folder if left out.",
-)
+@options.output("The page to write; FOLDER.html beside the folder if left out.", page=True)
 @limits_and_form
 def command(
     path: Path, other: Path | None, output: Path | None, limits: tuple[tuple[str, str], ...], form: str

@@ -12,10 +12,10 @@ import click
 
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.signals import Stopped
-from missionc.cli import cluster_options, flight_summary
+from missionc.cli import cluster_options, flight_summary, options
 from missionc.cli.disturbance_options import disturbance_of, engine, of_disturbance
 from missionc.cli.exit_status import Status, say
-from missionc.cli.options import file_to_write, folder, folders, limits_and_form, picture, read_limits
+from missionc.cli.options import file_to_write, folder, folders, limits_and_form, read_limits
 from missionc.cli.progress import ProgressLine
 from missionc.flight.simulation.trial_bounds import LARGEST_SEED, MOST_FLIGHTS, QUADROTOR
 
@@ -35,9 +35,9 @@ DRAWN = 20
 @engine
 @click.option("--trials", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
 @of_disturbance
-@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, show_default=True, metavar="N")
+@options.seed(LARGEST_SEED)
 @click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
-@click.option("--plot", type=picture, metavar="FILE", help="Draw the flights: FILE.svg, FILE.png or FILE.pdf.")
+@options.plot("Draw the flights")
 @cluster_options.jobs
 @cluster_options.cluster
 @click.option(
@@ -46,7 +46,7 @@ DRAWN = 20
     metavar="FILE",
     help="Keep flights in FILE as they end; the next time, go on there.",
 )
-@click.option("--quiet", is_flag=True, help="No progress.")
+@options.quiet_progress
 def command(
     path: Path,
     limits: tuple[tuple[str, str], ...],

@@ -14,13 +14,12 @@ import click
 from missionc.base.diagnostics.code import EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
-from missionc.base.units import Seconds
 from missionc.cli import options
 from missionc.cli.browser import said
-from missionc.cli.compile_request import CompileRequest
 from missionc.cli.exit_status import Status, say, say_line
-from missionc.cli.studio.text_file import TextFile, fresh, opened_text
+from missionc.cli.studio_planner import StudioPlanner
 from missionc.frontend.templates import DEFAULT, templates
+from missionc.tools.studio.text_file import TextFile, fresh, opened_text
 
 NEEDED = ("pygls", "websockets")
 
@@ -47,10 +46,9 @@ def command(file: Path | None, no_open: bool) -> Status:
     if isinstance(first, Diagnostic):
         say([first], [], "text", {})
         return Status.MISSION_ERRORS
-    from missionc.cli.studio.serve import serve  # by what only the extra brings
+    from missionc.tools.studio.serve import serve  # by what only the extra brings
 
-    request = CompileRequest(first.path, explain_limit=Seconds(options.EXPLAIN_LIMIT), quiet=True)
-    serve(home, first, request, lambda address: _say(address, no_open))
+    serve(home, first, StudioPlanner, lambda address: _say(address, no_open))
     return Status.DONE
 
 

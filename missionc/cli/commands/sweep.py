@@ -20,9 +20,7 @@ from missionc.cli.commands.compile import PLANNING
 from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
 from missionc.cli.progress import ProgressLine
-from missionc.compiler import driver
 from missionc.flight.simulation.trial_bounds import MOST_FLIGHTS
-from missionc.output.plot.figure_request import WIDTHS
 
 if TYPE_CHECKING:
     from missionc.tools.sweep.carry_out_sweep import RemainingTime, SweepRequest
@@ -44,9 +42,7 @@ MOST_SEEDS = 100_000
     help="Give a parameter or a setting each of these values: N=3,5,8 or smt.nodes=100..400/100.",
 )
 @click.option("--seeds", type=click.IntRange(1, MOST_SEEDS), default=1, show_default=True, metavar="K")
-@click.option(
-    "-o", "--output", type=options.folder_to_write, metavar="FOLDER", help="The folder to write or to go on in."
-)
+@options.output("The folder to write or to go on in.")
 @click.option("--keep", is_flag=True, help="Keep the folder of every plan.")
 @cluster_options.jobs
 @cluster_options.cluster
@@ -61,17 +57,9 @@ MOST_SEEDS = 100_000
 @options.backend
 @options.of_a_plan(*PLANNING)
 @options.set_values
-@click.option(
-    "--time-limit",
-    type=options.Number(min=0, min_open=True, max=1e6),
-    default=float(driver.DEFAULT_TIME_LIMIT),
-    show_default=True,
-    metavar="SECONDS",
-    help="Of each run.",
-)
+@options.time_limit("Of each run.")
 @options.memory_limit
-@click.option("--continuous", is_flag=True, help="Refuse plans whose requirements fail between the steps.")
-@click.option("--at-steps", is_flag=True, help="Take plans whose requirements hold at the steps.")
+@options.between_steps
 @click.option(
     "--simulate",
     "trials",
@@ -81,9 +69,9 @@ MOST_SEEDS = 100_000
     help="Fly each plan so many times, with the disturbances that follow.",
 )
 @of_disturbance
-@click.option("--plot", type=options.picture, metavar="FILE", help="Draw the figure: FILE.svg, FILE.png or FILE.pdf.")
-@click.option("--plot-width", type=click.Choice([*WIDTHS]), help="Draw as wide as a paper's column, or as two.")
-@click.option("--quiet", is_flag=True, help="No summary and no progress.")
+@options.plot("Draw the figure")
+@options.plot_width
+@options.quiet
 def command(
     file: Path,
     overrides: options.Pairs,

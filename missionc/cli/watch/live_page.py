@@ -17,8 +17,8 @@ from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 from typing import Literal, Self
 
-from missionc.cli.guard import NAMES
 from missionc.cli.page_server import PageServer, Quiet
+from missionc.tools.guard import NAMES
 
 PAGE = (Path(__file__).resolve().parent / "live.html").read_text(encoding="utf-8")
 POLICY = (

@@ -25,19 +25,12 @@ from missionc.compiler.alternatives.search_alternatives import amount, objective
 from missionc.compiler.front_end import Checked, Stopwatch
 from missionc.compiler.results import Compiled, Verified
 from missionc.compiler.run_limited import Ended
+from missionc.compiler.stage_log import StageLog
+from missionc.compiler.strategy import COMPARISON
 from missionc.frontend.checks.lower_bounds import lower_bounds
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.signature import Signature, Signatures, differences
-
-MOST = 3
-"""Restricted missions that are planned."""
-
-LOOKED_AT = 16
-"""Options and orders of a plan for which a lower bound is worked out."""
-
-LEAST_WORK, TIMES = 8.0, 1.0
-"""Units of ``work`` of all of them: so many, or so many times the work of the plan."""
 
 
 def with_best_option(
@@ -50,6 +43,7 @@ def with_best_option(
     budget: Budget,
     moment: float,
     watch: Stopwatch,
+    log: StageLog,
 ) -> Compiled:
     """A compilation whose plan is the best of those with other options and orders.
 
@@ -60,10 +54,14 @@ def with_best_option(
         certify: verifies a better plan and makes its files.
         engine: as for ``compare_options``.
         moment: as for ``compare_options``.
+        log: receives the comparison.
     """
     mission, kernel = checked.valid_mission, checked.valid_kernel
     with watch.stage("compare"):
         best = compare_options(mission, kernel, planned, engine, options, budget, moment)
+    if best is not planned:
+        kept = "the first plan is the best" if best.trace is planned.trace else "a better plan"
+        log.add("options", engine, best.report.work - planned.report.work, kept)
     if best.trace is not planned.trace or best.report.cut_short is not planned.report.cut_short:
         return certify(best)
     if not isinstance(first.outcome, Verified):
@@ -95,7 +93,7 @@ def compare_options(
     compared = [(planned, signatures.of(planned.trace))]
     waiting: list[tuple[float, int, Restriction]] = []
     numbers = count()
-    left, late = max(LEAST_WORK, TIMES * planned.report.work), False
+    left, late = COMPARISON.work_after(planned.report.work), False
 
     def wait_for(restriction: Restriction, of: Planned, signature: Signature) -> None:
         best = min(objective_value(mission.objective, each.trace) for each, _ in compared)
@@ -106,7 +104,7 @@ def compare_options(
 
     wait_for(Restriction(), planned, compared[0][1])
     tries = 0
-    while waiting and tries < MOST and left > 0:
+    while waiting and tries < COMPARISON.most and left > 0:
         late = late or stop_requested() or time.monotonic() >= budget.deadline
         if late:
             break
@@ -125,7 +123,7 @@ def compare_options(
 
 
 def _decided(before: Restriction, signature: Signature, mission: Mission, planned: Planned) -> Iterator[Restriction]:
-    return islice(restrictions(before, signature, mission, planned.trace.position, sides=False), LOOKED_AT)
+    return islice(restrictions(before, signature, mission, planned.trace.position, sides=False), COMPARISON.bounded)
 
 
 def _bound(mission: Mission, kernel: Kernel, restriction: Restriction) -> float:

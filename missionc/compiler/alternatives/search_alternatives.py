@@ -37,16 +37,13 @@ from missionc.compiler.front_end import Checked, Stopwatch
 from missionc.compiler.incumbent import RESERVE
 from missionc.compiler.plan_request import PlanRequest
 from missionc.compiler.plan_with_margin import plan_with_margin
-from missionc.compiler.provenance import texts
+from missionc.compiler.redraw import plotted_of, with_attempts
 from missionc.compiler.results import Alternative, Compiled, Verified
 from missionc.compiler.run_limited import Ended, within
+from missionc.compiler.strategy import ALTERNATIVES
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 from missionc.output.documents.alternatives_json import rows
-from missionc.output.documents.whole_flight_json import ways_in
-from missionc.output.folder.file_names import file_names, polynomials_file
-from missionc.output.folder.manifest import sha256
-from missionc.output.report.report_html import Plotted
 from missionc.output.with_alternatives import with_alternatives as joined_files
 from missionc.verification.monitoring.monitor import monitor
 from missionc.verification.monitoring.signature import Signature, Signatures, differences
@@ -103,17 +100,6 @@ def plan_restricted(
     return within(moment, partial(plan_with_margin, backend, *narrower, options, short))
 
 
-LEAST_TRIES, TRIES = 2, 5
-"""Restricted missions that are planned for each plan that is wanted: so many in any case, so that the best of several
-are kept; and so many at most."""
-
-SEEDS = 2
-"""Other seeds that are tried once nothing is left to forbid."""
-
-LEAST_WORK, TIMES = 4.0, 3.0
-"""Units of ``work`` of an attempt: so many, or so many times the work of the first plan."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
     """A plan that differs; ``verified`` where it is the first one, which is written already."""
@@ -142,7 +128,8 @@ class _Search:
     waiting: list[tuple[Quality, int, int, Restriction]] = field(default_factory=list)
     seen: set[Hashable] = field(default_factory=set)
     numbers: count[int] = field(default_factory=count)
-    seeds: Iterator[int] = field(default_factory=lambda: iter(range(1, SEEDS + 1)))
+    work: float = 0.0
+    seeds: Iterator[int] = field(default_factory=lambda: iter(range(1, ALTERNATIVES.seeds + 1)))
 
     def add(self, planned: Planned, seed: int, restriction: Restriction, verified: Verified | None = None) -> None:
         """Keep a plan that differs, and what may be forbidden of it; of one that does not, that alone."""
@@ -201,11 +188,12 @@ def search_alternatives(checked: Checked, first: Verified, request: PlanRequest,
             plans.extend([(home, each.signature)] if isinstance(home, Verified) else [])
     if not plans:  # time was up before the better ones were written
         plans.append((first, search.candidates[0].signature))
+    request.log.add("alternatives", first.plan.backend, search.work, f"{counted(len(plans), 'plan')} of {wanted}")
     return Found(tuple(plans), _note(len(plans), wanted, tries, late))
 
 
 def _enough(found: int, wanted: int, tries: int) -> bool:
-    least, most = LEAST_TRIES * (wanted - 1), TRIES * (wanted - 1)
+    least, most = ALTERNATIVES.least_tries * (wanted - 1), ALTERNATIVES.tries * (wanted - 1)
     return tries >= most or (found >= wanted and tries >= least)
 
 
@@ -213,9 +201,10 @@ def _planned(
     backend: Backend, search: _Search, restriction: Restriction, options: Options, budget: Budget, first: Verified
 ) -> Planned | None:
     """A plan of the restricted mission, if one was found with the work of an attempt."""
-    work = max(LEAST_WORK, TIMES * first.report.work)
+    work = ALTERNATIVES.work_after(first.report.work)
     moment = last_call(budget.deadline)
     outcome = plan_restricted(backend, search.mission, search.kernel, restriction, options, budget, work, moment)
+    search.work += 0.0 if isinstance(outcome, Ended) else outcome.report.work
     if not isinstance(outcome, Planned):
         return None
     return replace(outcome, report=replace(outcome.report, engine=outcome.report.engine or backend.name))
@@ -225,7 +214,8 @@ def _certified(
     checked: Checked, candidate: Candidate, request: PlanRequest, budget: Budget, watch: Stopwatch
 ) -> Verified | None:
     of_its_own = replace(budget, seed=candidate.seed)
-    home = certify_plan(checked, candidate.planned, request.options, of_its_own, watch, request.exports)
+    runs = request.log.within("alternatives", "").so_far(candidate.planned.report.engine, candidate.planned)
+    home = certify_plan(checked, candidate.planned, request.options, of_its_own, watch, request.exports, runs=runs)
     if not isinstance(home, Certified) or not isinstance(home.outcome, Verified):
         return None
     refused = request.continuous_time is ContinuousTime.REQUIRED and home.outcome.certificate.at_steps_alone
@@ -245,32 +235,20 @@ def with_alternatives(first: Compiled, request: PlanRequest) -> Compiled:
     That there are fewer is among the notes.
     """
     checked, outcome = first.checked, first.outcome
-    mission, kernel = checked.valid_mission, checked.valid_kernel
     assert isinstance(outcome, Verified)
     watch = Stopwatch(list(first.seconds))
     found = search_alternatives(checked, outcome, request, watch)
     plans = [verified for verified, _ in found.plans]
+    plans[0] = with_attempts(checked, plans[0], request.log)
     with watch.stage("emit"):
         table = rows(
             [signature for _, signature in found.plans],
             [each.plan.trace for each in plans],
             [each.certificate for each in plans],
         )
-        plots = [_plotted(mission, kernel, each, texts(checked)) for each in plans]
+        plots = [plotted_of(checked, each) for each in plans]
         files = joined_files(plots, [each.files for each in plans], table, request.alternatives)
     notes = (*plans[0].report.notes, *((found.note,) if found.note else ()))
     best = replace(plans[0], files=files, report=replace(plans[0].report, notes=notes, tried=outcome.report.tried))
     alternatives = tuple(Alternative(row, each) for row, each in zip(table, [best, *plans[1:]], strict=True))
     return replace(first, outcome=best, seconds=tuple(watch.seconds), alternatives=alternatives)
-
-
-def _plotted(
-    mission: Mission, kernel: Kernel, verified: Verified, mission_texts: tuple[tuple[str, str], ...]
-) -> Plotted:
-    files, names = dict(verified.files), file_names(mission.agents)
-    flights = {agent.name: files[polynomials_file(names[agent.name])].decode() for agent in mission.agents}
-    digest = sha256(files["plan.json"])
-    ways = ways_in(mission, files)
-    return Plotted(
-        mission, kernel, verified.plan, verified.certificate, flights, mission_texts, digest=digest, ways=ways
-    )

@@ -8,16 +8,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import TypeAlias
 
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.source import Source, Span
 from missionc.frontend.builder.mission import Mission, read_declarations
 
+MissionLike: TypeAlias = "str | Path | Source | Mission"
+"""The path of a file, a text under a name, or a mission built in Python."""
 
-def at_origins(findings: Iterable[Diagnostic], mission: Mission) -> tuple[Diagnostic, ...]:
+
+def source_of(mission: MissionLike) -> str | Path | Source:
+    """A mission as the front end reads it.
+
+    Raises:
+        TypeError: the value is no mission.
+    """
+    if isinstance(mission, str | Path | Source):
+        return mission
+    if isinstance(mission, Mission):
+        return mission.source
+    raise TypeError(f"a path, a Source or a Mission was expected, not {mission!r}")
+
+
+def at_origins(findings: Iterable[Diagnostic], mission: MissionLike) -> tuple[Diagnostic, ...]:
     """Findings about the text of a mission, moved to what made each part; those about other texts as they are."""
     listed = tuple(findings)
-    if not any(finding.primary for finding in listed):
+    if not isinstance(mission, Mission) or not any(finding.primary for finding in listed):
         return listed
     origin = _origins(mission)
     return tuple(_moved(finding, origin) for finding in listed)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from missionc.base.stage_runs import stage_records
 from missionc.base.trace import Plan, Trace
 from missionc.ir import Graph, Mission
 from missionc.ir.language.margins.links import all_links, link_pieces
@@ -47,6 +48,7 @@ def plan_json(mission: Mission, plan: Plan) -> str:
         head
         | ({"solved": [each.as_record() for each in plan.solved]} if plan.solved else {})
         | ({"proven": plan.proven.as_record()} if plan.proven else {}),
+        *([listed("stages", map(compact, stage_records(plan.runs)))] if plan.runs else []),
         listed("agents", agents),
         f'  "graphs": {record(graphs, depth=1)}',
         listed("requirements", requirements),

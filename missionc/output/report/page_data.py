@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from missionc.base.solved import solved_text
 from missionc.base.source import Span
+from missionc.base.stage_runs import stage_records
 from missionc.base.trace import Array, Flags, Plan, Trace
 from missionc.geometry.columns import FLOOR
 from missionc.geometry.curves.piecewise_polynomials import curves_of
@@ -86,6 +87,7 @@ def data(plotted: Plotted) -> dict[str, Any]:
         "backend": plan.backend,
         "solved": solved_text(plan.solved),
         "seed": plan.seed,
+        "stages": stage_records(plan.runs),
         "version": __version__,
         "digest": plotted.digest,
         "proven": str(plan.proven) if plan.proven else "",

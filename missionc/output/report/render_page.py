@@ -40,6 +40,7 @@ SCRIPTS = (
     "timeline.js",
     "words.js",
     "margins.js",
+    "stages.js",
     "address.js",
     "plans.js",
     "suggestions.js",

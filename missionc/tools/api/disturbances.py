@@ -1,12 +1,13 @@
-"""Disturbances of simulated flights as parameters of functions, with the words of their flags."""
+"""Disturbances of simulated flights by the words of their flags: the one reading for Python and the command line."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from numbers import Real
 from typing import Any
 
-from missionc.flight.simulation.trial_bounds import AMOUNTS
-from missionc.tools.api.described import Entry, known
+from missionc.compiler.described import Entry, known
+from missionc.flight.simulation.trial_bounds import AMOUNTS, MOST_LOST, MOST_WIND
 
 WORDS = {each.flag.strip("-").replace("-", "_"): each for each in AMOUNTS}
 """Each disturbance by the word of its flag."""
@@ -23,14 +24,30 @@ def amounts_of(function: str, given: Mapping[str, Any]) -> tuple[dict[str, float
 
     Raises:
         TypeError: there is no such disturbance.
-        ValueError: an amount is out of its range.
+        ValueError: an amount is out of its range, or an agent is lost twice.
     """
     known(function, given, [each.name for each in DISTURBANCES])
     wind = given.get("wind", 0.0)
-    mean, gust = wind if isinstance(wind, tuple) else (wind, 0.0)
-    amounts = {"wind": mean, "gust": gust}
+    mean, gust = wind if isinstance(wind, tuple | list) and len(wind) == 2 else (wind, 0.0)
+    amounts = {"wind": _amount("wind", mean, MOST_WIND), "gust": _amount("wind", gust, MOST_WIND)}
     for word, each in WORDS.items():
-        if not 0 <= given.get(word, 0.0) <= each.most:
-            raise ValueError(f"`{word}` is a number from 0 to {each.most:g}, not {given[word]!r}")
-        amounts[each.field] = each.of(given.get(word, 0.0))
-    return amounts, tuple(dict(given.get("lose", {})).items())
+        amounts[each.field] = each.of(_amount(word, given.get(word, 0.0), each.most))
+    lose = given.get("lose", {})
+    listed = list(lose.items() if isinstance(lose, Mapping) else lose)
+    if not all(isinstance(each, tuple | list) and len(each) == 2 and isinstance(each[0], str) for each in listed):
+        raise ValueError(f"`lose` needs an agent and a second, {{'drone[0]': 5}}, not {lose!r}")
+    pairs = tuple((name, _amount("lose", second)) for name, second in listed)
+    names = [name for name, _ in pairs]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise ValueError(f"`{twice}` can be lost once")
+    if len(pairs) > MOST_LOST:
+        raise ValueError(f"at most {MOST_LOST} agents can be lost")
+    return amounts, pairs
+
+
+def _amount(word: str, value: Any, most: float | None = None) -> float:
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    if not number or not 0 <= value < float("inf") or (most is not None and value > most):
+        within = "a second from 0" if most is None else f"a number from 0 to {most:g}"
+        raise ValueError(f"`{word}` needs {within}, not {value!r}")
+    return float(value)

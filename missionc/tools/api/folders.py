@@ -14,15 +14,15 @@ from typing import Any, TypeAlias
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
 from missionc.base.units import Seconds
+from missionc.compiler.described import described
 from missionc.compiler.graphs import first_roadmaps, picture_of
 from missionc.compiler.replan.request import Replanned
 from missionc.compiler.results import Compiled
 from missionc.flight.simulation.disturbance import Disturbance
-from missionc.flight.simulation.trial_bounds import ENGINES, MOST_FLIGHTS, QUADROTOR
+from missionc.flight.simulation.trial_bounds import ENGINES, LARGEST_SEED, MOST_FLIGHTS, QUADROTOR
 from missionc.flight.simulation.trials import Trial
 from missionc.output.export.formats import FORMATS
 from missionc.output.plot.figure_request import MAP, ROADMAP, FigureRequest
-from missionc.tools.api.described import described
 from missionc.tools.api.disturbances import DISTURBANCES, amounts_of
 from missionc.tools.api.export_folder import FolderExport, export_folder
 from missionc.tools.api.replan_folder import replan_folder
@@ -67,8 +67,11 @@ def simulate(
         ValueError: a value is out of its range.
     """
     amounts, lost = amounts_of("simulate", disturbances)
-    if engine not in ENGINES or not 1 <= trials <= MOST_FLIGHTS:
-        raise ValueError(f"`engine` is one of {', '.join(ENGINES)}, and `trials` a number from 1 to {MOST_FLIGHTS}")
+    if engine not in ENGINES:
+        raise ValueError(f"`engine` is one of {', '.join(ENGINES)}, not {engine!r}")
+    for name, value, least, most in (("trials", trials, 1, MOST_FLIGHTS), ("seed", seed, 0, LARGEST_SEED)):
+        if not least <= value <= most:
+            raise ValueError(f"`{name}` is a number from {least} to {most}, not {value!r}")
     if engine != QUADROTOR and (trials > 1 or disturbances):
         raise ValueError(f"{engine} flies once and undisturbed; leave `trials` and disturbances out")
     trial = Trial(engine, trials, Disturbance(**amounts, lose=lost), seed)

@@ -12,9 +12,9 @@ from missionc.base.limits import Limits
 from missionc.base.memory import DEFAULT_LIMIT
 from missionc.base.source import Source
 from missionc.base.units import Seconds
-from missionc.tools.api.described import PLANNER_OPTIONS, described, planner_options
+from missionc.compiler.described import PLANNER_OPTIONS, described, planner_options
+from missionc.frontend.builder.origins import MissionLike, source_of
 from missionc.tools.api.disturbances import DISTURBANCES, amounts_of
-from missionc.tools.api.missions import MissionLike, source_of
 from missionc.tools.sweep.carry_out_sweep import SweepRequest, SweepResult, carry_out_sweep
 from missionc.tools.sweep.run_grid import Grid, read_varied
 from missionc.tools.sweep.run_request import TIME_LIMIT, Flights, Settings

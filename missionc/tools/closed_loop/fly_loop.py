@@ -19,21 +19,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.limits import Limits
-from missionc.base.source import Source
-from missionc.base.trace import Array, Trace
+from missionc import Checked, Diagnostic, Limits, Source
+from missionc.base.trace import Array
 from missionc.base.units import Seconds
-from missionc.compiler.front_end import Checked
 from missionc.compiler.remaining import earlier
 from missionc.compiler.replan.patch import patched
 from missionc.compiler.replan.plan_rest import get_ready
 from missionc.compiler.replan.request import Flying
+from missionc.extension import Mission, Trace
 from missionc.flight.simulation.default_engine import Airborne
 from missionc.flight.simulation.disturbance import POSITION, SETPOINTS_PER_SECOND, YAW, Disturbance, drawn
 from missionc.flight.simulation.judge_flight import at_steps, room
 from missionc.geometry.curves.piecewise_polynomials import polynomials
-from missionc.ir import Mission
 from missionc.planning.progression.rest_of_mission import team_at
 from missionc.planning.progression.stretches import Remaining, Stretch, after
 from missionc.tools.closed_loop.ground import GroundEvent, GroundStation, UploadedTrajectories

@@ -16,20 +16,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from missionc.base.limits import Limits
-from missionc.base.source import Source
-from missionc.base.trace import Array, Trace
+from missionc import Checked, Limits, Source, Verified
+from missionc.base.trace import Array
 from missionc.base.units import Seconds
-from missionc.compiler.front_end import Checked
 from missionc.compiler.remaining import earlier
 from missionc.compiler.replan.divert import diverted
 from missionc.compiler.replan.patch import patched
 from missionc.compiler.replan.replan import OFF, replan
 from missionc.compiler.replan.request import Flying, Replanned, Request, Way
-from missionc.compiler.results import Verified
-from missionc.flight.simulation.disturbance import ACCELERATION, POSITION, RATES, VELOCITY, setpoints
+from missionc.extension import Pieces, Trace, setpoints
+from missionc.flight.simulation.disturbance import ACCELERATION, POSITION, RATES, VELOCITY
 from missionc.flight.trajectories.behind import progress
-from missionc.geometry.curves.piecewise_polynomials import Pieces, polynomials
+from missionc.geometry.curves.piecewise_polynomials import polynomials
 from missionc.output.folder.file_names import flights_in
 from missionc.tools.closed_loop.reports import Report
 from missionc.verification.monitoring.live.session import Session

@@ -14,8 +14,8 @@ import numpy as np
 
 from missionc.base.figures import decimals
 from missionc.base.trace import Array
+from missionc.extension import Mission
 from missionc.flight.simulation.trials import TRACKING, Fraction, fraction, shown
-from missionc.ir import Mission
 from missionc.output.report.loop_tracks import LoopFlights
 from missionc.tools.closed_loop.fly_loop import Listen, LoopFlight, nobody
 from missionc.tools.closed_loop.ground import GroundEvent, GroundStation

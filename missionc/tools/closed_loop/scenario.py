@@ -15,10 +15,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from missionc import Diagnostic, Limits, Source
 from missionc.base.diagnostics.code import SCENARIO_UNUSABLE
-from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.base.limits import Limits
-from missionc.base.source import Source, Span
+from missionc.base.diagnostics.model import Label
+from missionc.base.source import Span
 from missionc.base.strict_json import is_finite_number
 from missionc.flight.simulation.trial_bounds import MOST_CLOCK_ERROR, MOST_WIND
 

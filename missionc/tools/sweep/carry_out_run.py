@@ -59,7 +59,7 @@ def carry_out(request: Request) -> RunResult:
                 memory_limit=settings.memory_limit,
                 options=settings.options,
                 limits=settings.limits,
-                throughout=settings.throughout,
+                continuous_time=settings.throughout,
                 vehicle=settings.vehicle,
             )
             seconds = time.monotonic() - began

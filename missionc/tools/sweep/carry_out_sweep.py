@@ -29,7 +29,7 @@ from missionc.base.source import Source
 from missionc.base.units import Seconds
 from missionc.compiler.front_end import Checked, check
 from missionc.compiler.provenance import inputs
-from missionc.ir import Mission
+from missionc.extension import Mission
 from missionc.output.folder.manifest import sha256
 from missionc.output.folder.write_file import write_file, write_inside
 from missionc.output.plot import plot

@@ -26,8 +26,8 @@ from missionc.base.diagnostics.code import CHECKPOINT_MISMATCH, CHECKPOINT_UNREA
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.judgement import Judgement
 from missionc.base.strict_json import NotJsonError, parse_json, parse_record
-from missionc.base.trace import Trace
 from missionc.compiler.checkpoint_file import Identity, difference
+from missionc.extension import Trace
 from missionc.flight.simulation.judge_flight import Error, Flight
 from missionc.output.folder.ownership import ANOTHER_FILE, cannot_write, reason, shown
 from missionc.tools.sweep import run_answer

@@ -20,10 +20,10 @@ from typing import Any
 
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
+from missionc.extension import Pieces
 from missionc.flight.simulation.judge_flight import Flight
 from missionc.flight.simulation.trial_bounds import QUADROTOR
 from missionc.flight.simulation.trials import Trial, Trials
-from missionc.geometry.curves.piecewise_polynomials import Pieces
 from missionc.output.folder.file_names import MISSION, PAST
 from missionc.output.folder.manifest import sha256
 from missionc.tools.replay.read_folder import OutputFolder

@@ -289,7 +289,7 @@ def test_every_command_line_ends_well(
 ) -> None:
     monkeypatch.setenv("MISSIONC_TRACEBACK", "1")
     # It would go on until it is interrupted.
-    monkeypatch.setattr("missionc.cli.studio.serve.serve", lambda *_: None)
+    monkeypatch.setattr("missionc.tools.studio.serve.serve", lambda *_: None)
     for number in range(part, int(os.environ.get("MISSIONC_FUZZ", USUAL)), PARTS):
         words = command_line(random.Random(number))
         if number % 10 == part:

@@ -94,7 +94,7 @@ def compiled(
         listen=listen,
         keep=keep,
         resume=resume,
-        throughout=throughout,
+        continuous_time=throughout,
         time_limit=Seconds(200.0),
     )
 

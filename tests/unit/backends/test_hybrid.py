@@ -42,7 +42,7 @@ require show:   eventually[5 s, 7 s] always[0, 1 s] row
 def compiled(
     text: str, *, limit: float = 200.0, seed: int = 0, throughout: ContinuousTime = ContinuousTime.WANTED
 ) -> Compiled:
-    return driver.compile(Source("a.mission", text), seed=seed, time_limit=Seconds(limit), throughout=throughout)
+    return driver.compile(Source("a.mission", text), seed=seed, time_limit=Seconds(limit), continuous_time=throughout)
 
 
 def meant(text: str) -> tuple[Mission, Kernel]:

@@ -54,7 +54,7 @@ def planned(text: str, preset: str = "paper", limit: float = 60.0, **others: obj
         Source("a.mission", text),
         options=Options(preset=preset),
         time_limit=Seconds(limit),
-        throughout=ContinuousTime.AT_STEPS,
+        continuous_time=ContinuousTime.AT_STEPS,
         **others,  # type: ignore[arg-type]
     )
 
@@ -70,7 +70,7 @@ def test_a_small_mission_has_a_verified_plan_and_the_manifest_names_the_preset()
 
 
 def test_a_plan_without_the_preset_says_nothing_of_presets() -> None:
-    compiled = driver.compile(Source("a.mission", SMALL), throughout=ContinuousTime.AT_STEPS)
+    compiled = driver.compile(Source("a.mission", SMALL), continuous_time=ContinuousTime.AT_STEPS)
     assert "preset" not in json.loads(dict(compiled.files)["manifest.json"])["options"]
 
 
@@ -167,7 +167,7 @@ def test_the_papers_missions_have_a_plan_for_three_drones_that_keep_apart(name: 
         f"missions/{name}.mission",
         overrides={"N": "3"},
         options=Options(preset="paper-apart"),
-        throughout=ContinuousTime.AT_STEPS,
+        continuous_time=ContinuousTime.AT_STEPS,
     )
     assert isinstance(compiled.outcome, Verified)
 

@@ -72,7 +72,7 @@ def compiled(
         resume=resume,
         seed=seed,
         time_limit=Seconds(limit),
-        throughout=throughout,
+        continuous_time=throughout,
     )
 
 

@@ -21,10 +21,10 @@ from websockets.sync.client import connect
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.cli.app import main
-from missionc.cli.studio.session import COLOURS, session_words
 from missionc.frontend.syntax.tokens import WORDS
 from missionc.tools.language_server.open_text import Outline
 from missionc.tools.language_server.scene.scene import scene
+from missionc.tools.studio.session import COLOURS, session_words
 from tests.support.small_missions import SMALL, WRONG
 from tests.support.studio_server import Page, Serving, studio
 from tests.support.watch_process import until

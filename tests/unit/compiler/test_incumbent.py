@@ -167,7 +167,7 @@ def test_a_limit_in_the_last_certification_leaves_the_plan_before(
     last_certification(interrupted, monkeypatch)
     result, (secured,) = by(lambda _: first_plan(), monkeypatch)
     assert cut_short(result) is CutShort(f"{reason.name.lower()} limit")
-    assert result.outcome.plan is secured.outcome.plan  # type: ignore[union-attr]
+    assert result.outcome.plan.trace is secured.outcome.plan.trace  # type: ignore[union-attr]
 
 
 def test_a_later_plan_that_does_not_pass_verification_leaves_the_plan_before(monkeypatch: pytest.MonkeyPatch) -> None:

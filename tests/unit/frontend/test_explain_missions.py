@@ -166,7 +166,9 @@ def test_the_nearest_miss_is_the_one_that_fails_by_least(conflict: Compiled) -> 
     assert kernel is not None
     fails = []
     for relaxation in why(conflict).relaxations:
-        outcome = driver.compile(Source("a.mission", relaxed(relaxation)), throughout=ContinuousTime.AT_STEPS).outcome
+        outcome = driver.compile(
+            Source("a.mission", relaxed(relaxation)), continuous_time=ContinuousTime.AT_STEPS
+        ).outcome
         assert isinstance(outcome, Verified)
         trace = outcome.plan.trace
         if trace.position.shape[:2] == (len(mission.agents), mission.steps + 1):

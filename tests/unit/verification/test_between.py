@@ -264,7 +264,7 @@ def test_a_plan_that_leaps_over_a_wall_is_told_from_one_that_does_not(
     pytest.importorskip("torch")
     monkeypatch.chdir(tmp_path)
     Path("leap.mission").write_text(LEAP, encoding="utf-8")
-    refused = compile("leap.mission", throughout=ContinuousTime.REQUIRED)
+    refused = compile("leap.mission", continuous_time=ContinuousTime.REQUIRED)
     assert isinstance(refused.outcome, InvalidMission)
     assert [finding.code for finding in refused.findings] == [NOT_BETWEEN]
     assert main(["compile", "leap.mission", "--continuous", "-o", "none", "--quiet"]) == 1
@@ -290,7 +290,7 @@ def test_where_a_plan_leaps_another_is_asked_for_until_one_holds_throughout(
     monkeypatch.chdir(tmp_path)
     way_round = LEAP.replace("(3.1, 2)", "(3.1, 1.2)").replace("step 1 s", "step 0.5 s").replace("clot", "smt")
     Path("leap.mission").write_text(way_round, encoding="utf-8")
-    first = compile("leap.mission", throughout=ContinuousTime.AT_STEPS)
+    first = compile("leap.mission", continuous_time=ContinuousTime.AT_STEPS)
     assert isinstance(first.outcome, Verified)
     assert first.outcome.certificate.at_steps_alone
     found = compile("leap.mission")

@@ -16,6 +16,7 @@ from missionc.backends.api import Attempt, Snapshot, UnusableSnapshot
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.optimise.control_points import splines
 from missionc.base.solved import Solved, read_solved
+from missionc.base.strict_json import is_finite_number
 from missionc.base.trace import Array
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
@@ -78,6 +79,7 @@ class State:
     number: of the attempt that is next, or at work, from 0.
     furthest: of searches without a joint motion, how many agents were planned and by what margin, metres.
     notes: what there was to tell.
+    work: units done.
     beside: words of whoever runs this, by name.
     search, reached: how far the attempt is.
     """
@@ -86,6 +88,7 @@ class State:
     nearest: Nearest | None = None
     furthest: tuple[int, float] | None = None
     notes: tuple[str, ...] = ()
+    work: float = 0.0
     beside: Mapping[str, str] = field(default_factory=dict)
     search: Searching | None = None
     reached: Reached | None = None
@@ -98,6 +101,7 @@ def to_snapshot(state: State, graph: Kernel) -> Snapshot:
         "number": state.number,
         "furthest": None if state.furthest is None else [state.furthest[0], _number(state.furthest[1])],
         "notes": list(state.notes),
+        "work": state.work,
         "beside": dict(state.beside),
         "nearest": None,
         "search": None,
@@ -157,7 +161,7 @@ def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Missio
         reached = Reached(_shaped(arrays["reached.control"], control), chosen, solved=solved)
     notes = tuple(map(str, words["notes"]))
     beside = {str(name): str(word) for name, word in dict(words["beside"]).items()}
-    return State(_count(words["number"]), nearest, furthest, notes, beside, search, reached)
+    return State(_count(words["number"]), nearest, furthest, notes, _work(words["work"]), beside, search, reached)
 
 
 def _choices(rows: Array, mission: Mission, graph: Kernel) -> Choices:
@@ -186,6 +190,12 @@ def _count(number: object) -> int:
 def _number(value: float) -> float | None:
     """JSON has no word for what is below every number."""
     return float(value) if np.isfinite(value) else None
+
+
+def _work(value: object) -> float:
+    if not is_finite_number(value) or value < 0:
+        raise ValueError(f"{str(value)[:40]} is no amount of work")
+    return float(value)
 
 
 def _margin(value: object) -> float:

@@ -96,6 +96,7 @@ const tracks = timeline(model, state, change, words, other);
 const clockwork = player(model, state, change);
 phaseBar(model);
 margins(model, change);
+stagesTable(data.stages);
 plansTable(whole, rank, bar.whole);
 suggestionCards(whole, rank, bar.whole);
 loopFlights(model, change);

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from missionc.base.proven import COVER, TOURS, Proven
 from missionc.base.solved import Solved, read_solved
+from missionc.base.stage_runs import StageRun, read_stage_runs
 from missionc.base.strict_json import parse_json
 from missionc.base.trace import Plan
 from missionc.frontend.checks.lower_bounds import beside, least_by_tours
@@ -30,6 +31,7 @@ def plan_of(opened: OutputFolder) -> Plan:
         monitor(mission, kernel, trace).requirements,
         _proven(opened),
         _solved(opened),
+        _stage_runs(opened),
     )
 
 
@@ -39,6 +41,15 @@ def _solved(opened: OutputFolder) -> tuple[Solved, ...]:
         case {"solved": records}:
             with suppress(ValueError):
                 return read_solved(records, opened.mission.names)
+    return ()
+
+
+def _stage_runs(opened: OutputFolder) -> tuple[StageRun, ...]:
+    """The attempts that led to the plan, as the document lists them; folders of older versions list none."""
+    match opened.plan_document:
+        case {"stages": records}:
+            with suppress(ValueError):
+                return read_stage_runs(records)
     return ()
 
 

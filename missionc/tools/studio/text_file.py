@@ -13,8 +13,7 @@ import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.limits import Limits
+from missionc import Diagnostic, Limits
 from missionc.frontend.syntax.read_file import read_bytes, text_of
 from missionc.output.folder.write_file import write_file
 

@@ -24,19 +24,13 @@ from typing import TYPE_CHECKING, Any, Self
 from lsprotocol.converters import get_converter
 from pygls.exceptions import JsonRpcException
 
+from missionc import Diagnostic, Limits, Source
 from missionc.backends.offers import OFFERS
 from missionc.base.diagnostics.code import OUTPUT_EXISTS, UNREADABLE
 from missionc.base.diagnostics.defect import defect
-from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.diagnostics.render import counts
-from missionc.base.limits import Limits
-from missionc.base.source import Source, Span
+from missionc.base.source import Span
 from missionc.base.units import UNITS
-from missionc.cli.studio.compilation import Compilation
-from missionc.cli.studio.mission_lists import SHELVES, SUFFIX, Shelf, listed, taken
-from missionc.cli.studio.text_file import TextFile, opened_text
-from missionc.cli.studio.workplace import Workplace
-from missionc.cli.watch.planner_process import Ended
 from missionc.frontend.syntax import ast
 from missionc.frontend.syntax.parse import read
 from missionc.frontend.syntax.read_file import loader, too_large
@@ -47,6 +41,11 @@ from missionc.tools.language_server.background_checks import diagnostics
 from missionc.tools.language_server.open_text import LIMITS, OpenText
 from missionc.tools.language_server.scene.scene import Json, scene
 from missionc.tools.language_server.server import Server, made
+from missionc.tools.studio.compilation import Compilation
+from missionc.tools.studio.mission_lists import SHELVES, SUFFIX, Shelf, listed, taken
+from missionc.tools.studio.planner import Ended
+from missionc.tools.studio.text_file import TextFile, opened_text
+from missionc.tools.studio.workplace import Workplace
 
 if TYPE_CHECKING:
     from cattrs import Converter

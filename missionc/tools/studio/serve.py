@@ -11,29 +11,29 @@ from pathlib import Path
 
 from missionc.base.signals import Stopped
 from missionc.base.supervision import HANDLED
-from missionc.cli.compile_request import CompileRequest
-from missionc.cli.studio.local_server import LocalServer
-from missionc.cli.studio.text_file import TextFile
-from missionc.cli.studio.workplace import Workplace
+from missionc.tools.studio.local_server import LocalServer
+from missionc.tools.studio.planner import NewPlanner
+from missionc.tools.studio.text_file import TextFile
+from missionc.tools.studio.workplace import Workplace
 
 PREFIX = "missionc-studio-"
 """The beginning of the name of the folder for plans, in the system's folder for temporary files."""
 
 
-def serve(home: Path, first: TextFile, request: CompileRequest, ready: Callable[[str], None]) -> None:
+def serve(home: Path, first: TextFile, planner: NewPlanner, ready: Callable[[str], None]) -> None:
     """Serve until a signal comes.
 
     Args:
         home: the one folder that missions are opened from and saved to.
         first: the text that a page begins with.
-        request: how texts are compiled.
+        planner: as in ``Workplace``.
         ready: called with the page's address once it can be had.
 
     Raises:
         Stopped: always, in the end; nothing is left of the folder for plans by then.
     """
     with tempfile.TemporaryDirectory(prefix=PREFIX) as plans:
-        number = asyncio.run(_serve(Workplace(home, first, Path(plans), request), ready))
+        number = asyncio.run(_serve(Workplace(home, first, Path(plans), planner), ready))
     raise Stopped(number)
 
 

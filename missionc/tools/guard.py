@@ -1,8 +1,8 @@
-"""The guard of a local server: who may ask it at all.
+"""Guard of a local server: access control by token, origin and host.
 
-A stranger's page in the same browser can send requests to any port of this machine. It does not know the token; it
-is told apart by its origin too, and by the host that it believes to speak to, where a name of its own leads here
-(DNS rebinding). All of it is needed for every request, also for one that opens a socket.
+Another site's page in the same browser can send requests to any port of this machine. It does not know the token, and
+it has another origin, or another host if its own name leads here (DNS rebinding). Every request needs all three, also
+one that opens a socket.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Protocol
 
 NAMES = ("127.0.0.1", "localhost")
 OWN_SITES = ("same-origin", "none")
-"""What a browser says of a request that a page of ours makes, or that the user makes."""
+"""Values of `Sec-Fetch-Site` of requests by this server's pages and by the user."""
 
 ALWAYS = {
     "Cache-Control": "no-store",
@@ -42,7 +42,7 @@ class Guard:
         return f"http://{NAMES[0]}:{self.port}/{self.token}/"
 
     def path(self, target: str, headers: Headers) -> str | None:
-        """What is asked for, below the token; nothing where the asker may have nothing."""
+        """Return the requested path below the token; None if the request is refused."""
         if not target.startswith("/"):
             return None
         _, token, *rest = target.partition("?")[0].split("/")
@@ -50,7 +50,7 @@ class Guard:
         return "/".join(rest) if known and rest and self._from_here(headers) else None
 
     def opens(self, headers: Headers) -> bool:
-        """Whether a request to open a socket comes from a page of this server."""
+        """Return True if a request to open a socket comes from a page of this server."""
         return headers.get_all("Origin") == [f"http://{host}" for host in headers.get_all("Host") or [""]]
 
     def _from_here(self, headers: Headers) -> bool:

@@ -17,27 +17,27 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
-from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.source import Source
-from missionc.cli.compile_request import CompileRequest
-from missionc.cli.exit_status import Status
-from missionc.cli.studio.workplace import Workplace
-from missionc.cli.watch.file_changes import EVERY
-from missionc.cli.watch.planner_process import Ended, Planner
+from missionc import Diagnostic, Source
 from missionc.output.folder.file_names import REPORT
 from missionc.output.folder.write_folder import write_folder
+from missionc.tools.studio.planner import LOOK_EVERY, Ended, NewPlanner, Planner
+from missionc.tools.studio.workplace import Workplace
+
+DONE = 0
+"""The exit status of a compilation with a plan."""
 
 
 class Planning:
-    """A context in which requests are carried out.
+    """A context in which texts are compiled, in a thread.
 
     Args:
+        planner: as in ``Workplace``.
         tell: called in the thread with each new line of how far the request under way is.
         ended: called in the thread with its end; not of one that was stopped.
     """
 
-    def __init__(self, tell: Callable[[str], None], ended: Callable[[Ended], None]) -> None:
-        self._tell, self._ended = tell, ended
+    def __init__(self, planner: NewPlanner, tell: Callable[[str], None], ended: Callable[[Ended], None]) -> None:
+        self._planner, self._tell, self._ended = planner, tell, ended
         self._orders: queue.SimpleQueue[Callable[[Planner], bool]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, daemon=True, name="planning")
 
@@ -49,11 +49,11 @@ class Planning:
         self._orders.put(lambda planner: False)
         self._thread.join()
 
-    def start(self, request: CompileRequest, backend: str) -> None:
-        """Begin with a request, and leave the one before."""
+    def start(self, source: Source, output: Path, backend: str) -> None:
+        """Compile a text into a folder, and leave the one before."""
 
         def order(planner: Planner) -> bool:
-            planner.start(request, backend)
+            planner.compile(source, output, backend)
             return True
 
         self._orders.put(order)
@@ -68,7 +68,7 @@ class Planning:
         self._orders.put(order)
 
     def _run(self) -> None:
-        with Planner(aloud=False) as planner:
+        with self._planner() as planner:
             said = ""
             while self._carried_out(planner):
                 ended = planner.ended()
@@ -81,7 +81,7 @@ class Planning:
     def _carried_out(self, planner: Planner) -> bool:
         """The next order, where one comes within a moment; whether to go on."""
         try:
-            order = self._orders.get(timeout=EVERY)
+            order = self._orders.get(timeout=LOOK_EVERY)
         except queue.Empty:
             return True
         return order(planner)
@@ -111,6 +111,7 @@ class Compilation:
         self._report = ""
         loop = asyncio.get_running_loop()
         self._planning = Planning(
+            workplace.planner,
             lambda line: _call(loop, lambda: tell(line)),
             lambda end: _call(loop, lambda: self._end(end)),
         )
@@ -126,8 +127,7 @@ class Compilation:
     def start(self, source: Source, mission: str, backend: str) -> None:
         """Compile a text as it stands, in a folder of the studio's own."""
         self._begun = Kept(self._workplace.folder(), mission, False)
-        request = replace(self._workplace.request, file=source, output=self._begun.folder)
-        self._planning.start(request, backend)
+        self._planning.start(source, self._begun.folder, backend)
 
     def stop(self) -> None:
         self._begun = None
@@ -144,7 +144,7 @@ class Compilation:
         if self._begun is None:
             return  # it was stopped at the very end
         self._drop()
-        self._kept, self._begun = replace(self._begun, planned=end.status == Status.DONE), None
+        self._kept, self._begun = replace(self._begun, planned=end.status == DONE), None
         page = self._kept.folder / REPORT
         self._report = self._workplace.publish(page.read_bytes()) if page.is_file() else ""
         self._ended(end, self._report)

@@ -6,12 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
+from missionc import Diagnostic, Limits
 from missionc.base.diagnostics.code import UNREADABLE
-from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.limits import Limits
 from missionc.base.resources import folder
-from missionc.cli.studio.text_file import TextFile, fresh, opened_text
 from missionc.frontend.templates import templates
+from missionc.tools.studio.text_file import TextFile, fresh, opened_text
 
 SUFFIX = ".mission"
 MOST = 500

@@ -1,4 +1,4 @@
-"""The workplace that the pages of a studio share: its folder for plans, the reports that can be had, the request."""
+"""The workplace that the pages of a studio share: its folder for plans, the reports that can be had, the planner."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 
-from missionc.cli.compile_request import CompileRequest
-from missionc.cli.studio.text_file import TextFile
+from missionc.tools.studio.planner import NewPlanner
+from missionc.tools.studio.text_file import TextFile
 
 
 @dataclass(slots=True)
@@ -17,13 +17,13 @@ class Workplace:
     home: the one folder that missions are opened from and saved to.
     first: the text that a page begins with.
     plans: a folder of the studio's own, for what it compiles.
-    request: how texts are compiled; its file and its output are each compilation's.
+    planner: a context whose value compiles texts, one at a time.
     """
 
     home: Path
     first: TextFile
     plans: Path
-    request: CompileRequest
+    planner: NewPlanner
     reports: dict[str, bytes] = field(default_factory=dict)
     """Pages by a name that nobody guesses."""
     _numbers: count[int] = field(default_factory=count)

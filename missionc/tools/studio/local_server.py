@@ -15,9 +15,9 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from missionc.cli.guard import ALWAYS, NAMES, Guard
-from missionc.cli.studio.session import Session
-from missionc.cli.studio.workplace import Workplace
+from missionc.tools.guard import ALWAYS, NAMES, Guard
+from missionc.tools.studio.session import Session
+from missionc.tools.studio.workplace import Workplace
 
 ASSETS = Path(__file__).resolve().parent / "assets"
 KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}

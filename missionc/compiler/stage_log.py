@@ -1,0 +1,50 @@
+"""Stage log: the attempts of a compilation, recorded by the stages of ``strategy`` as they end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from missionc.backends.api import Outcome, Planned
+from missionc.base.stage_runs import StageRun
+
+
+@dataclass(frozen=True, slots=True)
+class StageLog:
+    """Attempts in order.
+
+    Args:
+        runs: the attempts so far, one list for all stages of a compilation.
+        stage: the stage for which searches are recorded.
+        attempt: the attempt of that stage.
+    """
+
+    runs: list[StageRun] = field(default_factory=list)
+    stage: str = "search"
+    attempt: str = ""
+
+    def within(self, stage: str, attempt: str) -> StageLog:
+        """The same log for the searches of one attempt of another stage."""
+        return replace(self, stage=stage, attempt=attempt)
+
+    def add(self, stage: str, engine: str, work: float, outcome: str, attempt: str = "") -> None:
+        """Record an attempt."""
+        self.runs.append(StageRun(stage, attempt, engine, round(work, 3), outcome))
+
+    def searched(self, engine: str, outcome: Outcome, attempt: str = "") -> None:
+        """Record a search, one row for each engine of a portfolio that had a turn."""
+        self.runs.extend(self._rows(engine, outcome, attempt))
+
+    def so_far(self, engine: str, planned: Planned) -> tuple[StageRun, ...]:
+        """The attempts of a plan that its search goes on to improve."""
+        return (*self.runs, *self._rows(engine, planned, ""))
+
+    def _rows(self, engine: str, outcome: Outcome, attempt: str) -> list[StageRun]:
+        report = outcome.report
+        tried = ", ".join(filter(None, (self.attempt, attempt)))
+        says = "a plan" if isinstance(outcome, Planned) else outcome.statement
+        says += f", cut short ({report.cut_short.value})" if report.cut_short else ""
+        of_each = [(each.engine, each.work, each.says) for each in report.tried if each.turns]
+        return [
+            StageRun(self.stage, tried, name, round(work, 3), what)
+            for name, work, what in of_each or [(report.engine or engine, report.work, says)]
+        ]
