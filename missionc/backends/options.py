@@ -166,21 +166,21 @@ DESCRIBED: Final = {
         Described(
             "require_solver",
             Switch(),
-            help="Ask the solver for all agents in one problem: no prioritized planning, no single-agent search.",
+            help="Solve for all agents in one problem, without prioritized planning or single-agent search.",
             recorded=Recorded.WHERE_GIVEN,
             refused=True,
         ),
         Described(
             "preset",
             OneOf(PRESETS),
-            help="How clot plans; `paper` and `paper-apart` also with `--backend smt`.",
+            help="Planning method of clot; `paper` and `paper-apart` also of smt.",
             recorded=Recorded.BY_ITS_BACKENDS,
             refused=True,
         ),
         Described(
             "device",
             OneOf(DEVICES),
-            help="Where presets but `sketch` optimise their trajectories.",
+            help="Device on which presets other than `sketch` optimise trajectories.",
             recorded=Recorded.BY_ITS_BACKENDS,
             refused=True,
         ),
@@ -188,21 +188,25 @@ DESCRIBED: Final = {
             "samples",
             Whole(1, 100_000),
             "N",
-            "Trajectories that presets but `sketch` optimise at once.",
+            "Number of trajectories that presets other than `sketch` optimise at once.",
             Recorded.WHERE_GIVEN,
         ),
         Described(
             "margin",
             Real(0, 1e3),
             "METRES",
-            "Keep every requirement by so much where that is possible; its vehicles' tracking margin if left out.",
+            "Margin to plan for, if possible. [default: the tracking margin of the vehicles]",
             Recorded.WHERE_GIVEN,
         ),
         Described(
-            "processes", Whole(1, 256), "N", "Child processes of clot and hybrid; the plan is the same.", refused=True
+            "processes",
+            Whole(1, 256),
+            "N",
+            "Number of child processes of clot and hybrid. The plan does not depend on it.",
+            refused=True,
         ),
-        Described("stretch", Real(1, SLOWEST), "S", "Fly the plan S times slower.", Recorded.WHERE_GIVEN),
-        Described("certify", Switch(), help="Leave a proof of an `impossible` that `verify` checks."),
+        Described("stretch", Real(1, SLOWEST), "S", "Fly the plan S times more slowly.", Recorded.WHERE_GIVEN),
+        Described("certify", Switch(), help="Write a proof if the mission is impossible; `verify` checks it."),
     )
 }
 """Every option that has a flag, in the order in which a manifest has them."""

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 MOST_JOBS = 1024
 
 jobs = click.option(
-    "--jobs", type=click.IntRange(1, MOST_JOBS), metavar="J", help="Processes of this machine that work at once."
+    "--jobs", type=click.IntRange(1, MOST_JOBS), metavar="J", help="Number of parallel processes on this machine."
 )
 
 cluster = click.option(
-    "--cluster", metavar="ADDRESS", help="Work on a Dask cluster: tcp://HOST:PORT, a scheduler file, local:8."
+    "--cluster", metavar="ADDRESS", help="Use a Dask cluster: tcp://HOST:PORT, a scheduler file, or local:8."
 )
 
 

@@ -38,7 +38,9 @@ def loss(value: str) -> tuple[str, float]:
 
 
 FLAGS = (
-    click.option("--wind", type=wind, default="0", metavar="MEAN[,GUST]", help="In m/s; level, from anywhere."),
+    click.option(
+        "--wind", type=wind, default="0", metavar="MEAN[,GUST]", help="Horizontal wind from a random direction, in m/s."
+    ),
     *(
         click.option(each.flag, type=Number(0, each.most), default=0.0, metavar=each.unit, help=each.says)
         for each in AMOUNTS
@@ -48,7 +50,7 @@ FLAGS = (
         type=loss,
         multiple=True,
         metavar="AGENT@T",
-        help="The motors of an agent stop at second T. Repeatable.",
+        help="Stop the motors of an agent at T seconds; may be repeated.",
     ),
 )
 

@@ -312,7 +312,7 @@ FORMS = ("text", "json")
 
 def form_of(forms: tuple[str, ...]) -> Callable[[Command], Command]:
     """The flag that says which of these forms the answer has."""
-    words = "Words, or one document for programs."
+    words = "Text, or one JSON document."
     return click.option("--format", "form", type=click.Choice(forms), default="text", help=words)
 
 
@@ -325,7 +325,7 @@ memory_limit = click.option(
     metavar="SIZE",
     default="8GB",
     show_default=True,
-    help="Of the compiler and its solver; 512 is 512 MB.",
+    help="Memory limit of the compiler and its solver; 512 means 512 MB.",
 )
 
 backend = of_registry("--backend", "backend", OFFERS, AUTO, AUTO)
@@ -335,7 +335,7 @@ vehicle = click.option(
     type=vehicle_name,
     shell_complete=one_of(profiles),
     metavar="NAME",
-    help="Fly teams that name no vehicle as this one; `missionc vehicles` lists them.",
+    help="Vehicle of the teams that do not name one; see `missionc vehicles`.",
 )
 
 poses = click.option(
@@ -344,17 +344,17 @@ poses = click.option(
     type=existing,
     shell_complete=files,
     metavar="FILE",
-    help="Fly from where the agents were measured to stand: `agent,x,y,z`, a `.csv` or a `.json`.",
+    help="Measured start positions: a `.csv` file with `agent,x,y,z`, or a `.json` file.",
 )
 
-force = click.option("--force", is_flag=True, help="Replace the folder if it exists.")
+force = click.option("--force", is_flag=True, help="Replace an existing folder.")
 
-quiet = click.option("--quiet", is_flag=True, help="No summary and no progress.")
+quiet = click.option("--quiet", is_flag=True, help="Print no summary and no progress.")
 
-quiet_progress = click.option("--quiet", is_flag=True, help="No progress.")
+quiet_progress = click.option("--quiet", is_flag=True, help="Print no progress.")
 
 plot_width = click.option(
-    "--plot-width", type=click.Choice([*WIDTHS]), help="Draw as wide as a paper's column, or as two."
+    "--plot-width", type=click.Choice([*WIDTHS]), help="Width of the plot: one or two columns of a paper."
 )
 
 
@@ -401,18 +401,18 @@ def time_limit(says: str) -> Callable[[Command], Command]:
 
 def between_steps(command: Command) -> Command:
     """``--continuous`` and ``--at-steps``, which ``continuous_time`` reads."""
-    refuse = click.option("--continuous", is_flag=True, help="Refuse a plan whose requirements fail between the steps.")
-    take = click.option("--at-steps", is_flag=True, help="Accept a plan whose requirements are satisfied at the steps.")
+    refuse = click.option("--continuous", is_flag=True, help="Reject plans that violate a requirement between samples.")
+    take = click.option(
+        "--at-steps", is_flag=True, help="Accept plans that satisfy the requirements at the samples only."
+    )
     return refuse(take(command))
 
 
-watch = click.option("--watch", is_flag=True, help="Go on, and do it again whenever a file of the mission is saved.")
+watch = click.option("--watch", is_flag=True, help="Keep running, and compile again after each change of the files.")
 
-verbose = click.option(
-    "-v", "--verbose", is_flag=True, help="Tell of every requirement, kind of check, engine, note and file."
-)
+verbose = click.option("-v", "--verbose", is_flag=True, help="Print every requirement, check, engine, note and file.")
 
-no_open = click.option("--no-open", is_flag=True, help="Say where the page is, and open no browser.")
+no_open = click.option("--no-open", is_flag=True, help="Print the address of the page; do not open a browser.")
 
 EXPLAIN_LIMIT = 20.0
 """Seconds, where nobody says otherwise."""
@@ -423,14 +423,14 @@ explain_limit = click.option(
     default=EXPLAIN_LIMIT,
     show_default=True,
     metavar="SECONDS",
-    help="Of the time limit, so much for what would make an `impossible` possible; 0 for none.",
+    help="Part of the time limit for relaxations of an impossible mission; 0 for none.",
 )
 
 
 def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
     """The flags of every command that reads a mission; ``forms`` are how it can answer."""
     define = click.option(
-        "-D", "overrides", type=pair, multiple=True, metavar="NAME=VALUE", help="Give a parameter another value."
+        "-D", "overrides", type=pair, multiple=True, metavar="NAME=VALUE", help="Set a parameter of the mission."
     )
     return define(limits_and_form(command, forms))
 
@@ -451,13 +451,13 @@ set_values = click.option(
     type=_set_pair,
     multiple=True,
     metavar="NAME=VALUE",
-    help="Tune a backend; `--set help` lists all settings with units and ranges.",
+    help="Change a backend setting; `--set help` lists settings, units and ranges.",
 )
 
 
 def limits_and_form(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
     """The flags of every command that reads files."""
     limit = click.option(
-        "--limit", "limits", type=pair, multiple=True, metavar="NAME=VALUE", help="Raise or lower a limit of size."
+        "--limit", "limits", type=pair, multiple=True, metavar="NAME=VALUE", help="Change a size limit."
     )
     return limit(form_of(forms)(command))

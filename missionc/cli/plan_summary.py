@@ -45,7 +45,7 @@ def plan_lines(verified: Verified, mission: Mission, seconds: Seconds, output: s
         *_cut_short(verified.report),
         f"  {who_flies(mission)}",
         *_floor_to_floor(certificate),
-        *([f"  {Path(output) / REPORT} plays it"] if output else []),
+        *([f"  report: {Path(output) / REPORT}"] if output else []),
     ]
 
 
@@ -62,17 +62,17 @@ def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> 
     if judgements:
         least = min(judgements, key=lambda each: each.robustness)
         amount = f"{decimals(least.robustness)} {least.unit}".rstrip()
-        says.append(f"`{least.name}` by {amount}")
+        says.append(f"`{least.name}` {amount}")
     apart = [each for each in certificate.checks if each.name in ("separation", "flown separation")]
     if apart:
         says.append(_room(min(apart, key=lambda check: check.margin)))
-    return [f"  worst margins: {'; '.join(says)}"] if says else []
+    return [f"  smallest margins: {'; '.join(says)}"] if says else []
 
 
 def _room(check: Check) -> str:
-    """By how much two are further apart than they have to be."""
+    """The separation margin of two agents: the distance beyond the required separation."""
     when = "" if check.at is None else f" at {round(check.at, 2):g} s"
-    return f"{listed(check.agents)} apart by {decimals(check.margin)} m more than they must be{when}"
+    return f"separation of {listed(check.agents)} {decimals(check.margin)} m{when}"
 
 
 def warning_lines(certificate: Certificate) -> list[str]:
@@ -84,20 +84,20 @@ def warning_lines(certificate: Certificate) -> list[str]:
 
 
 def at_steps(alone: Sequence[Between]) -> str:
-    """``holds at its steps; `relay` fails between, 1.04–1.69 s``"""
+    """``satisfied at the samples; `relay` is violated between, 1.04–1.69 s``"""
     told = "; ".join(_between(each) for each in alone[:MOST_WARNED])
     more = len(alone) - MOST_WARNED
-    return f"holds at its steps; {told}" + (f"; and {more} more" if more > 0 else "")
+    return f"satisfied at the samples; {told}" + (f"; and {more} more" if more > 0 else "")
 
 
 def _between(each: Between) -> str:
     from missionc.verification.certificate import Verdict  # what judges plans loads arrays
 
-    fails = "fails" if each.verdict is Verdict.FAILS else "may fail"
+    violated = "is violated" if each.verdict is Verdict.FAILS else "may be violated"
     if each.at is None:
-        return f"`{each.requirement}` {fails} between"
+        return f"`{each.requirement}` {violated} between"
     when = f"{each.at:.2f}" if each.until is None or each.until == each.at else f"{each.at:.2f}–{each.until:.2f}"
-    return f"`{each.requirement}` {fails} between, {when} s"
+    return f"`{each.requirement}` {violated} between, {when} s"
 
 
 def who_flies(mission: Mission) -> str:
@@ -105,15 +105,15 @@ def who_flies(mission: Mission) -> str:
     named = {agent.vehicle.name for agent in mission.agents if agent.vehicle.name != PLAIN.name}
     without = sum(agent.vehicle.name == PLAIN.name for agent in mission.agents)
     if not named:
-        return "no vehicle is named, so nothing is proven of who can fly it: `--vehicle crazyflie21` asks"
-    flown = f"{listed(tuple(f'`{name}`' for name in sorted(named)))} can fly it, proven between the samples"
-    return flown + (f"; {counted(without, 'agent')} of no named vehicle" if without else "")
+        return "no vehicle set, so flyability was not checked; add `--vehicle crazyflie21` to check it"
+    flown = f"{listed(tuple(f'`{name}`' for name in sorted(named)))} can fly it, proved between samples"
+    return flown + (f"; no vehicle set for {counted(without, 'agent')}" if without else "")
 
 
 def _floor_to_floor(certificate: Certificate) -> list[str]:
     """How long the whole flight takes, of a mission that comes from the floor."""
     seconds = [figure.value for figure in certificate.figures if figure.name == WHOLE]
-    return [f"  from the floor to the floor it takes {each:.4g} s, proven with all its ways" for each in seconds]
+    return [f"  whole flight, from takeoff to landing: {each:.4g} s, proved on all paths" for each in seconds]
 
 
 def _cut_short(report: Report) -> list[str]:

@@ -31,7 +31,7 @@ def replanned_lines(replanned: Replanned, output: str) -> list[str]:
         f"  {_changing(replanned, begins)}",
         *(["  no way back to the pads was found in time: it ends in a hover"] if _stays(replanned) else []),
         f"  {who_flies(mission)}",
-        *([f"  {Path(output) / REPORT} plays it"] if output else []),
+        *([f"  report: {Path(output) / REPORT}"] if output else []),
     ]
 
 

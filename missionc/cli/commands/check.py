@@ -24,7 +24,7 @@ from missionc.frontend.resolve.resolve_files import file_lines, file_records
 def command(
     missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str, vehicle: str | None, watch: bool
 ) -> Status:
-    """Report every problem of the missions; solve nothing."""
+    """Check missions and report every problem, without planning."""
     allowed = read_limits(limits)
 
     def checked() -> list[Checked]:

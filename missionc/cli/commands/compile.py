@@ -32,7 +32,7 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
 @click.command("compile")
 @click.argument("file", type=existing, shell_complete=files)
 @of_mission
-@options.output("The folder to write; build/MISSION if left out.")
+@options.output("Folder to write. [default: build/MISSION]")
 @options.force
 @options.vehicle
 @options.poses
@@ -40,16 +40,20 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
 @options.of_a_plan(*PLANNING)
 @options.set_values
 @options.seed()
-@options.time_limit("End after so long, with the best plan so far.")
+@options.time_limit("Stop after this time, with the best plan found.")
 @options.memory_limit
 @click.option(
     "--checkpoint",
     type=file_to_write,
     metavar="FILE",
-    help="Keep what the search knows in a file, as it goes on.",
+    help="Save the state of the search to a file during the search.",
 )
 @click.option(
-    "--resume", type=existing, shell_complete=files, metavar="FILE", help="Go on from what an interrupted run kept."
+    "--resume",
+    type=existing,
+    shell_complete=files,
+    metavar="FILE",
+    help="Continue an interrupted search from its checkpoint.",
 )
 @click.option(
     "--emit",
@@ -58,20 +62,20 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
     shell_complete=several_of(lambda: stage_names.ALL),
     multiple=True,
     metavar="STAGE[,STAGE...]",
-    help=f"Print stages and go no further: {', '.join(stage_names.ALL)}. With -o the folder is written all the same.",
+    help=f"Print these stages and stop: {', '.join(stage_names.ALL)}. With -o, the plan folder is also written.",
 )
 @options.exported("Write the flight in other forms as well; `missionc export --list` names them.")
-@click.option("--timings", is_flag=True, help="Say how long each stage took.")
-@options.plot("Draw the plan")
+@click.option("--timings", is_flag=True, help="Print the time of each stage.")
+@options.plot("Plot the plan")
 @click.option(
     "--plot-kind",
     type=click.Choice(KINDS),
     default=MAP,
     show_default=True,
-    help="Draw a map, with the roadmap of the plan too; or robustness, distances or who does what over time.",
+    help="Content of the plot: map, map with roadmap, robustness, distances, or a timeline of agents.",
 )
 @click.option(
-    "--at", type=moments, default="", metavar="SECONDS[,SECONDS...]", help="Draw a map at each of these moments."
+    "--at", type=moments, default="", metavar="SECONDS[,SECONDS...]", help="Draw a map for each of these times."
 )
 @options.plot_width
 @options.of_a_plan("certify")
@@ -82,7 +86,7 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
     default=1,
     show_default=True,
     metavar="K",
-    help="Plan so many that differ: another option, order or side of an obstacle.",
+    help="Number of different plans: other options, orders or sides of obstacles.",
 )
 @options.explain_limit
 @options.quiet
@@ -110,7 +114,7 @@ def command(
     no_open: bool,
     **given: Any,
 ) -> Status:
-    """Turn a mission into a verified plan and its files."""
+    """Plan a mission, verify the plan and write its files."""
     drawn = {"--plot-kind": plot_kind != MAP, "--at": bool(at), "--plot-width": plot_width is not None}
     for flag, used in drawn.items():
         if used and plot is None:

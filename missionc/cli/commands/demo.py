@@ -24,7 +24,7 @@ FOLDER = "missionc-demo"
 @options.output(f"The folder to write; {FOLDER} if left out, with a number where that exists.")
 @options.no_open
 def command(output: Path | None, no_open: bool) -> Status:
-    """Plan a mission that comes with the compiler, and open its report in the browser."""
+    """Plan an included mission and open its report."""
     answer = run_request(CompileRequest(folder("missions") / f"{MISSION}.mission", output=output or _fresh()))
     if answer.output:
         written = Path(answer.output)

@@ -32,9 +32,9 @@ def _codes_or_files(context: click.Context, parameter: click.Parameter, incomple
 @click.argument("requirement", required=False)
 @of_mission
 def command(what: str | None, requirement: str | None, overrides: Pairs, limits: Pairs, form: str) -> Status:
-    """Say what a mission, or one requirement of it, means; or print the page of a code.
+    """Explain a mission, a requirement or an error code.
 
-    A code is such as MC301; any other argument is a mission's file. Without an argument, all codes are listed.
+    An argument such as MC301 is a code; any other is a mission file. Without an argument, the command lists all codes.
     """
     if what is not None and not CODE.fullmatch(what):
         return _mission(existing(what), requirement, dict(overrides), limits, form)

@@ -53,7 +53,7 @@ def command(
     limits: tuple[tuple[str, str], ...],
     form: str,
 ) -> Status:
-    """Write a compiled folder's flight in other forms, once it has been verified again."""
+    """Verify a plan folder and export its flight."""
     from missionc.tools.api.export_folder import export_folder
 
     made = export_folder(path, names, poses, read_limits(limits))

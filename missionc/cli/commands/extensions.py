@@ -28,7 +28,7 @@ HOMES = (
 @click.command("extensions")
 @form_flag
 def command(form: str) -> Status:
-    """List the extensions of installed packages, and say of each whether it can be used."""
+    """List installed extensions and their problems."""
     for home in HOMES:
         import_module(home)
     troubles = {each: REGISTRIES[each.kind].state(each) for each in installed()}

@@ -19,13 +19,15 @@ MOST_FLIGHTS = 10_000
 
 @click.command("fly")
 @click.argument("path", type=options.folder, shell_complete=options.folders, metavar="FOLDER")
-@click.option("--in", "where", type=click.Choice(["simulation"]), required=True, help="Where: on this machine.")
+@click.option(
+    "--in", "where", type=click.Choice(["simulation"]), required=True, help="Fly in simulation on this machine."
+)
 @click.option(
     "--scenario",
     type=options.existing,
     shell_complete=options.files,
     metavar="FILE",
-    help="What happens: a file in TOML, docs/fly.md.",
+    help="Events of the flight, as TOML; see docs/fly.md.",
 )
 @click.option("--flights", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
 @options.seed(LARGEST_SEED)
@@ -35,16 +37,23 @@ MOST_FLIGHTS = 10_000
     default=3.0,
     show_default=True,
     metavar="SECONDS",
-    help="So long after something happened the flight goes on by another plan.",
+    help="Time from an event to the switch to a new plan.",
 )
-@click.option("--no-replan", is_flag=True, help="Watch, and plan nothing anew.")
+@click.option("--no-replan", is_flag=True, help="Monitor the flight without replanning.")
 @options.output("The page that shows the flights; FOLDER-flights.html beside the folder if left out.", page=True)
-@click.option("--trace", type=options.file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
-@click.option("--page", is_flag=True, help="Show the first flight in the browser while it is flown, at its own pace.")
 @click.option(
-    "--pace", type=options.Number(0.1, 100), default=1.0, show_default=True, metavar="N", help="Times as fast."
+    "--trace", type=options.file_to_write, metavar="FILE", help="Write the path of the first flight to FILE.csv."
 )
-@click.option("--no-open", is_flag=True, help="Say where the page is, and open nothing.")
+@click.option("--page", is_flag=True, help="Show the first flight in the browser in real time.")
+@click.option(
+    "--pace",
+    type=options.Number(0.1, 100),
+    default=1.0,
+    show_default=True,
+    metavar="N",
+    help="Speed of the replay: N times real time.",
+)
+@click.option("--no-open", is_flag=True, help="Print the address of the page; do not open a browser.")
 @options.quiet_progress
 @options.limits_and_form
 def command(
@@ -64,7 +73,7 @@ def command(
     limits: tuple[tuple[str, str], ...],
     form: str,
 ) -> Status:
-    """Fly a compiled folder in simulation, watch it, and plan the rest anew when something happens."""
+    """Fly a plan in simulation, monitor it and replan on events."""
     assert where == "simulation", "there is nowhere else to fly to"
     from missionc.cli.fly_folder import flights_page, open_folder, paths_table, read_events
     from missionc.cli.loop_summary import loop_lines

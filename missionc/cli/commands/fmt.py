@@ -28,16 +28,16 @@ STANDARD_INPUT = Path("-")
     shell_complete=files,
     metavar="FILE...",
 )
-@click.option("--check", is_flag=True, help="Change nothing; exit with 1 if a file would change.")
-@click.option("--diff", is_flag=True, help="Change nothing; show what would change.")
+@click.option("--check", is_flag=True, help="Change no file; exit with status 1 if one would change.")
+@click.option("--diff", is_flag=True, help="Change no file; print the changes.")
 @limits_and_form
 def command(
     missions: tuple[Path, ...], check: bool, diff: bool, limits: tuple[tuple[str, str], ...], form: str
 ) -> Status:
-    """Put missions in the one layout; `-` goes from standard input to standard output.
+    """Format missions; `-` formats standard input.
 
-    Words and comments stay what they are. A mission with errors of syntax is
-    left alone.
+    Words and comments do not change. A mission with syntax errors is not
+    formatted.
     """
     allowed = read_limits(limits)
     findings: list[Diagnostic] = []

@@ -31,12 +31,13 @@ SUFFIX = ".mission"
 @click.argument("name", required=False)
 @click.option("--template", type=click.Choice(list(templates())), default=DEFAULT, show_default=True)
 @click.option("--list", "listed", is_flag=True, help="List the templates.")
-@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@click.option("--force", is_flag=True, help="Replace an existing file.")
 @form_flag
 def command(name: str | None, template: str, listed: bool, force: bool, form: str) -> Status:
-    """Write a mission to begin with, NAME.mission; the template's own name if left out.
+    """Create a mission NAME.mission from a template.
 
-    NAME may lie in a folder: `missionc init north/patrol` writes north/patrol.mission.
+    The default of NAME is the name of the template. NAME may include a folder: `missionc init north/patrol`
+    writes north/patrol.mission.
     """
     if listed:
         return _list(form)

@@ -12,11 +12,11 @@ from missionc.cli.exit_status import Status, say
 
 
 @click.command("lsp")
-@click.option("--stdio", is_flag=True, help="Speak on standard input and output, as without it.")
+@click.option("--stdio", is_flag=True, help="Use standard input and output, the default.")
 def command(stdio: bool) -> Status:
-    """Answer an editor in the Language Server Protocol.
+    """Run the language server for an editor.
 
-    It speaks on standard input and output, until the editor hangs up.
+    The server uses standard input and output, until the editor closes the connection.
     """
     if find_spec("pygls") is None:
         message = "the language server needs the package pygls, which is not installed"

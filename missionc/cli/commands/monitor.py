@@ -26,43 +26,54 @@ from missionc.ir import Mission
 @click.argument("file", type=existing, shell_complete=files)
 @click.argument("trace", required=False, shell_complete=files)
 @of_mission
-@click.option("--continuous", is_flag=True, help="Judge what happens between the steps too.")
+@click.option("--continuous", is_flag=True, help="Check the requirements between samples too.")
 @click.option(
     "--tolerance",
     type=Number(min=0, max=1e6),
     default=0.0,
     metavar="METRES",
-    help="How far recorded positions may be off; allowed of every constraint.",
+    help="Position error of the recording; every constraint allows it.",
 )
-@click.option("--live", is_flag=True, help="Judge states as they come, as lines of JSON on standard input.")
+@click.option("--live", is_flag=True, help="Check samples as they arrive, as lines of JSON on standard input.")
 @click.option(
-    "--udp", type=sample_lines.port_of, metavar="[HOST:]PORT", help="With --live: as datagrams; on this machine."
+    "--udp",
+    type=sample_lines.port_of,
+    metavar="[HOST:]PORT",
+    help="With --live: receive samples as UDP datagrams. [default host: this machine]",
 )
-@click.option("--mcap", type=existing, metavar="FILE", help="With --live: as poses of a recording that grows.")
+@click.option(
+    "--mcap", type=existing, metavar="FILE", help="With --live: read poses from an MCAP recording while it grows."
+)
 @click.option(
     "--topic",
     type=pair,
     multiple=True,
     metavar="TOPIC=NAME",
-    help="With --mcap: an agent's poses; /ROBOT/pose as the export writes them if left out.",
+    help="With --mcap: topic of an agent's poses. [default: /ROBOT/pose, as the export writes it]",
 )
 @click.option(
     "--wait",
     type=Number(min=0, max=1e6),
     metavar="SECONDS",
-    help="With --live: for late samples; one step if left out.",
+    help="With --live: time to wait for late samples. [default: one step]",
 )
 @click.option(
-    "--skew", type=pair, multiple=True, metavar="NAME=SECONDS", help="With --live: an agent's clock is ahead."
+    "--skew",
+    type=pair,
+    multiple=True,
+    metavar="NAME=SECONDS",
+    help="With --live: offset of an agent's clock, positive if it is ahead.",
 )
 @click.option(
     "--leap",
     type=Number(min=0, max=1e9),
     metavar="SECONDS",
-    help="With --live: a sample further ahead waits to be confirmed; 10 s or more if left out.",
+    help="With --live: a sample this far ahead must be confirmed by another. [default: at least 10 s]",
 )
-@click.option("--plan", type=file_or_folder, metavar="FOLDER|TRACE", help="With --live: the plan that is followed.")
-@click.option("--page", is_flag=True, help="With --live: show it on a page in the browser, until Ctrl-C.")
+@click.option(
+    "--plan", type=file_or_folder, metavar="FOLDER|TRACE", help="With --live: the plan that the agents follow."
+)
+@click.option("--page", is_flag=True, help="With --live: show the verdicts on a page in the browser, until Ctrl-C.")
 @no_open
 def command(
     file: Path,
@@ -83,7 +94,11 @@ def command(
     page: bool,
     no_open: bool,
 ) -> Status:
-    """Judge a trace: a plan.json, a CSV file with agent,t,x,y[,z], or with --live states as they come."""
+    """Check a recorded or live trajectory against a mission.
+
+    The trajectory is a plan.json or a CSV file with agent,t,x,y[,z]. With --live, samples are checked as they
+    arrive.
+    """
     asked = Live(udp, mcap, topic, wait, skew, leap, plan, page, no_open)
     if live:
         if continuous or trace not in (None, "-"):

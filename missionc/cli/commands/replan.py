@@ -38,25 +38,25 @@ def speed(value: str) -> tuple[str, float]:
     required=True,
     shell_complete=options.files,
     metavar="TRACE",
-    help="What was flown so far, from the beginning of the folder's plan on: CSV or JSON.",
+    help="Recorded trajectory since the start of the plan: CSV or JSON.",
 )
 @click.option(
     "--changed",
     type=options.existing,
     shell_complete=options.files,
     metavar="PATCH",
-    help="Declarations that take the place of the mission's: the world and the team as they are now.",
+    help="Declarations that replace those of the mission: the current world and team.",
 )
-@click.option("--lost", multiple=True, metavar="AGENT", help="An agent that is there no longer; may be repeated.")
+@click.option("--lost", multiple=True, metavar="AGENT", help="A lost agent; may be repeated.")
 @click.option(
     "--slow",
     type=speed,
     multiple=True,
     metavar="AGENT=SPEED",
-    help="An agent that goes no faster than this any more, m/s; may be repeated.",
+    help="New speed limit of an agent, in m/s; may be repeated.",
 )
 @click.option(
-    "--give-up", "given_up", multiple=True, metavar="REQUIREMENT", help="Ask nothing of it any more; may be repeated."
+    "--give-up", "given_up", multiple=True, metavar="REQUIREMENT", help="Drop this requirement; may be repeated."
 )
 @click.option(
     "--within",
@@ -64,7 +64,7 @@ def speed(value: str) -> tuple[str, float]:
     default=3.0,
     show_default=True,
     metavar="SECONDS",
-    help="After so long another plan is of no use; everybody is at rest by then.",
+    help="Time by which the new plan is needed; the agents are at rest by then.",
 )
 @options.seed()
 @options.exported("Write the new flight in other forms too.")
@@ -86,7 +86,7 @@ def command(
     limits: tuple[tuple[str, str], ...],
     form: str,
 ) -> Status:
-    """Plan the rest of a mission that is being flown: from where the agents are, with the world as it is now."""
+    """Replan the rest of a mission from the current state."""
     from missionc.cli import replan_summary  # with all that plans
     from missionc.compiler.replan.request import Way
     from missionc.tools.api.replan_folder import replan_folder

@@ -20,9 +20,11 @@ from missionc.cli.options import folder, folders, limits_and_form, named, read_l
 def command(
     path: Path, other: Path | None, output: Path | None, limits: tuple[tuple[str, str], ...], form: str
 ) -> Status:
-    """Draw the page of a compiled folder anew, from its files; one that fails is drawn too.
+    """Rebuild the report of a plan folder from its files.
 
-    With OTHER, a second folder of the same mission, the page shows both plans: side by side, or one over the other.
+    A folder that fails verification gets a report too.
+
+    With OTHER, a second folder of the same mission, the report compares both plans: side by side or overlaid.
     """
     from missionc.cli.page_to_write import refuse_page
     from missionc.output.folder.write_file import beside, write_file

@@ -36,7 +36,7 @@ DRAWN = 20
 @click.option("--trials", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
 @of_disturbance
 @options.seed(LARGEST_SEED)
-@click.option("--trace", type=file_to_write, metavar="FILE", help="Write the first flight's path: FILE.csv.")
+@click.option("--trace", type=file_to_write, metavar="FILE", help="Write the path of the first flight to FILE.csv.")
 @options.plot("Draw the flights")
 @cluster_options.jobs
 @cluster_options.cluster
@@ -44,7 +44,7 @@ DRAWN = 20
     "--journal",
     type=file_to_write,
     metavar="FILE",
-    help="Keep flights in FILE as they end; the next time, go on there.",
+    help="Save finished flights to FILE, and continue from it after an interruption.",
 )
 @options.quiet_progress
 def command(
@@ -62,7 +62,9 @@ def command(
     quiet: bool,
     **disturbed: Any,
 ) -> Status:
-    """Fly a compiled folder's polynomials in simulation, judge the mission on their path, and add it to the report."""
+    """Simulate flights of a plan and check them.
+
+    The flown paths are checked against the mission and added to the report."""
     from missionc.flight.simulation.disturbance import UNDISTURBED, Disturbance
     from missionc.flight.simulation.trials import Trial
     from missionc.tools.replay.simulate_folder import simulate

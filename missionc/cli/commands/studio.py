@@ -28,9 +28,9 @@ NEEDED = ("pygls", "websockets")
 @click.argument("file", type=options.file_to_write, required=False, shell_complete=options.files)
 @options.no_open
 def command(file: Path | None, no_open: bool) -> Status:
-    """Write, see and compile a mission in the browser.
+    """Edit, view and compile a mission in the browser.
 
-    Without FILE it begins with a template. The page is on this machine alone; Ctrl-C ends it.
+    Without FILE, the studio starts with a template. Only this machine can open the page. Ctrl-C stops the server.
     """
     missing = next((name for name in NEEDED if find_spec(name) is None), None)
     if missing:

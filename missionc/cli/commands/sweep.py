@@ -39,11 +39,11 @@ MOST_SEEDS = 100_000
     type=options.pair,
     multiple=True,
     metavar="NAME=VALUES",
-    help="Give a parameter or a setting each of these values: N=3,5,8 or smt.nodes=100..400/100.",
+    help="Values of a parameter or a setting: N=3,5,8 or smt.nodes=100..400/100.",
 )
 @click.option("--seeds", type=click.IntRange(1, MOST_SEEDS), default=1, show_default=True, metavar="K")
 @options.output("The folder to write or to go on in.")
-@click.option("--keep", is_flag=True, help="Keep the folder of every plan.")
+@click.option("--keep", is_flag=True, help="Keep all plan folders.")
 @cluster_options.jobs
 @cluster_options.cluster
 @click.option(
@@ -51,7 +51,7 @@ MOST_SEEDS = 100_000
     type=options.folder,
     shell_complete=options.folders,
     metavar="FOLDER",
-    help="Compare with an older sweep.",
+    help="Compare with a previous sweep.",
 )
 @options.vehicle
 @options.backend
@@ -66,7 +66,7 @@ MOST_SEEDS = 100_000
     type=click.IntRange(0, MOST_FLIGHTS),
     default=0,
     metavar="N",
-    help="Fly each plan so many times, with the disturbances that follow.",
+    help="Simulate each plan this many times, with the given disturbances.",
 )
 @of_disturbance
 @options.plot("Draw the figure")
@@ -97,9 +97,11 @@ def command(
     quiet: bool,
     **more: Any,
 ) -> Status:
-    """Compile a mission for every combination of some values and every seed, each run in a process of its own.
+    """Compile a mission for each parameter value and seed.
 
-    All combinations are checked first. What is done is kept: the same command goes on where it was interrupted.
+    Each run has its own process.
+
+    All combinations are checked first. Finished runs are kept: the same command continues after an interruption.
     """
     throughout = options.continuous_time(continuous, at_steps)
     if plot_width and plot is None:

@@ -16,7 +16,7 @@ from missionc.cli.options import folder, folders, limits_and_form, read_limits, 
 @verbose
 @limits_and_form
 def command(path: Path, verbose: bool, limits: tuple[tuple[str, str], ...], form: str) -> Status:
-    """Verify a compiled folder once more, from its files alone: a plan, or a proof that there is none."""
+    """Re-verify a plan folder, or a proof, from its files."""
     from missionc.tools.replay.reverify import reverify, reverify_refusal
 
     bounds = read_limits(limits)

@@ -175,7 +175,7 @@ def test_compile_writes_the_folder_and_says_where(folder: Path, capsys: Captured
     assert re.match(r"small: verified in [0-9.]+ s: 2 agents for 6 s, planned by smt, seed 0\n", out)
     assert len(out.splitlines()) <= 8
     assert "visit  satisfied" not in out
-    assert f"{Path('build') / 'small' / 'report.html'} plays it" in out
+    assert f"report: {Path('build') / 'small' / 'report.html'}" in out
     names = {path.relative_to(folder / "build/small").as_posix() for path in (folder / "build/small").rglob("*.*")}
     assert names == {
         "plan.json",

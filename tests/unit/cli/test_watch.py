@@ -155,7 +155,7 @@ def test_compile_plans_after_every_good_save_and_keeps_its_report_through_a_bad_
     mission.write_text(SMALL)
     with watching(tmp_path, "compile", "small.mission", "--watch", "--no-open") as run:
         address = run.address()
-        run.says("build/small/report.html plays it")
+        run.says("report: build/small/report.html")
         until(lambda: '"report": 1' in news(address), "the first report")
         first = asked(address + "report.html")
         assert first == (200, (tmp_path / "build/small/report.html").read_text(encoding="utf-8"))
@@ -165,7 +165,7 @@ def test_compile_plans_after_every_good_save_and_keeps_its_report_through_a_bad_
         assert "nothing is called `gaol`" in json.loads(news(address))["says"]
         assert asked(address + "report.html") == first
         save_by_rename(mission, SMALL.replace("drone[2]", "drone[3]"))
-        run.says("build/small/report.html plays it", 2)
+        run.says("report: build/small/report.html", 2)
         until(lambda: '"report": 2' in news(address), "the second report")
         assert "3 agents" in run.said
         assert asked(address + "report.html")[1] == (tmp_path / "build/small/report.html").read_text(encoding="utf-8")
@@ -193,7 +193,7 @@ def test_a_newer_save_stops_the_plan_under_way_and_ctrl_c_leaves_nobody_behind(t
         until(lambda: any(map(children, children(run.process.pid))), "a solver at work")
         at_work = [each for child in children(run.process.pid) for each in children(child)]
         save_by_rename(mission, SMALL)
-        run.says("out/report.html plays it")
+        run.says("report: out/report.html")
         until(lambda: not any(map(alive, at_work)), "the end of the solver")
         assert "hard:" not in run.said
         save_by_rename(mission, HARD)

@@ -75,6 +75,6 @@ def test_a_command_that_is_not_there_gets_a_suggestion(
 def test_what_fails_between_the_steps_is_told_in_one_line() -> None:
     relay = Between("relay", Verdict.FAILS, 1.04, 1.69)
     watch = Between("watch", Verdict.UNDECIDED, 3.0, 3.0)
-    assert at_steps((relay,)) == "holds at its steps; `relay` fails between, 1.04–1.69 s"
-    assert at_steps((relay, watch)).endswith("; `watch` may fail between, 3.00 s")
+    assert at_steps((relay,)) == "satisfied at the samples; `relay` is violated between, 1.04–1.69 s"
+    assert at_steps((relay, watch)).endswith("; `watch` may be violated between, 3.00 s")
     assert at_steps((relay, watch, relay)).endswith("; and 1 more")

@@ -272,7 +272,7 @@ def test_a_plan_that_leaps_over_a_wall_is_told_from_one_that_does_not(
     capsys.readouterr()
     assert main(["compile", "leap.mission", "-o", "out"]) == 0
     (warned,) = [line for line in capsys.readouterr().out.splitlines() if "warning" in line]
-    assert re.fullmatch(r"  warning: holds at its steps; `avoid` fails between, [\d.]+–[\d.]+ s", warned)
+    assert re.fullmatch(r"  warning: satisfied at the samples; `avoid` is violated between, [\d.]+–[\d.]+ s", warned)
     assert main(["verify", "out"]) == 0
     assert warned in capsys.readouterr().out.splitlines()
     assert main(["verify", "out", "-v"]) == 0
