@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from missionc.backends.api import Attempt, Violation
-from missionc.base.trace import Array, Trace
-from missionc.geometry.clearance import Motions, clear_motions, clear_of_movers, standing_solids
-from missionc.geometry.dynamics import UNIT_OF, States, check_step, motion_of
+from missionc.base.trace import Trace
+from missionc.geometry.clearance import clear_motions, clear_of_movers, standing_solids
+from missionc.geometry.dynamics import UNIT_OF, Motions, States, check_step, motions_between
 from missionc.geometry.relative_motion import closest_approach
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Mission
@@ -65,24 +65,21 @@ def _dynamics(mission: Mission, trace: Trace) -> list[Violation]:
     return faults
 
 
-def _motion(mission: Mission, trace: Trace) -> tuple[Array, Array, Array]:
-    """Position, velocity and acceleration at the start of every step: (agents, steps, dim) each."""
-    position, velocity, acceleration = (np.zeros_like(trace.position[:, :-1]) for _ in range(3))
+def _motions(mission: Mission, trace: Trace) -> Motions:
+    """The motions of every step, (agents, steps)."""
+    rows = []
     for agent in mission.agents:
         own = States(trace.position[agent.index], trace.velocity[agent.index])
-        start, end = own.take(slice(-1)), own.take(slice(1, None))
-        position[agent.index], velocity[agent.index], acceleration[agent.index] = motion_of(
-            agent.dynamics, start, end, mission.step
-        )
-    return position, velocity, acceleration
+        rows.append(motions_between(agent.dynamics, own.take(slice(-1)), own.take(slice(1, None)), mission.step))
+    return Motions.stacked(rows)
 
 
 def _bodies(mission: Mission, trace: Trace) -> list[Violation]:
     faults: list[Violation] = []
     standing = standing_solids(mission)
-    position, velocity, acceleration = _motion(mission, trace)
+    whole = _motions(mission, trace)
     for agent in mission.agents:
-        motions = Motions(position[agent.index], velocity[agent.index], acceleration[agent.index])
+        motions = whole.take(agent.index)
         margin = agent.radius + mission.clearance
         clear = clear_motions(standing, motions, mission.step, margin)
         steps = np.arange(mission.steps)
@@ -95,20 +92,12 @@ def _apart(mission: Mission, trace: Trace) -> list[Violation]:
     faults: list[Violation] = []
     count = len(mission.agents)
     spacing = SpacingTable.of(mission)
-    position, velocity, acceleration = _motion(mission, trace)
+    motions = _motions(mission, trace)
     for one in range(count - 1):
         rest = np.arange(one + 1, count)
         metric = spacing.metric(np.array(one), rest)
-        nearest = closest_approach(
-            position[one],
-            velocity[one],
-            acceleration[one],
-            position[rest],
-            velocity[rest],
-            acceleration[rest],
-            mission.step,
-            None if metric is None else metric[:, None],
-        )
+        factors = None if metric is None else metric[:, None]
+        nearest = closest_approach(motions.take(one), motions.take(rest), mission.step, factors)
         margin = nearest - spacing.between(np.array(one), rest)[:, None]
         for other, step in np.argwhere(margin < 0):
             who = mission.agents[one].name, mission.agents[int(other) + one + 1].name

@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # a trace only holds arrays: who makes them loads numpy
 
 Array: TypeAlias = "NDArray[np.float64]"
 Flags: TypeAlias = "NDArray[np.bool_]"
+Indices: TypeAlias = "NDArray[np.int64]"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from missionc import ir
 from missionc.base.late_dataclass import dataclass
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.displacement import displaced
-
-Indices = NDArray[np.int64]
+from missionc.geometry.dynamics import Motions
+from missionc.ir.distances.signed_distance import signed_distance
 
 ROUNDING = 5e-10
 """Metres by which a body may be nearer than asked and only touch, which is allowed."""
@@ -68,30 +68,6 @@ class Column:
 
 Solid = Column | ir.Ball
 """What obstacles are made of."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Motions:
-    """Motions of one step each, with constant acceleration.
-
-    Args:
-        position: (motions, dim), metres, at the start of the step.
-        velocity: (motions, dim), m/s, at the start of the step.
-        acceleration: (motions, dim), m/s².
-    """
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-
-    def at(self, time: float) -> Array:
-        """(motions, dim), metres, ``time`` seconds after the start."""
-        return self.position + self.velocity * time + self.acceleration * (0.5 * time * time)
-
-    def bulge(self, duration: float) -> Array:
-        """(motions,), metres: how far a motion strays from its chord over ``duration``."""
-        bulge: Array = np.linalg.norm(self.acceleration, axis=-1) * (duration * duration / 8)
-        return bulge
 
 
 def solids(shape: ir.Shape) -> tuple[Solid, ...]:
@@ -202,6 +178,12 @@ def clear_of_movers(mission: ir.Mission, motions: Motions, margin: float) -> Fla
                 need = motions.bulge(until - begin) + margin + obstacle.grown(until)
                 clear[step] &= clear_of(parts, start, end, need)
     return clear
+
+
+def distance_to_obstacle(obstacle: ir.Obstacle, points: Array, time: float) -> Array:
+    """Signed distances to an obstacle, where and as large as it is at a time: (..., dim) -> (...), metres."""
+    there = points - displaced(obstacle, time, points.shape[-1])
+    return np.asarray(signed_distance(np, obstacle.shape, there)) - obstacle.grown(time)
 
 
 def clear_places(mission: ir.Mission, position: Array, margin: float, steps: Sequence[int]) -> Flags:

@@ -7,16 +7,14 @@ Source:
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.vectors import norm
 from missionc.ir import Dynamics
-
-Indices = NDArray[np.int64]
 
 SLACK = 1e-9
 """By how much of it a motion may pass a bound on speed or acceleration: floating rounding, nothing else."""
@@ -39,6 +37,51 @@ class States:
 
     def __len__(self) -> int:
         return len(self.position)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motions:
+    """Motions of one step each, with constant acceleration.
+
+    Args:
+        position: (..., dim), metres, at the start of the step.
+        velocity: (..., dim), m/s, at the start of the step.
+        acceleration: (..., dim), m/s²; zero for straight motion.
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+    def take(self, *which: Indices | Flags | slice | int) -> Motions:
+        """The motions at these places of the leading axes."""
+        return Motions(self.position[which], self.velocity[which], self.acceleration[which])
+
+    def put(self, row: int, motions: Motions) -> None:
+        """Replace the motions of one row of the first axis, in place."""
+        self.position[row], self.velocity[row] = motions.position, motions.velocity
+        self.acceleration[row] = motions.acceleration
+
+    @staticmethod
+    def stacked(rows: Sequence[Motions]) -> Motions:
+        """Motions of equal shapes, along a new first axis."""
+        parts = zip(*((each.position, each.velocity, each.acceleration) for each in rows), strict=True)
+        return Motions(*(np.stack(part) for part in parts))
+
+    def at(self, time: float | Array) -> Array:
+        """(..., dim), metres, ``time`` seconds after the start."""
+        return self.position + self.velocity * time + self.acceleration * (0.5 * time * time)
+
+    def bulge(self, duration: float) -> Array:
+        """(...), metres: how far a motion strays from its chord over ``duration``."""
+        bulge: Array = np.linalg.norm(self.acceleration, axis=-1) * (duration * duration / 8)
+        return bulge
+
+    def lengths(self, step: float) -> Array:
+        """Lengths of motions of ``step`` seconds, (..., dim) -> (...), metres."""
+        chords = 16  # a curved motion counts as so many straight pieces between its points
+        moments = np.linspace(0.0, step, chords + 1).reshape(-1, *(1,) * self.position.ndim)
+        return np.asarray(norm(np.diff(self.at(moments), axis=0)).sum(axis=0))
 
 
 def can_wait(dynamics: Dynamics) -> bool:
@@ -135,12 +178,12 @@ def headings_along(start: States, end: States, count: int, bend: Array) -> Array
     return headings
 
 
-def motion_of(dynamics: Dynamics, start: States, end: States, step: float) -> tuple[Array, Array, Array]:
-    """Position, velocity and acceleration, (pairs, dim) each, at the start of motions of one step."""
+def motions_between(dynamics: Dynamics, start: States, end: States, step: float) -> Motions:
+    """Motions of one step from states to states, (pairs)."""
     if dynamics.has_momentum:
-        return start.position, start.velocity, (end.velocity - start.velocity) / step
+        return Motions(start.position, start.velocity, (end.velocity - start.velocity) / step)
     velocity = (end.position - start.position) / step
-    return start.position, velocity, np.zeros_like(velocity)
+    return Motions(start.position, velocity, np.zeros_like(velocity))
 
 
 SPEED, ACCELERATION, DRIFT = "its speed", "its acceleration", "its velocity"

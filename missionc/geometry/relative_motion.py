@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from missionc.base.trace import Array
+from missionc.geometry.dynamics import Motions
 from missionc.geometry.vectors import dot, norm
 
 HALVINGS = 40
@@ -17,31 +18,24 @@ NEGLIGIBLE = 1e-12
 
 
 def closest_approach(
-    first_position: Array,
-    first_velocity: Array,
-    first_acceleration: Array,
-    second_position: Array,
-    second_velocity: Array,
-    second_acceleration: Array,
+    first: Motions,
+    second: Motions,
     step: float,
     metric: Array | None = None,
 ) -> Array:
     """The least distance of two centres over one step, each moving with constant acceleration.
 
     Args:
-        first_position: (..., dim), metres, at the start of the step; likewise
-            ``second_position``.
-        first_velocity: (..., dim), m/s, at the start of the step.
-        first_acceleration: (..., dim), m/s²; zero for straight motion.
+        first, second: (...), of shapes that broadcast to one.
         step: how long the step lasts, seconds.
         metric: (..., dim), by what each axis of their difference counts; 1 where there is none.
 
     Returns:
         (...), metres, of the metric: the minimum over the whole step, both ends included.
     """
-    offset = np.asarray(second_position - first_position, dtype=float)
-    velocity = np.asarray(second_velocity - first_velocity, dtype=float) * step
-    bend = np.asarray(second_acceleration - first_acceleration, dtype=float) * (0.5 * step * step)
+    offset = np.asarray(second.position - first.position, dtype=float)
+    velocity = np.asarray(second.velocity - first.velocity, dtype=float) * step
+    bend = np.asarray(second.acceleration - first.acceleration, dtype=float) * (0.5 * step * step)
     if metric is not None:
         offset, velocity, bend = offset * metric, velocity * metric, bend * metric
     offset, velocity, bend = np.broadcast_arrays(offset, velocity, bend)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
 from missionc.base.late_dataclass import dataclass
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.ir import Mission
 
 
@@ -25,7 +24,7 @@ class SpacingTable:
         dimension: of the mission's world.
     """
 
-    kind: NDArray[np.int64]
+    kind: Indices
     sideways: Array
     flatness: Array
     dimension: int
@@ -37,11 +36,11 @@ class SpacingTable:
             _TABLES[mission] = _made(mission)
         return _TABLES[mission]
 
-    def between(self, first: NDArray[np.int64], second: NDArray[np.int64]) -> Array:
+    def between(self, first: Indices, second: Indices) -> Array:
         """Metres sideways from centre to centre, of agents by their numbers: two arrays that broadcast to one."""
         return np.asarray(self.sideways[self.kind[first], self.kind[second]])
 
-    def metric(self, first: NDArray[np.int64], second: NDArray[np.int64]) -> Array | None:
+    def metric(self, first: Indices, second: Indices) -> Array | None:
         """By what each axis of their difference is multiplied, (..., dim); None where all directions are alike."""
         if self.round:
             return None
@@ -59,7 +58,7 @@ class SpacingTable:
         """The largest of any two in any direction, metres; 0 where there is no agent."""
         return float((self.sideways * np.maximum(1.0, 1.0 / self.flatness)).max(initial=0.0))
 
-    def among(self, agents: NDArray[np.int64]) -> float:
+    def among(self, agents: Indices) -> float:
         """The largest sideways of any two of these agents, metres, or of one and another that is like it."""
         kinds = self.kind[agents]
         return float(self.sideways[np.ix_(kinds, kinds)].max(initial=0.0))

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.bounding_box import box_around
 from missionc.ir import Shape, Vector, World
 from missionc.ir.distances.signed_distance import signed_distance
-
-Indices = NDArray[np.int64]
 
 BATCH = 1 << 10
 """How many points are tried at a time in the box around a shape."""

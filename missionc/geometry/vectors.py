@@ -1,14 +1,36 @@
-"""Many short vectors at once: their lengths and scalar products, added up coordinate by coordinate.
+"""Many short vectors at once: lengths and scalar products, added up coordinate by coordinate, and distinct rows.
 
 numpy reduces a last axis row by row, which takes ten times as long where a row is two or three numbers.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from missionc.base.trace import Array
+import numpy as np
+from numpy.typing import NDArray
+
+from missionc.base.trace import Array, Indices
 from missionc.ir.distances.signed_distance import length
+
+
+def distinct(rows: NDArray[Any]) -> tuple[Indices, Indices]:
+    """Which rows are the first of their kind, and which kind each row is.
+
+    Sorting columns is many times quicker than sorting rows, as ``numpy.unique`` does.
+
+    Args:
+        rows: (rows, columns) of numbers, none of them NaN.
+
+    Returns:
+        (kinds,), indices of rows, in the order of what they hold; and (rows,), indices into it.
+    """
+    order = np.lexsort(rows.T[::-1])
+    begins = np.ones(len(rows), dtype=bool)
+    begins[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    kind = np.empty(len(rows), dtype=np.int64)
+    kind[order] = np.cumsum(begins) - 1
+    return order[begins], kind
 
 
 def norm(vectors: Array) -> Array:

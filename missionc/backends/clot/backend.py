@@ -47,7 +47,6 @@ from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.run.initial_guesses import InitialGuesses
-from missionc.backends.clot.run.near_misses import failure_statement, freed, near
 from missionc.backends.clot.run.parallel_attempts import run_parallel_attempts
 from missionc.backends.clot.run.presets import PRESETS, Preset, fewer_samples, preset
 from missionc.backends.clot.run.run_state import (
@@ -59,7 +58,7 @@ from missionc.backends.clot.run.run_state import (
     from_snapshot,
     to_snapshot,
 )
-from missionc.backends.clot.run.search_results import Searched
+from missionc.backends.clot.run.search_results import Searched, failure_statement, freed, near
 from missionc.backends.clot.schedule.draft import WarmStart
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.tasks import Outline, outline

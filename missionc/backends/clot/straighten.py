@@ -24,9 +24,8 @@ from missionc.backends.clot.cost_weights import METRES, STRAIGHT, spare, with_ro
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
-from missionc.backends.clot.optimise.improve import as_many, travelled
+from missionc.backends.clot.optimise.improve import as_many, duration, travelled
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
-from missionc.backends.clot.optimise.minimize_duration import duration
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
 from missionc.backends.clot.optimise.retiming import retime

@@ -17,8 +17,8 @@ import numpy as np
 from missionc.backends.cover.bodies import SLACK, standing_room
 from missionc.backends.cover.cells import Border, Cells, borders_asked, borders_of_obstacles, cells_of, with_points
 from missionc.backends.cover.may_moves import furthest, may_move, nearest
-from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
-from missionc.base.trace import Array, Flags
+from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.distance_ranges import signed_distance_range
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
 from missionc.ir.kernel.nodes import Kernel

@@ -14,7 +14,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from missionc import ir
-from missionc.backends.cover.may_see import SightLink
+from missionc.backends.cover.may_labels import SightLink
 from missionc.backends.smt.encode.metric_bounds import without_metres
 from missionc.ir.kernel import nodes as k
 from missionc.ir.kernel.normal_form import YES

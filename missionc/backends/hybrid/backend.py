@@ -39,7 +39,7 @@ from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.solved import Solved, then_polished
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds, Steps
-from missionc.geometry.dynamics import States, motion_of
+from missionc.geometry.dynamics import States, motions_between
 from missionc.ir import Dynamics, Mission, Objective
 from missionc.ir.dynamics.single_integrator import of_first_order
 from missionc.ir.kernel.analysis import reads_lengths, steps_ahead
@@ -150,8 +150,8 @@ def positions(mission: Mission, motion: Trace) -> Array:
     position = np.zeros((len(mission.agents), len(time), mission.dimension))
     for agent in mission.agents:
         states = States(motion.position[agent.index], motion.velocity[agent.index])
-        here, velocity, bend = motion_of(agent.dynamics, states.take(tick), states.take(tick + 1), motion.step)
-        position[agent.index] = here + velocity * since + bend * since**2 / 2
+        motions = motions_between(agent.dynamics, states.take(tick), states.take(tick + 1), motion.step)
+        position[agent.index] = motions.at(since)
     return position
 
 

@@ -26,10 +26,9 @@ from missionc.backends.smt.offer import SMT
 from missionc.backends.smt.paced_run import PacedRun, Pausing
 from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
-from missionc.backends.smt.refine.deletion import Deletion
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
 from missionc.backends.smt.refine.problem import Problem, Setting
-from missionc.backends.smt.refine.unsat_core import minimise
+from missionc.backends.smt.refine.unsat_core import Deletion, minimise
 from missionc.backends.smt.roadmap.labels import Unexpressible
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, whole_moves
 from missionc.backends.smt.roadmap.roadmap_graph import graphs_of
@@ -38,7 +37,7 @@ from missionc.backends.smt.roadmap_answers import Inconclusive, NoPlan, TimeOver
 from missionc.backends.smt.sat.installed_solvers import solver_missing
 from missionc.backends.smt.sat.proof import certify
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
-from missionc.backends.smt.sat.wait_for_process import is_over
+from missionc.backends.smt.sat.solver_process import is_over
 from missionc.backends.smt.shorten.improve import improve
 from missionc.backends.smt.subset_questions import SubsetQuestions, infeasible_alone
 from missionc.backends.smt.undecided import FEW, nearest, under_way

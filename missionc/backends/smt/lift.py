@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from missionc.backends.smt.roadmap.faced import faced
-from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
-from missionc.base.trace import Array, Trace
+from missionc.backends.smt.roadmap.labels import faced
+from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.base.trace import Array, Indices, Trace
 from missionc.ir import Mission
 
 

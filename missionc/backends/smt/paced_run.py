@@ -17,7 +17,7 @@ from missionc.backends.smt.refine.lazy_constraints import Effort, LazyConstraint
 from missionc.backends.smt.refine.problem import Problem, Setting
 from missionc.backends.smt.roadmap_answers import TimeOver, WorkExceeded
 from missionc.backends.smt.sat.solve import Solvers
-from missionc.backends.smt.sat.wait_for_process import is_over
+from missionc.backends.smt.sat.solver_process import is_over
 from missionc.backends.smt.settings import SmtSettings, smt_settings
 from missionc.backends.work import CLAUSE
 from missionc.base.memory import left

@@ -20,10 +20,9 @@ from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.lower_motion import Ways, all_ways
 from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.prioritized.single_agent_relaxation import SingleAgentRelaxation
-from missionc.backends.smt.refine.deletion import Deletion
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
 from missionc.backends.smt.refine.problem import Setting
-from missionc.backends.smt.refine.unsat_core import named_by_solver
+from missionc.backends.smt.refine.unsat_core import Deletion, named_by_solver
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
 from missionc.backends.smt.roadmap.roadmap import Roadmap, whole_moves
 from missionc.backends.smt.roadmap_answers import NoPlan

@@ -14,6 +14,7 @@ import numpy as np
 from missionc.base.trace import Array
 from missionc.flight.trajectories.stop_and_hover import ORDERS, state_at
 from missionc.geometry.curves.piecewise_polynomials import Pieces, curves_of
+from missionc.geometry.polylines import length
 
 LONGEST = 30.0
 """Seconds that one may be behind at most."""
@@ -107,4 +108,4 @@ def _length(flight: Pieces, first: float, last: float, dimension: int) -> float:
         return 0.0
     moments = np.linspace(first, last, math.ceil((last - first) / PERIOD) + 1)
     way = curves_of([flight], slice(None)).at(moments)[0, :, :dimension]
-    return float(np.linalg.norm(np.diff(way, axis=0), axis=-1).sum())
+    return length(way)

@@ -32,7 +32,7 @@ import numpy as np
 from scipy.sparse import block_diag, csr_array, eye_array, kron
 
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Indices, Trace
 from missionc.flight.trajectories.fit_polynomials import (
     REST,
     Bounds,
@@ -59,7 +59,7 @@ from missionc.flight.trajectories.vehicle_limits import (
     peaks,
     spare_performance,
 )
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, Pieces, motion, refined, values, written
+from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, motion, refined, values, written
 from missionc.geometry.curves.smooth_splines import DEGREE, JOIN, bernstein, control_points_of, effort, rounded
 from missionc.ir import Agent, AlongPath, Fixed, Mission, Yaw
 from missionc.ir.kernel.nodes import Kernel

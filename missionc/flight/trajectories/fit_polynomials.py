@@ -21,8 +21,7 @@ import numpy as np
 import piqp
 from scipy.sparse import block_array, block_diag, coo_array, csc_matrix, csr_array, eye_array, hstack, kron
 
-from missionc.base.trace import Array, Flags
-from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.curves.smooth_splines import DEGREE, control_points_of, effort, part_of
 
 PENALTY = 1e5

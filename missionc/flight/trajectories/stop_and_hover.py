@@ -20,11 +20,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.flight.trajectories.vehicle_limits import EXACT, limits_of, peaks
 from missionc.geometry.curves.piecewise_polynomials import (
     Curves,
-    Indices,
     Pieces,
     curves_of,
     derivatives_at,

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.flight.trajectories.fit_polynomials import Course, Cut
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
+from missionc.geometry.curves.piecewise_polynomials import Curves, speed_bounds, values
 from missionc.geometry.curves.smooth_splines import DEGREE, part_of
 from missionc.ir import Mission, Vehicle
 from missionc.verification.flight.verify_polynomials import GRAVITY

@@ -15,13 +15,10 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Indices, Trace
 from missionc.geometry.vectors import norm
 from missionc.ir import Mission
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,10 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from missionc.base.diagnostics.model import Diagnostic
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.piecewise_polynomials import (
     Curves,
-    Indices,
     Pieces,
     control_points,
     from_control_points,

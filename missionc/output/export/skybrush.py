@@ -27,10 +27,9 @@ import numpy as np
 
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.palette import DARK
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.piecewise_polynomials import (
     Curves,
-    Indices,
     Pieces,
     control_points,
     curves_of,

@@ -15,8 +15,7 @@ from typing import TypeAlias, assert_never
 
 import numpy as np
 
-from missionc.base.trace import Array, Flags
-from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import BeaconCover, Flagged, Graph, Predicate, Proximity, Resource, Sight
 from missionc.ir.language.margins.predicate_margins import holds, link_margin, margin
 from missionc.ir.language.margins.resources import flag_truths

@@ -18,8 +18,8 @@ from typing import TypeAlias
 import numpy as np
 
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array, Trace
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, speed_bounds, values
+from missionc.base.trace import Array, Indices, Trace
+from missionc.geometry.curves.piecewise_polynomials import Curves, speed_bounds, values
 from missionc.ir import Mission, Resource
 from missionc.ir.language.margins.resources import levels
 

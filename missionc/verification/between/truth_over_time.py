@@ -18,8 +18,7 @@ from typing import TypeAlias
 import numpy as np
 
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array, Flags
-from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import Graph, Predicate
 from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.kernel.analysis import agents_asked, steps_ahead

@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, derivative, from_powers
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, Pieces, values
+from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, values
 from missionc.ir import Agent, Fixed, Mission
 from missionc.verification.certificate import CLOCK, MOTION, TUBE, WAYPOINT, Check, judged
 from missionc.verification.flight.flight_curves import ALLOWANCE, cut

@@ -19,9 +19,8 @@ from typing import assert_never
 
 import numpy as np
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, lowered, raised
-from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Mission, Obstacle, Polygon, Prism, Shape, Union
 from missionc.verification.certificate import CERTAIN, ROUNDING
 from missionc.verification.flight.flight_curves import ALLOWANCE, Flight, extent, growing, seen_from

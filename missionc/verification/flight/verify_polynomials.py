@@ -16,9 +16,9 @@ from math import isfinite
 
 import numpy as np
 
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Indices, Trace
 from missionc.geometry.curves.bernstein_intervals import Enclosed
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, Pieces, motion, read
+from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, motion, read
 from missionc.ir import PLAIN, Agent, Mission, Vehicle
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.certificate import CERTAIN, MOTION, ROUNDING, Certificate, Check, Figure

@@ -11,8 +11,8 @@ from typing import TypeAlias, assert_never
 import numpy as np
 from scipy.spatial import cKDTree
 
-from missionc.base.trace import Array
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, extents, refined, speed_bounds, values
+from missionc.base.trace import Array, Indices
+from missionc.geometry.curves.piecewise_polynomials import Curves, extents, refined, speed_bounds, values
 from missionc.geometry.required_separation import SpacingTable
 from missionc.geometry.vectors import norm
 from missionc.ir import PLAIN, Mission, Obstacle, Path, Still

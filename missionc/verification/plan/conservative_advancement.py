@@ -17,8 +17,7 @@ from collections.abc import Callable
 import numpy as np
 
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array
-from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.base.trace import Array, Indices
 
 CHUNK = 1 << 19
 """Intervals looked at together: bounds the memory."""

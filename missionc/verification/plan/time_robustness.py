@@ -20,8 +20,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.base.trace import Array, Trace
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, extents, motion
+from missionc.base.trace import Array, Indices, Trace
+from missionc.geometry.curves.piecewise_polynomials import Curves, extents, motion
 from missionc.geometry.vectors import norm
 from missionc.ir import Mission
 from missionc.ir.kernel.analysis import about_whom

@@ -19,9 +19,8 @@ from typing import TypeAlias
 import numpy as np
 
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.curves.bernstein_intervals import Enclosed
-from missionc.geometry.curves.piecewise_polynomials import Indices
 
 Bounds: TypeAlias = tuple[Array, Array, Array]
 """For each part: a lower bound of the margin on all of it, the margin somewhere in it, and at which share of it."""

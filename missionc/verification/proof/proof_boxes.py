@@ -14,9 +14,8 @@ from math import floor
 import numpy as np
 
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.bernstein_intervals import GROWN, Enclosed, lowered, root_above, root_below
-from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.verification.proof.branch_and_bound import Bounds, BoxParts, Claim, Judge
 
 FAR = 2.0

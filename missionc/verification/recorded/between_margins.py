@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, extents
+from missionc.base.trace import Array, Indices
+from missionc.geometry.curves.piecewise_polynomials import Curves, extents
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
 from missionc.verification.certificate import CERTAIN, CONTACT, MOTION

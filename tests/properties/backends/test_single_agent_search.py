@@ -11,7 +11,6 @@ import missionc
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.requirement_parts import own_formulas
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSearch
@@ -19,6 +18,7 @@ from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.source import Source
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
+from missionc.planning.progression.residuals import TooComplex
 from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import TRUTH
 from tests.support.small_roadmaps import roadmap_of

@@ -14,8 +14,7 @@ from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import all_ways, lower_motion
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.roadmap.labels import Labels
-from missionc.backends.smt.shorten.held_goals import Goals
-from missionc.backends.smt.shorten.slack import EvaluatedMotion, slack
+from missionc.backends.smt.shorten.slack import EvaluatedMotion, Goals, slack
 from missionc.ir.kernel.nodes import Node
 from missionc.ir.kernel.normal_form import negated
 from missionc.ir.language.operator import Operator

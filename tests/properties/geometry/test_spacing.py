@@ -17,6 +17,7 @@ from missionc.base.trace import Trace
 from missionc.base.units import Metres, Seconds
 from missionc.compiler import driver
 from missionc.geometry.curves.piecewise_polynomials import motion
+from missionc.geometry.dynamics import Motions
 from missionc.geometry.placement_conflicts import too_close
 from missionc.geometry.relative_motion import closest_approach
 from missionc.geometry.required_separation import SpacingTable
@@ -103,9 +104,8 @@ def test_all_judges_of_a_plan_agree_on_it(one: tuple[float, ...], other: tuple[f
     spacing = mission.spacing(0, 1)
     generator = np.random.default_rng(seed)
     start, end = (generator.uniform(-1, 1, 3) * (1, 1, 1.5) for _ in range(2))
-    apart = closest_approach(
-        np.zeros(3), np.zeros(3), np.zeros(3), start, end - start, np.zeros(3), 1.0, np.array([1, 1, spacing.flatness])
-    )
+    at_rest, moving = Motions(*np.zeros((3, 3))), Motions(start, end - start, np.zeros(3))
+    apart = closest_approach(at_rest, moving, 1.0, np.array([1, 1, spacing.flatness]))
     margin = float(apart) - spacing.sideways
     if abs(margin) < 1e-6:
         return

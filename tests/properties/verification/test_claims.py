@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missionc import ir
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices, values
+from missionc.base.trace import Indices
+from missionc.geometry.curves.piecewise_polynomials import Curves, values
 from missionc.verification.flight.flight_curves import Flight, seen_from
 from missionc.verification.flight.joint_claims import clear_of, downwash, obstacles, separation, world
 from missionc.verification.flight.verify_polynomials import MANY, limits, prove

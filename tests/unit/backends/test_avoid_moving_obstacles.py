@@ -12,7 +12,7 @@ pytest.importorskip("torch")
 
 from missionc.backends.api import Budget, Planned
 from missionc.backends.clot.backend import BACKEND
-from missionc.backends.clot.schedule.avoid_moving_obstacles import avoid_moving_obstacles
+from missionc.backends.clot.schedule.deconflict_space_time import avoid_moving_obstacles
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.options import Options
 from missionc.base.trace import Array

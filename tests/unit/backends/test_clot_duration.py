@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("torch")
 
 from missionc.backends.clot.optimise.control_points import trace
+from missionc.backends.clot.optimise.improve import duration, shorten
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
-from missionc.backends.clot.optimise.minimize_duration import duration, shorten
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.base.source import Source
 from missionc.base.trace import Array, Trace

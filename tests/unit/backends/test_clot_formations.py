@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from missionc.backends.clot.cost_graph.cost_graph import build
+from missionc.backends.clot.schedule.asked_shapes import is_denied
 from missionc.backends.clot.schedule.deconflict_space_time import deconflict_space_time
-from missionc.backends.clot.schedule.follow_leader import File, as_file, parted
-from missionc.backends.clot.schedule.formation_conflicts import is_denied
+from missionc.backends.clot.schedule.follow_leader import File, as_file
 from missionc.backends.clot.schedule.gather_team import gather_team
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.joint_waypoints import joint_waypoints
-from missionc.backends.clot.schedule.key_frame import KeyFrame
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tasks import outline
-from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.schedule.visits import KeyFrame, Schedule
 from missionc.base.trace import Array
+from missionc.geometry.polylines import split
 from missionc.ir import FormationEdge, Mission, Predicate, Region
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom, Not
@@ -198,9 +198,9 @@ def test_a_chain_is_a_file_and_a_star_is_none() -> None:
     assert as_file([FormationEdge(0, 1, (2.0, 0.0))]) is None
 
 
-def test_a_route_is_parted_at_a_share_of_its_length() -> None:
+def test_a_path_is_split_at_a_share_of_its_length() -> None:
     route = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]])
-    before, after = parted(route, 0.75)
+    before, after = split(route, 0.75)
     assert before.tolist() == [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0]]
     assert after.tolist() == [[4.0, 2.0], [4.0, 4.0]]
 

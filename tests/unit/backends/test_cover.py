@@ -14,8 +14,8 @@ from missionc.backends.api import Budget
 from missionc.backends.cover.bodies import bodies, standing_room
 from missionc.backends.cover.cells import Cells
 from missionc.backends.cover.keep_apart import fits
+from missionc.backends.cover.may_labels import hidden
 from missionc.backends.cover.may_moves import nearest
-from missionc.backends.cover.may_see import hidden
 from missionc.backends.cover.refute import Answer, Inconclusive, Refuted, refute
 from missionc.backends.run_account import Account
 from missionc.base.units import Metres

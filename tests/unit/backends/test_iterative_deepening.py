@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missionc.backends.smt.prioritized.iterative_deepening import deepened, within_horizon
+from missionc.backends.smt.prioritized.requirement_parts import deepened, within_horizon
 from missionc.ir.kernel.nodes import All, Always, At, Eventually, Is, Node, Until, WindowNode
 
 HERE = Is(frozenset((0,)))

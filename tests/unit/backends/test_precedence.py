@@ -6,8 +6,8 @@ import pytest
 
 import missionc
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
-from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.source import Source
+from missionc.base.trace import Indices
 from missionc.base.units import Seconds
 from missionc.compiler.results import Verified
 

@@ -7,10 +7,10 @@ import pytest
 
 import missionc
 from missionc.backends.api import Impossible
+from missionc.backends.smt.prioritized.prioritized_plan import ShorterMakespan
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.prioritized.requirement_parts import named_agents, restricted_to
-from missionc.backends.smt.prioritized.shorter_makespan import ShorterMakespan
-from missionc.backends.smt.shorten.minimize_duration import duration, rests_from
+from missionc.backends.smt.shorten.improve import duration, rests_from
 from missionc.base.source import Source
 from missionc.compiler.results import Verified
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Eventually, Is, Node

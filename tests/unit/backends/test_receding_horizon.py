@@ -9,8 +9,8 @@ import pytest
 import missionc
 from missionc.backends.smt.prioritized import prioritized_planning
 from missionc.backends.smt.refine.problem import Problem, Setting
-from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.base.source import Source
+from missionc.base.trace import Indices
 from missionc.compiler.results import Verified
 
 LINK = """

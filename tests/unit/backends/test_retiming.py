@@ -13,8 +13,7 @@ from missionc.backends.clot.cost_weights import spare
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.optimise.path_nodes import Nodes, path_nodes
-from missionc.backends.clot.optimise.path_velocity import SPEEDS, Bounds, path_velocity
+from missionc.backends.clot.optimise.path_velocity import SPEEDS, Bounds, Nodes, path_nodes, path_velocity
 from missionc.backends.clot.optimise.pursuit import pursued
 from missionc.backends.clot.optimise.retiming import retime
 from missionc.backends.clot.settings import Weights

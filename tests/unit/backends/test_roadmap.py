@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, Roadmap, build_roadmaps
-from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.base.limits import Limits
 from missionc.base.source import Source
 from missionc.frontend.resolve.resolve_mission import resolve
 from missionc.frontend.syntax.parse import parse
 from missionc.frontend.syntax.read_file import unread
+from missionc.geometry.vectors import distinct
 from missionc.ir import Mission
 from missionc.ir.distances.signed_distance import signed_distance
 

@@ -32,8 +32,8 @@ CONSTANTS = {
         acceptance.ROUNDING clot.optimise.path_velocity.ROUNDING clot.optimise.path_velocity.SOON
         clot.optimise.retiming.ROUNDING clot.optimise.route_pieces.ROUNDING clot.schedule.mutex_literals.ROUNDING
         clot.schedule.own_state_stops.ROUNDING clot.schedule.timetable.ROUNDING clot.schedule.gather_team.NEAR
-        hybrid.backend.SLACK smt.encode.lower_metric_routes.ROUNDING smt.prioritized.distance_to_go.NO_WAY
-        smt.prioritized.joint_search.NO_WAY smt.prioritized.label_setting.FAR smt.refine.collisions.CUSHION
+        hybrid.backend.SLACK smt.encode.lower_metric_routes.ROUNDING
+        smt.prioritized.label_setting.FAR smt.refine.collisions.CUSHION
         smt.roadmap.geodesic_roadmap.TOUCHING smt.roadmap.lane_roadmap.ROUNDING smt.roadmap.passages.ASIDE
         clot.cost_weights.SHORT clot.paper.planning_sequence.NEARLY""",
     "codes, and figures that stand for infinity": """
@@ -44,7 +44,7 @@ CONSTANTS = {
         clot.optimise.control_points.SPARE clot.schedule.mutex_literals.KNOWN smt.encode.kinds_of_links.KEPT
         smt.encode.lower_atoms.FEW smt.roadmap.roadmap_links.DENSE
         smt.roadmap.roadmap_links.BLOCK smt.roadmap.roadmap_links.WIDTH
-        smt.encode.lower_metric_routes.UNITS smt.roadmap.connect.MOST_LOOKED smt.roadmap.passages.EACH
+        smt.encode.lower_metric_routes.UNITS smt.roadmap.grow.MOST_LOOKED smt.roadmap.passages.EACH
         clot.paper.sinkhorn.CHECKED_EVERY speed_limits.HALVINGS""",
     "bounds of ranges": "clot.settings.MOST smt.settings.MOST options.SLOWEST speed_limits.LEAST",
     "units of work, fitted to measurements": """
@@ -56,7 +56,7 @@ CONSTANTS = {
         cover.bodies.SLACK cover.bodies.THIN cover.cells.BEYOND cover.cells.CROSSED cover.cells.EDGE cover.cover.TOUCH
         cover.keep_apart.MOST_PARTS cover.keep_apart.MOST_CHOICES cover.keep_apart.MOST_PAIRS cover.may_labels.BORDER
         cover.may_moves.MORE cover.may_moves.NEAR cover.may_moves.MOST_CELLS cover.may_moves.SHAKEN
-        cover.may_see.INSIDE cover.refute.CLAUSES cover.refute.CONFLICTS cover.refute.CELLS cover.refute.MOST_PAIRS
+        cover.may_labels.INSIDE cover.refute.CLAUSES cover.refute.CONFLICTS cover.refute.CELLS cover.refute.MOST_PAIRS
         cover.relax_kernel.MOST_PAIRS""",
     "figures of one module that several of its functions share, and nobody tunes": """
         clot.optimise.path_velocity.PACE clot.optimise.path_velocity.SETTING_OUT clot.optimise.path_velocity.CHANGE

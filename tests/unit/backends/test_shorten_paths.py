@@ -13,12 +13,10 @@ from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import Motion, all_ways, lower_motion
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.refine.collisions import too_near
-from missionc.backends.smt.refine.conflict_limit import effort
+from missionc.backends.smt.refine.unsat_core import effort
 from missionc.backends.smt.roadmap.roadmap import NoRoadmap, build_roadmaps
 from missionc.backends.smt.settings import SmtSettings
-from missionc.backends.smt.shorten.minimize_distance import move_lengths
-from missionc.backends.smt.shorten.shorten_paths import shorten_paths
-from missionc.backends.smt.shorten.time_expanded_path import JointPaths
+from missionc.backends.smt.shorten.shorten_paths import JointPaths, shorten_paths
 from missionc.base.source import Source
 from missionc.compiler.results import Verified
 from missionc.ir import Mission
@@ -168,7 +166,8 @@ def tried(mission: Mission, kernel: Kernel, motion: Motion, most: float) -> floa
 
 def ways_of(agent: int, mission: Mission, kernel: Kernel, motion: Motion) -> list[tuple[float, tuple[int, ...]]]:
     """Every motion of an agent that keeps its own requirement, and its metres."""
-    roadmap, metres = motion.roadmap(agent), move_lengths(mission, motion, int(motion.roadmap_of[agent]))
+    roadmap = motion.roadmap(agent)
+    metres = roadmap.lengths(mission)
     ways = [(0.0, (int(start),)) for start in roadmap.starts[roadmap.agents.index(agent)]]
     for _ in range(mission.steps):
         ways = [

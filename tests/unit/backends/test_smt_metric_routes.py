@@ -15,7 +15,6 @@ from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.lower_motion import all_ways, lower_motion
 from missionc.backends.smt.encode.metric_bounds import bounded_above
 from missionc.backends.smt.prioritized.metric_routes_beside import holds_beside
-from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.sat.solve import Satisfiable
@@ -24,6 +23,7 @@ from missionc.base.units import Metres
 from missionc.compiler.results import Verified
 from missionc.ir.kernel.nodes import All, At, EveryRoute, Goal, Is, Kernel, Node, Not, PathLength, Route
 from missionc.ir.kernel.nodes import Any as Either
+from missionc.planning.progression.residuals import TooComplex
 from tests.support.legal_plans import SPAN, mission_of
 from tests.support.small_roadmaps import asked, roadmap_of
 

@@ -12,8 +12,7 @@ pytest.importorskip("torch")
 from missionc.backends.acceptance import attempt
 from missionc.backends.api import Budget, CutShort, Planned, Report
 from missionc.backends.clot.optimise.control_points import splines, trace
-from missionc.backends.clot.optimise.improve import travelled
-from missionc.backends.clot.optimise.minimize_duration import duration
+from missionc.backends.clot.optimise.improve import duration, travelled
 from missionc.backends.clot.straighten import straighten, straightened
 from missionc.base.trace import Array, Trace
 from missionc.geometry.outline import outlined

@@ -15,7 +15,6 @@ from missionc import ir
 from missionc.base.source import Source, Span
 from missionc.base.units import Metres, Seconds, Steps
 from missionc.geometry.clearance import (
-    Motions,
     clear_motions,
     clear_of,
     clear_of_movers,
@@ -24,6 +23,7 @@ from missionc.geometry.clearance import (
     standing_solids,
 )
 from missionc.geometry.displacement import displaced
+from missionc.geometry.dynamics import Motions
 from missionc.ir.distances.signed_distance import signed_distance
 
 Array = NDArray[np.float64]

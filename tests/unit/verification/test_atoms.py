@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from missionc import ir
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Indices, Trace
 from missionc.base.units import Metres, Seconds
-from missionc.geometry.curves.piecewise_polynomials import Curves, Indices
+from missionc.geometry.curves.piecewise_polynomials import Curves
 from missionc.ir.predicates import (
     Altitude,
     Compare,

@@ -9,9 +9,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.bernstein_intervals import Enclosed
-from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union
 from missionc.verification.flight.joint_claims import box_clear_of, clear_of, clear_of_growing
 from missionc.verification.proof.branch_and_bound import Bounds

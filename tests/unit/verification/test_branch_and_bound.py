@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.bernstein_intervals import Enclosed
-from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.verification.proof import branch_and_bound as search
 from missionc.verification.proof.branch_and_bound import (
     Bounds,

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.bernstein_intervals import Enclosed
-from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.output.documents.certificate_json import certificate_json
 from missionc.verification.certificate import CERTAIN, Between, Certificate, Check, Delay, Figure, Verdict
 from missionc.verification.check_certificate import check_certificate

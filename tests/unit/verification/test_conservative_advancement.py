@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from missionc.base.trace import Array
-from missionc.geometry.curves.piecewise_polynomials import Indices
+from missionc.base.trace import Array, Indices
 from missionc.verification.plan import conservative_advancement
 from missionc.verification.plan.conservative_advancement import Least, least
 

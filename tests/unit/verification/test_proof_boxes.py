@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.curves.bernstein_intervals import Enclosed
-from missionc.geometry.curves.piecewise_polynomials import Indices
 from missionc.verification.certificate import Check
 from missionc.verification.flight import verify_polynomials
 from missionc.verification.flight.verify_polynomials import prove

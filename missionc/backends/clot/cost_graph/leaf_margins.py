@@ -5,20 +5,39 @@ Predicates measure tensors here as they measure traces; only the connected graph
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.heading_of_motion import facing
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Beacon, Flag, Graph, Predicate, Resource
+from missionc.ir.language.margins.headings import of_motion
 from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.language.margins.resources import flag_margins_along, levels_along
 from missionc.ir.language.margins.view import View
 from missionc.ir.pair_ranges import directed
+
+
+def facing(position: Tensor, velocity: Tensor, towards: float | Beacon, within: float) -> Tensor:
+    """How much of the motion is to spare of leading within an angle of a direction: (..., dim) twice -> (...), m/s.
+
+    It has the sign of the predicate's own margin where the agent moves, and 0 where it stands.
+    """
+    apart = 1e-9  # metres: the direction of a place that is nearer than this is any.
+    along: tuple[Tensor | float, Tensor | float]
+    if isinstance(towards, Beacon):
+        x, y = (towards.position[axis] - position[..., axis] for axis in (0, 1))
+        far = (x**2 + y**2 + apart**2).sqrt()
+        along = x / far, y / far
+    else:
+        along = math.cos(towards), math.sin(towards)
+    spare: Tensor = of_motion(torch, velocity[..., 0], velocity[..., 1], along, within)
+    return spare
+
 
 UNLIMITED = 1e6
 """Metres: stands for a margin without limit, for arithmetic on infinities is not safe to average."""

@@ -9,17 +9,40 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph.cost_graph import SignedPredicate
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED, all_links, margin
 from missionc.backends.clot.cost_graph.motion_batch import States, Team
-from missionc.backends.clot.cost_graph.route_metres import length_value
 from missionc.backends.clot.torch_device import places
+from missionc.base.trace import Array, Trace
 from missionc.ir import Graph, Predicate
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
+from missionc.verification.monitoring.evaluate import Evaluation
+from missionc.verification.monitoring.logic import ROBUSTNESS
+
+
+def length_value(node: RouteNode, team: Team, states: States, through: Tensor, end: Tensor) -> Tensor:
+    """The robustness of routes with a length, (batch, agents, steps), metres; it has no gradient.
+
+    Args:
+        through: the value of the agents on the way, (batch, agents, steps), metres; ``end`` of the last.
+    """
+    batch, agents, steps, dim = states.position.shape
+    position = _numbers(states.position).reshape(agents, -1, dim)
+    given = (_numbers(part.expand(batch, agents, steps)).reshape(agents, -1) for part in (through, end))
+    trace = Trace(team.mission.step, position, np.zeros_like(position), np.zeros(position.shape[:2]))
+    value = Evaluation(ROBUSTNESS, team.mission, trace).route(node, *given)
+    value = np.clip(value, -UNLIMITED, UNLIMITED).reshape(agents, batch, steps).swapaxes(0, 1)
+    return states.position.new_tensor(value)
+
+
+def _numbers(value: Tensor) -> Array:
+    """(batch, agents, ...) -> (agents, batch, ...)."""
+    return value.detach().cpu().double().numpy().swapaxes(0, 1)
 
 
 class Robustness(Domain[Tensor]):

@@ -16,14 +16,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from missionc.backends.clot.optimise.pursuit import followed, pursued
-from missionc.base.trace import Array, Flags, Trace
+from missionc.base.trace import Array, Flags, Indices, Trace
 from missionc.geometry.dynamics import turn_in_step
 from missionc.ir import Exactly, Mission
-
-Indices = NDArray[np.int64]
 
 SPARE = 3
 """Control points beyond the number of steps, so that every argument reads three; those nobody needs stay put."""

@@ -11,11 +11,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
+from missionc.backends.clot.optimise.control_points import Arguments, Splines
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import norm
 from missionc.backends.clot.settings import Spare, Weights
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.ir import Mission
 from missionc.ir.lower.flyable_steps import step_limits
 

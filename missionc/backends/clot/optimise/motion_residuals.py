@@ -14,14 +14,14 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.optimise.active_set import Active
-from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
+from missionc.backends.clot.optimise.control_points import Arguments, Splines
 from missionc.backends.clot.optimise.flown_limits import flown_limits
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.optimise.task_residuals import TaskCosts, norm
 from missionc.backends.clot.optimise.turning import TURN, Turns, turns
 from missionc.backends.clot.settings import Spare, Weights, clot_settings
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.dynamics import speeds
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Mission

@@ -1,7 +1,9 @@
 """Spatial index of obstacles: which of them are near many points at once, and the distances to these.
 
-Those that stand are looked up by the cell of the plane a point is in; those that move or grow are all looked at. Either
-way the box around an obstacle decides, and distances are taken to what is left.
+Standing obstacles are looked up by the cell of the plane a point is in; all that move or grow are looked at. Either way
+the box around an obstacle decides, and distances are taken to what is left. Boxes with boxes taken out of them become
+the boxes that are left: distances to these are exact. The signed distance to a difference is a bound, which in a door
+cut out of a wall sees the edges of the part cut away, and calls the door narrower than it is.
 
 Source:
     [clot] III-B, MSD to the obstacles; IV-D.3 (II), obstacles that move.
@@ -9,21 +11,59 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.optimise.carved_boxes import carved
 from missionc.backends.clot.optimise.stacked_shapes import Lists, Stacked, lists
 from missionc.base.trace import Array
 from missionc.geometry.bounding_box import box_around
 from missionc.geometry.displacement import displaced
 from missionc.geometry.outline import outlined
-from missionc.ir import Mission, Obstacle
+from missionc.ir import Box, Difference, Mission, Obstacle, Shape, Union
 from missionc.ir.distances.signed_distance import signed_distance
+
+
+def carved(obstacle: Obstacle) -> list[Obstacle]:
+    """The obstacle as several that are solid, where it is made of boxes; as it is, where it is not."""
+    pieces = _pieces(obstacle.shape)
+    return [obstacle] if pieces is None else [replace(obstacle, shape=piece) for piece in pieces]
+
+
+def _pieces(shape: Shape) -> list[Box] | None:
+    match shape:
+        case Box():
+            return [shape]
+        case Union(left, right):
+            one, other = _pieces(left), _pieces(right)
+            return None if one is None or other is None else one + other
+        case Difference(left, right):
+            one, other = _pieces(left), _pieces(right)
+            if one is None or other is None:
+                return None
+            for taken in other:
+                one = [piece for box in one for piece in _without(box, taken)]
+            return one
+        case _:
+            return None
+
+
+def _without(box: Box, taken: Box) -> Iterator[Box]:
+    """What is left of a box: on either side of what is taken, one axis after the other."""
+    if any(a >= d or c >= b for a, b, c, d in zip(box.low, box.high, taken.low, taken.high, strict=True)):
+        yield box
+        return
+    low, high = list(box.low), list(box.high)
+    for axis, (begin, end) in enumerate(zip(taken.low, taken.high, strict=True)):
+        if low[axis] < begin:
+            yield Box(tuple(low), (*high[:axis], begin, *high[axis + 1 :]))
+            low[axis] = begin
+        if end < high[axis]:
+            yield Box((*low[:axis], end, *low[axis + 1 :]), tuple(high))
+            high[axis] = end
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,10 +15,10 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph.motion_batch import velocities
-from missionc.backends.clot.optimise.control_points import Indices, Splines
+from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.settings import Spare, Weights
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import Compare, Flag, Inside, Level, Mission, Predicate, Region, Resource
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.language.margins.resources import levels_along

@@ -16,7 +16,6 @@ from itertools import starmap
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from missionc.backends.clot.cost_graph.motion_batch import States
 from missionc.backends.clot.cost_graph.robustness import Robustness
@@ -24,12 +23,19 @@ from missionc.backends.clot.cost_weights import with_room
 from missionc.backends.clot.optimise.convex_descent import Vicinity
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.motion_residuals import OBSTACLES, SEPARATION, Costs
-from missionc.backends.clot.optimise.path_nodes import Nodes, lengths, path_nodes
-from missionc.backends.clot.optimise.path_velocity import SPEEDS, Bounds, path_velocity, restlessness
+from missionc.backends.clot.optimise.path_velocity import (
+    SPEEDS,
+    Bounds,
+    Nodes,
+    lengths,
+    path_nodes,
+    path_velocity,
+    restlessness,
+)
 from missionc.backends.clot.optimise.residuals import Rows
 from missionc.backends.clot.optimise.turning import TURN
 from missionc.backends.clot.settings import clot_settings
-from missionc.base.trace import Array, Flags, Trace
+from missionc.base.trace import Array, Flags, Indices, Trace
 from missionc.geometry.dynamics import can_wait, turn_in_step
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Exactly
@@ -37,8 +43,6 @@ from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.analysis import about_whom
 from missionc.ir.kernel.nodes import Atom, Node, UntilNode, WindowNode
 from missionc.ir.kernel.walk import postorder
-
-Indices = NDArray[np.int64]
 
 ROUNDING = 1e-9
 """Metres."""

@@ -16,14 +16,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from missionc.backends.clot.cost_graph.heading_of_motion import facing
-from missionc.backends.clot.cost_graph.leaf_margins import link_weight, second_eigenvalue
+from missionc.backends.clot.cost_graph.leaf_margins import facing, link_weight, second_eigenvalue
 from missionc.backends.clot.optimise.active_set import Active, Links, Stretch
-from missionc.backends.clot.optimise.control_points import Arguments, Indices, Splines
+from missionc.backends.clot.optimise.control_points import Arguments, Splines
 from missionc.backends.clot.optimise.own_state_residuals import flag_pieces, level_groups
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.settings import Spare, Weights, clot_settings
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import (
     Beacon,
     Compare,

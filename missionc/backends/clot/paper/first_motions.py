@@ -15,10 +15,10 @@ import torch
 from torch import Tensor
 
 from missionc.backends.clot.paper.prior import Fixed, Free, prior
-from missionc.backends.clot.schedule.geodesics import Geodesics, along
-from missionc.backends.clot.schedule.key_frame import KeyFrame
-from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.visits import KeyFrame, Schedule
 from missionc.base.trace import Array
+from missionc.geometry.polylines import at_shares
 from missionc.ir import Mission
 
 
@@ -115,7 +115,7 @@ class FirstMotions:
             way = self.geodesics.way(start, end, radius + 0.1, radius)
             way = np.stack([start, end]) if way is None else way
             share = np.arange(1, after.step - before.step + 1) / (after.step - before.step)
-            parts.append(np.stack([along(way, share + by * np.sin(np.pi * share)) for by in early]))
+            parts.append(np.stack([at_shares(way, share + by * np.sin(np.pi * share)) for by in early]))
         return torch.from_numpy(np.concatenate(parts, axis=1)).float()
 
     def _along(self, agent: int, parent: int, motion: Array, count: int, generator: torch.Generator) -> Tensor:

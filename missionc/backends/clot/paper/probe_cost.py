@@ -12,21 +12,32 @@ Source:
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from missionc.backends.clot.cost_graph.leaf_margins import UNLIMITED
 from missionc.backends.clot.cost_graph.motion_batch import Team
 from missionc.backends.clot.optimise.free_distance import Surroundings
-from missionc.backends.clot.paper.kept_distance import kept_from
 from missionc.backends.clot.paper.paper_rules import PaperRules
 from missionc.backends.clot.paper.sparsity_pattern import SparsityPattern, sparsity_pattern
 from missionc.backends.clot.settings import ProbeWeights
 from missionc.backends.clot.torch_device import places as at
+from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Node
+
+
+def kept_from(mission: Mission, agent: int, others: Sequence[int], like: Tensor) -> tuple[Tensor, Tensor]:
+    """Metres sideways from centre to centre, (others,), and by what each axis of a difference counts, (others, dim)."""
+    spacing, pair = SpacingTable.of(mission), (np.array(agent), np.array(others))
+    metric = spacing.metric(*pair)
+    factors = torch.ones(len(others), mission.dimension) if metric is None else torch.from_numpy(metric)
+    return torch.from_numpy(spacing.between(*pair)).to(like), factors.to(like)
+
 
 PLACES = ((1.0, 0), (0.5, -1), (0.5, 1))
 """Where a moved waypoint is judged: itself, half-way to the one before and to the one after; what each weighs."""

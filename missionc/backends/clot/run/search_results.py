@@ -1,10 +1,16 @@
-"""Search results: the joint motions that a search ends with."""
+"""Search results: the joint motions that a search ends with, and the closest infeasible candidates."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from missionc.backends.api import Attempt, Violation
+from missionc.backends.clot.optimise.active_set import Choices
+from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
+from missionc.ir import Mission
+from missionc.ir.kernel.nodes import Kernel
+from missionc.ir.kernel.walk import postorder
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,3 +41,40 @@ class Searched:
     def rank(self) -> tuple[int, float]:
         """The more, the further it came."""
         return self.planned, self.margin
+
+
+def near(mission: Mission) -> float:
+    """By how much a motion may fall short to be worth another polish, metres."""
+    settings = clot_settings(mission).attempts
+    furthest = max(agent.dynamics.top_speed for agent in mission.agents) * mission.step
+    return max(settings.near, settings.near * furthest)
+
+
+def freed(choices: Choices, graph: Kernel, come_to: Attempt) -> Choices:
+    """The choices without those of requirements that a motion violates: when and by whom is chosen anew."""
+    names = {each.name for each in come_to.violated}
+    free = set(postorder(wanted.formula for wanted in graph.requirements if wanted.name in names))
+    return {key: chosen for key, chosen in choices.items() if key[0] not in free}
+
+
+def failure_statement(best: Attempt | None, furthest: Searched | None, mission: Mission) -> str:
+    """Where the best candidate fails; how far a search came, where there is none."""
+    if best is None and furthest is not None:
+        count, agents, margin = furthest.planned, len(mission.agents), furthest.margin
+        return f"the search got to {count} of {agents} agents; the last of them falls short by {-margin:.3g} m"
+    if best is None:
+        return "no candidate was finished"
+    wrong = [
+        *(
+            Violation(f"`{each.name}`", each.agents, each.step or 0, each.robustness, each.unit)
+            for each in best.violated
+        ),
+        *best.worst_faults(),
+    ]
+    return f"the best candidate fails {'; '.join(_text(fault, mission) for fault in wrong)}"
+
+
+def _text(fault: Violation, mission: Mission) -> str:
+    who = " and ".join(fault.agents[:2])
+    by = f" by {fault.short}" if fault.short else ""
+    return f"{fault.what}{f' of {who}' if who else ''} at {fault.step * mission.step:g} s{by}"

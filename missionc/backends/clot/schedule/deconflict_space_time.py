@@ -1,12 +1,16 @@
-"""Prioritized planning in space and time: agents who would meet on their ways go round each other, or wait.
+"""Deconflicted motions in space and time: agents go round each other or wait, and teams pass moving obstacles.
 
     in   a joint motion between two steps
-    out  the same with fewer who meet
+    out  the same with fewer conflicts; of a team, its motion past obstacles that move or grow, or None
 
-Time goes in layers in which nobody gets further than bodies are to be apart, space in cells half as
-wide. One agent after the other, the longest way first, is given the motion of least effort among
-those who have theirs, by dynamic programming; then those who still meet others are given another
-one among all, for a few rounds. What remains is left to the polish.
+Both are motions of least effort through cells and layers of time (``space_time_search``).
+
+*Agents among each other*, by prioritized planning: in a layer no agent gets further than bodies are to be apart, and
+cells are half as wide. One agent after the other, the longest path first, gets its motion among those who have theirs.
+Agents with conflicts left get another motion among all, for a few rounds. The polish resolves the rest.
+
+*A team past obstacles*: its middle moves, and its members keep their places beside it. None of them meets a standing
+obstacle, and as few as possible meet a moving one where it is at that time.
 
 Source:
     Erdmann and Lozano-Pérez, "On multiple moving objects", 1987.
@@ -19,20 +23,18 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.geodesics import Geodesics, cells_of, middles
 from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags
-from missionc.geometry.displacement import displaced
+from missionc.geometry.clearance import distance_to_obstacle
+from missionc.geometry.polylines import at_lengths
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
-from missionc.ir.distances.signed_distance import signed_distance
+from missionc.planning.space_time_search import least_effort
 
 ROOM = 0.05
 """Metres of room beyond what bodies need."""
-
-Indices = NDArray[np.int64]
 
 
 def deconflict_space_time(
@@ -101,12 +103,7 @@ class _GiveWay:
         steps = np.linspace(0.0, 1.0, position.shape[1])
         share = layers.share
         self.steps = steps
-        self.way = np.stack(
-            [
-                np.stack([np.interp(share, steps, one[:, axis]) for axis in range(position.shape[2])], axis=1)
-                for one in position
-            ]
-        )  # (agents, layers, dim)
+        self.way = np.stack([at_lengths(one, steps, share) for one in position])  # (agents, layers, dim)
         axes = [low + np.arange(count) * layers.cell for low, count in zip(layers.low, layers.shape, strict=True)]
         self.points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         self.room = geodesics.room_at(self.points)
@@ -137,9 +134,7 @@ class _GiveWay:
                 self._take(agent, 1.0)
         made = self.position.copy()
         for agent in sorted(meeting):
-            way = self.way[agent]
-            for axis in range(way.shape[1]):
-                made[agent, 1:-1, axis] = np.interp(self.steps[1:-1], self.layers.share, way[:, axis])
+            made[agent, 1:-1] = at_lengths(self.way[agent], self.layers.share, self.steps[1:-1])
         return made
 
     def _meeting(self) -> list[int]:
@@ -170,8 +165,7 @@ class _GiveWay:
             if obstacle.constant:
                 continue
             for layer, time in enumerate(times):
-                moved = self.points - displaced(obstacle, float(time), self.points.shape[-1])
-                gap = np.asarray(signed_distance(np, obstacle.shape, moved)) - obstacle.grown(float(time))
+                gap = distance_to_obstacle(obstacle, self.points, float(time))
                 taken[layer] += np.maximum(0.0, radius - gap) / radius
         return taken
 
@@ -181,37 +175,13 @@ class _GiveWay:
         free: Flags = self.room >= one.radius + self.mission.clearance
         first, last = (self._cell(self.way[agent, end], free) for end in (0, -1))
         reach = float(one.dynamics.top_speed) * self.seconds / layers.cell
-        span = int(reach)
-        moves = [
-            move
-            for move in product(range(-span, span + 1), repeat=len(layers.shape))
-            if np.linalg.norm(move) <= reach + 1e-9
-        ]
-        moves.sort(key=lambda move: float(np.linalg.norm(move)))
-        wall = np.where(free, 0.0, np.inf)
-        cost = np.full(layers.shape, np.inf)
-        cost[last] = 0.0
-        chosen = np.zeros((len(layers.share), *layers.shape), dtype=np.int16)
-        for layer in range(len(layers.share) - 2, -1, -1):
-            padded = np.pad(cost, span, constant_values=np.inf)
-            best = np.full(layers.shape, np.inf)
-            for number, move in enumerate(moves):
-                ahead = padded[
-                    tuple(slice(span + by, span + by + count) for by, count in zip(move, layers.shape, strict=True))
-                ]
-                ahead = ahead + float(np.dot(move, move))
-                better = ahead < best
-                best[better] = ahead[better]
-                chosen[layer][better] = number
-            cost = best + wall + (clot_settings(self.mission).guess.meeting * self.taken[layer] if layer else 0.0)
-        if not np.isfinite(cost[first]):
+        cost = clot_settings(self.mission).guess.meeting * self.taken[:-1]
+        cost[0] = 0.0
+        cost[:, ~free] = np.inf
+        cells = least_effort(cost, first, last, reach)
+        if cells is None:
             return
-        index = np.array(first)
-        way = [index]
-        for layer in range(len(layers.share) - 1):
-            index = index + np.array(moves[int(chosen[(layer, *index)])])
-            way.append(index)
-        points = layers.low + np.array(way) * layers.cell
+        points = layers.low + cells * layers.cell
         points[0], points[-1] = self.way[agent, 0], self.way[agent, -1]
         self.way[agent] = points
 
@@ -219,3 +189,52 @@ class _GiveWay:
         """The nearest free cell."""
         far = np.where(free, np.linalg.norm(self.points - point, axis=-1), np.inf)
         return tuple(int(each) for each in np.unravel_index(int(far.argmin()), far.shape))
+
+
+def avoid_moving_obstacles(
+    mission: Mission, team: list[int], around: Array, times: Array, start: Array, end: Array, geodesics: Geodesics
+) -> Array | None:
+    """Where a team's middle is at each step, (steps, dim), metres.
+
+    Args:
+        around: where its members are to the middle, (members, steps, dim), metres.
+        times: of the steps, (steps,), seconds; the first one is a step after ``start``.
+        start, end: of the middle, (dim,), metres.
+    """
+    ahead = 2.0  # cells that a team moves in one layer
+    hurry = 1.25  # length of a path on the grid over that of a motion
+    radius = max(mission.agents[agent].radius for agent in team) + mission.clearance
+    speed = min(float(mission.agents[agent].dynamics.top_speed) for agent in team)
+    size = np.array(mission.world.high) - geodesics.low
+    cell = max(geodesics.cell, float((np.prod(size) / clot_settings(mission).guess.moving_grid) ** (1 / len(size))))
+    count = int(np.clip(len(times) * mission.step * speed / (ahead * cell), 1, len(times)))
+    layers = np.unique(np.linspace(0, len(times) - 1, count + 1).astype(np.int64))
+    if len(layers) < 2:
+        return None
+    reach = hurry * speed * mission.step * float(np.diff(layers).max()) / cell
+    shape = tuple(int(each) for each in np.maximum(np.ceil(size / cell), 1))
+    points = middles(geodesics.low, cell, shape)
+    cost = _costs(mission, points, around[:, layers], times[layers], radius, geodesics)
+    first, last = (tuple(cells_of(point, geodesics.low, cell, shape).tolist()) for point in (start, end))
+    cells = least_effort(cost, first, last, reach)
+    if cells is None:
+        return None
+    corners = geodesics.low + (cells + 0.5) * cell
+    corners[0], corners[-1] = start, end
+    return at_lengths(corners, np.r_[-1, layers], np.arange(len(times), dtype=np.float64))
+
+
+def _costs(mission: Mission, points: Array, around: Array, times: Array, radius: float, geodesics: Geodesics) -> Array:
+    """What it costs that the middle is in a cell before each layer, (layers, *cells); infinite where somebody meets a
+    wall, nothing before the first."""
+    room = 0.05  # metres beyond what bodies need
+    cost = np.zeros((len(times), *points.shape[:-1]))
+    movers = [obstacle for obstacle in mission.obstacles if not obstacle.constant]
+    for layer, time in enumerate(times[:-1].tolist()):
+        for beside in around[:, layer]:
+            there = points + beside
+            cost[layer + 1][geodesics.room_near(there) < radius] = np.inf
+            for mover in movers:
+                gap = distance_to_obstacle(mover, there, time)
+                cost[layer + 1] += clot_settings(mission).guess.meeting * np.maximum(0.0, radius + room - gap) / radius
+    return cost

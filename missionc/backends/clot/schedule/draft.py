@@ -9,11 +9,10 @@ import numpy as np
 
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.joint_waypoints import joint_waypoints
-from missionc.backends.clot.schedule.key_frame import KeyFrame
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.sketch import sketch
 from missionc.backends.clot.schedule.tours import tours
-from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.schedule.visits import KeyFrame, Schedule
 from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.ir import Mission

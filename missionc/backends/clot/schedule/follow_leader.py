@@ -14,6 +14,7 @@ import numpy as np
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.visits import Schedule
 from missionc.base.trace import Array, Flags
+from missionc.geometry.polylines import at_lengths, length, lengths_to, part
 from missionc.ir import FormationEdge
 from missionc.ir.kernel.nodes import Atom
 
@@ -115,25 +116,12 @@ def led(
         return None
     _, file, route = best
     trail = np.concatenate([position[list(file.agents[::-1])], route[1:]])
-    along = _along(trail)
-    now = along[: len(file.agents)][::-1]
-    later = along[-1] - file.behind
+    reached = lengths_to(trail)
+    now = reached[: len(file.agents)][::-1]
+    later = reached[-1] - file.behind
     return {
-        agent: _between(trail, along, begin, max(begin, end))
-        for agent, begin, end in zip(file.agents, now, later, strict=True)
+        agent: part(trail, begin, max(begin, end)) for agent, begin, end in zip(file.agents, now, later, strict=True)
     }
-
-
-def length(route: Array) -> float:
-    """Metres, of a route, (corners, dim)."""
-    return float(np.linalg.norm(np.diff(route, axis=0), axis=1).sum())
-
-
-def parted(route: Array, share: float) -> tuple[Array, Array]:
-    """A route, (corners, dim), up to a share of its length and from there on."""
-    along = _along(route)
-    at = share * float(along[-1])
-    return _between(route, along, 0.0, at), _between(route, along, at, float(along[-1]))
 
 
 def _leaders(
@@ -144,9 +132,9 @@ def _leaders(
     behind = dict(zip(file.agents, file.behind.tolist(), strict=True))
     last = max(asked, key=lambda agent: behind[agent])
     ahead = position[list(file.agents[: file.agents.index(last) + 1])][::-1]
-    trail = _along(ahead)
+    trail = lengths_to(ahead)
     samples = np.linspace(0.0, trail[-1], count)
-    inside = np.flatnonzero(place.holds(_at(ahead, trail, samples)))
+    inside = np.flatnonzero(place.holds(at_lengths(ahead, trail, samples)))
     way = ahead[-2:]  # the file is under way there already
     metres = float(samples[inside[0]]) if len(inside) else behind[last]
     if not len(inside):
@@ -181,29 +169,8 @@ def _onward(way: Array, metres: float, geodesics: Geodesics, room: float, within
     onward = geodesics.way(end, points[target], room, room)
     if onward is None or length(onward) == 0:
         return None
-    along = _along(onward)
-    if along[-1] < metres:  # straight on where it ends
-        direction = (onward[-1] - onward[-2]) / float(np.linalg.norm(onward[-1] - onward[-2]))
-        onward = np.concatenate([onward, (onward[-1] + direction * (metres - along[-1]))[None]])
-        along = np.r_[along, metres]
-    return _between(onward, along, 0.0, metres)
-
-
-def _along(route: Array) -> Array:
-    """Metres of a route, (corners, dim), up to each of its corners: (corners,)."""
-    total: Array = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(route, axis=0), axis=1))]
-    return total
-
-
-def _at(route: Array, along: Array, metres: Array) -> Array:
-    """The points at these lengths of a route, (points,) -> (points, dim)."""
-    points: Array = np.stack([np.interp(metres, along, route[:, axis]) for axis in range(route.shape[1])], axis=1)
-    return points
-
-
-def _between(route: Array, along: Array, begin: float, end: float) -> Array:
-    """The part of a route between two lengths of it, metres."""
-    inner = route[(along > begin) & (along < end)]
-    ends = _at(route, along, np.array([begin, end]))
-    part: Array = np.concatenate([ends[:1], inner, ends[1:]])
-    return part
+    reached = lengths_to(onward)[-1]
+    if reached >= metres:
+        return part(onward, 0.0, metres)
+    direction = (onward[-1] - onward[-2]) / float(np.linalg.norm(onward[-1] - onward[-2]))
+    return np.concatenate([onward, (onward[-1] + direction * (metres - reached))[None]])  # straight on

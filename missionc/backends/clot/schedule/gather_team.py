@@ -17,10 +17,11 @@ from collections.abc import Iterable
 from itertools import combinations
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components, dijkstra
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import Formation, Graph, Predicate
-from missionc.ir.language.margins.connected import Indices, spanning_tree
+from missionc.ir.language.margins.connected import spanning_tree
 from missionc.ir.language.margins.predicate_margins import link_margin
 from missionc.ir.pair_ranges import directed, range_of
 
@@ -171,3 +172,24 @@ def _furthest(apart: Array, least: Array, most: Array, offset: Array) -> float:
     length = np.linalg.norm(apart, axis=1)
     off = np.where(np.isnan(offset[:, 0]), np.abs(np.clip(length, least, most) - length), 0.0)
     return float(np.maximum(off, np.linalg.norm(np.nan_to_num(offset - apart), axis=1)).max())
+
+
+def turned_by(points: Array, angle: float) -> Array:
+    """Points, (points, dim), turned by so many degrees round the origin, from the first axis to the second."""
+    cosine, sine = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
+    turned = points.copy()
+    turned[:, 0] = cosine * points[:, 0] - sine * points[:, 1]
+    turned[:, 1] = sine * points[:, 0] + cosine * points[:, 1]
+    return turned
+
+
+def teams_of(ties: Flags) -> list[list[int]]:
+    """Who is tied together, by ties, (agents, agents), between any two of them."""
+    number, label = connected_components(ties, directed=False)
+    return [np.flatnonzero(label == team).tolist() for team in range(number)]
+
+
+def depths_of(ties: Flags, first: int) -> Array:
+    """By how many ties each agent is away from the first, (agents,); -1 where nothing ties it there."""
+    depth = dijkstra(ties, indices=np.array([first]), unweighted=True)[0]
+    return np.where(np.isfinite(depth), depth, -1.0)

@@ -1,6 +1,7 @@
 """Geodesics round the obstacles that stand still: shortest paths on a grid, for a point with some room around it.
 
-Obstacles that grow count as they are at first.
+Obstacles that grow count as they are at first. A grid, and not the corners of obstacles, gives the distances to all
+cells of a goal at once, where paths may take longer in some cells (``slowness``).
 """
 
 from __future__ import annotations
@@ -13,10 +14,10 @@ import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
-from missionc.backends.clot.optimise.control_points import Indices
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
 from missionc.backends.clot.settings import clot_settings
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
+from missionc.geometry.polylines import at_lengths, at_shares, length
 from missionc.geometry.vectors import norm
 from missionc.ir import Box, Dynamics, Mission, Still
 from missionc.ir.distances.signed_distance import signed_distance
@@ -108,16 +109,16 @@ class Geodesics:
             slowness: what each metre counts in a cell, (grid,); None for 1.
         """
         if slowness is None:
-            return along(way, share)
+            return at_shares(way, share)
         fine = self._fine(way)
         effort = np.r_[0.0, np.cumsum(self._efforts(fine, slowness))]
         if effort[-1] == 0:
             return np.repeat(way[:1], len(share), axis=0)
-        return np.stack([np.interp(share * effort[-1], effort, axis) for axis in fine.T], axis=1)
+        return at_lengths(fine, effort, share * effort[-1])
 
     def _effort(self, way: Array, slowness: Array | None) -> float:
         """What the metres of a way count."""
-        return _length(way) if slowness is None else float(self._efforts(self._fine(way), slowness).sum())
+        return length(way) if slowness is None else float(self._efforts(self._fine(way), slowness).sum())
 
     def _efforts(self, fine: Array, slowness: Array) -> Array:
         """What the metres of each piece of a way count, (pieces,), where none is longer than half a cell."""
@@ -169,8 +170,8 @@ class Geodesics:
             scale = sparse.diags(np.where(wide, 4.0, 1.0))
             graph = scale @ graph
         first, last = self._free(start, room), self._free(end, room)
-        length, before = dijkstra(graph, directed=True, indices=np.array(first), return_predecessors=True)
-        if not np.isfinite(length[last]):
+        lengths, before = dijkstra(graph, directed=True, indices=np.array(first), return_predecessors=True)
+        if not np.isfinite(lengths[last]):
             return None
         cells = [last]
         while cells[-1] != first:
@@ -245,10 +246,6 @@ def slowed(moves: sparse.csr_matrix, slowness: Array) -> sparse.csr_matrix:
     return sparse.csr_matrix((lengths, moves.indices, moves.indptr), shape=moves.shape)
 
 
-def _length(way: Array) -> float:
-    return float(norm(np.diff(way, axis=0)).sum())
-
-
 def eased(share: Array, way: Array, seconds: float, dynamics: Dynamics) -> Array:
     """Shares of a way at shares of its time, (points,) each: from rest to rest where there is time for that, else even.
 
@@ -257,7 +254,7 @@ def eased(share: Array, way: Array, seconds: float, dynamics: Dynamics) -> Array
         seconds: that it takes.
     """
     ease = 0.8  # share of the top acceleration that an agent uses if there is time
-    far = _length(way)
+    far = length(way)
     most = ease * dynamics.top_acceleration * seconds**2
     if not 0 < 4 * far <= most < np.inf:
         return share
@@ -268,13 +265,3 @@ def eased(share: Array, way: Array, seconds: float, dynamics: Dynamics) -> Array
     gone = np.where(side < ramp, side**2 / (2 * ramp), side - ramp / 2) / (1 - ramp)
     result: Array = np.where(share <= 0.5, gone, 1 - gone)
     return result
-
-
-def along(way: Array, share: Array) -> Array:
-    """Points at shares, (points,), of a way's length: (points, dim)."""
-    lengths = norm(np.diff(way, axis=0))
-    total = float(lengths.sum())
-    if total == 0:
-        return np.repeat(way[:1], len(share), axis=0)
-    at = np.r_[0.0, np.cumsum(lengths)] / total
-    return np.stack([np.interp(share, at, way[:, axis]) for axis in range(way.shape[1])], axis=1)

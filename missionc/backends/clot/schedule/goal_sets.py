@@ -22,8 +22,8 @@ from missionc.backends.clot.schedule.geodesics import Geodesics, slowed
 from missionc.backends.clot.settings import clot_settings
 from missionc.backends.point_margins import PointMargins
 from missionc.backends.speed_limits import slowness
-from missionc.base.trace import Array, Flags
-from missionc.geometry.dynamics import Indices, speeds
+from missionc.base.trace import Array, Flags, Indices
+from missionc.geometry.dynamics import speeds
 from missionc.geometry.required_separation import SpacingTable
 from missionc.geometry.vectors import norm
 from missionc.ir import Mission, Predicate
@@ -144,21 +144,8 @@ class GoalSets:
             tuple(map(id, goals)),
             tuple(map(id, onward)),
         )
-        if key not in self._met:
-            self._met[key] = self._meeting(agents, here, free, pace, reach, goals, onward)
-        points, lengths = self._met[key]
-        return points, lengths
-
-    def _meeting(
-        self,
-        agents: Sequence[int],
-        here: Array,
-        free: Array,
-        pace: Array,
-        reach: float,
-        goals: Sequence[GoalSet | None],
-        onward: Sequence[GoalSet | None],
-    ) -> tuple[Array, Array]:
+        if key in self._met:
+            return self._met[key]
         within = clot_settings(self.mission).schedule.meeting * reach / 2
         side = 1 + 2 * int(within / self.grid.cell / math.sqrt(self.mission.dimension))
         ways, (last, about, sum_of_ways) = [], np.zeros((3, len(self.places)))
@@ -188,7 +175,8 @@ class GoalSets:
             points[number] = self.places[cell]
             straight = float(np.linalg.norm(points[number] - here[number]))
             lengths[number] = way[cell] if np.isfinite(way[cell]) else BEYOND * straight
-        return self._parted(agents, points, here, within), lengths
+        self._met[key] = self._parted(agents, points, here, within), lengths
+        return self._met[key]
 
     def moved_on(
         self, agents: Sequence[int], points: Array, seconds: float, pace: Array, goals: Sequence[GoalSet | None]
@@ -202,23 +190,18 @@ class GoalSets:
             goals: where each goes after it; the furthest counts, and of those that are as far the others too.
         """
         key = tuple(agents), points.tobytes(), seconds, pace.tobytes(), tuple(map(id, goals))
-        if key not in self._moved:
-            self._moved[key] = self._moved_on(agents, points, seconds, pace, goals)
-        return self._moved[key]
-
-    def _moved_on(
-        self, agents: Sequence[int], points: Array, seconds: float, pace: Array, goals: Sequence[GoalSet | None]
-    ) -> Array:
+        if key in self._moved:
+            return self._moved[key]
         middle = points.mean(axis=0)
         gone = np.max([self.lengths(agent, middle) / pace[number] for number, agent in enumerate(agents)], axis=0)
         ahead = [goal.length / each for goal, each in zip(goals, pace, strict=True) if goal is not None]
         left = np.max(ahead, axis=0) + DETOUR * np.sum(ahead, axis=0) if ahead else np.zeros(len(gone))
         cells = np.flatnonzero(gone <= seconds)
-        if not len(cells):
-            return points
-        cost = left[cells] - DETOUR * gone[cells]
-        gone_to: Array = points + (self.places[cells[int(cost.argmin())]] - middle)
-        return gone_to
+        self._moved[key] = points
+        if len(cells):
+            cost = left[cells] - DETOUR * gone[cells]
+            self._moved[key] = points + (self.places[cells[int(cost.argmin())]] - middle)
+        return self._moved[key]
 
     def _parted(self, agents: Sequence[int], points: Array, here: Array, within: float) -> Array:
         """The points where some meet, (members, dim), with those who would be in one point apart, as they come."""

@@ -10,14 +10,13 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
 from missionc.backends.clot.schedule.follow_leader import File, FormationSlot, files, led
-from missionc.backends.clot.schedule.frame_geometry import depths_of, place_on, teams_of, turned_by
-from missionc.backends.clot.schedule.gather_team import can_be_gathered, gather_team
-from missionc.backends.clot.schedule.geodesics import Geodesics, along
-from missionc.backends.clot.schedule.key_frame import KeyFrame, Routes
+from missionc.backends.clot.schedule.gather_team import can_be_gathered, depths_of, gather_team, teams_of, turned_by
+from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.schedule import Scheduler
-from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.schedule.visits import KeyFrame, Routes, Schedule
 from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags
+from missionc.geometry.polylines import at_length, at_shares
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
 from missionc.ir.distances.signed_distance import signed_distance
@@ -99,7 +98,7 @@ class FirstGuesses:
                 wide = room + clot_settings(self.mission).guess.clearance
                 way = self.geodesics.way(position[agent], goal, wide, room)
                 if way is not None and np.asarray(signed_distance(np, region.shape, position[agent])) > 0:
-                    position[going] += along(way, np.array([share]))[0] - position[agent]
+                    position[going] += at_shares(way, np.array([share]))[0] - position[agent]
         return position
 
     def _released(self) -> set[int]:
@@ -320,7 +319,7 @@ class FirstGuesses:
             guess = before.copy()
             for layer in range(int(depth.max()) + 1):
                 abreast = np.flatnonzero(depth == layer)
-                here, ahead = place_on(way, layer * spacing), place_on(way, layer * spacing + 0.1)
+                here, ahead = at_length(way, layer * spacing), at_length(way, layer * spacing + 0.1)
                 heading = (ahead - here) / max(float(np.linalg.norm(ahead - here)), 1e-9)
                 aside = np.zeros_like(heading)
                 aside[0], aside[1] = -heading[1], heading[0]

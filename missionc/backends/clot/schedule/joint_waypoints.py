@@ -24,20 +24,18 @@ from missionc.backends.clot.optimise.control_points import Splines
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import Polished, polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
-from missionc.backends.clot.schedule.follow_leader import length, parted
 from missionc.backends.clot.schedule.gather_team import tree_of
-from missionc.backends.clot.schedule.geodesics import Geodesics, along
+from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.initial_configurations import FirstGuesses, Guess
-from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame, Routes
 from missionc.backends.clot.schedule.presence import agents_of
 from missionc.backends.clot.schedule.schedule import Scheduler
 from missionc.backends.clot.schedule.tasks import Hold
-from missionc.backends.clot.schedule.visits import Appointment, Schedule, Visit
+from missionc.backends.clot.schedule.visits import NO_TOURS, Appointment, KeyFrame, Routes, Schedule, Visit
 from missionc.backends.clot.settings import clot_settings
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
+from missionc.geometry.polylines import at_shares, length, split
 from missionc.ir import Anywhere, Graph, Inside, Mission, Predicate
 from missionc.ir.kernel.nodes import At, Atom
-from missionc.ir.language.margins.connected import Indices
 from missionc.ir.pair_ranges import range_of
 
 PITCHES = 0.95, 0.75
@@ -100,7 +98,7 @@ class _KeyFrames(FirstGuesses):
                 share = (step - earlier) / (later - earlier)
                 guess = guess * (1 - share) + frames[later].position * share
                 for agent, route in frames[later].routes.items():
-                    behind[agent], ahead[agent] = parted(route, share)
+                    behind[agent], ahead[agent] = split(route, share)
                     guess[agent] = behind[agent][-1]
                 frames[later] = replace(frames[later], routes=ahead)
             frames[step] = self._frame(step, iter(((guess, behind),)), frames[earlier])
@@ -213,7 +211,7 @@ class _KeyFrames(FirstGuesses):
                 free = [agent for agent in graph.agents if agent not in busy.union(ends[far].ravel().tolist())]
                 for way, count in zip(ways, lacking, strict=True):
                     slots = min(count, len(free))
-                    between = along(way, np.arange(1, slots + 1) / (slots + 1))
+                    between = at_shares(way, np.arange(1, slots + 1) / (slots + 1))
                     slot, chosen = linear_sum_assignment(cdist(between, guess[free], "sqeuclidean"))
                     taken = [free[number] for number in chosen]
                     relayed[taken] = between[slot]

@@ -21,8 +21,7 @@ from itertools import combinations
 
 import numpy as np
 
-from missionc.backends.clot.schedule.asked_shapes import formations, shapes, tied_agents
-from missionc.backends.clot.schedule.formation_conflicts import is_denied
+from missionc.backends.clot.schedule.asked_shapes import formations, is_denied, shapes, tied_agents
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.schedule.goal_sets import GoalSets
 from missionc.backends.clot.schedule.mutex_literals import (
@@ -33,16 +32,16 @@ from missionc.backends.clot.schedule.mutex_literals import (
     mutex_seconds,
     timed_literals,
 )
-from missionc.backends.clot.schedule.pauses import pause
-from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.places import Places
 from missionc.backends.clot.schedule.presence import NOBODY, PresenceConstraints, attendance, implied
 from missionc.backends.clot.schedule.tasks import Event, Hold, Option, Outline, Task
 from missionc.backends.clot.schedule.timetable import (
     LATE,
+    PerturbedDistances,
     Timetable,
     _deadline,
     _Draft,
+    pause,
 )
 from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit, schedule_of
 from missionc.backends.clot.settings import clot_settings

@@ -7,17 +7,15 @@ from itertools import pairwise
 
 import numpy as np
 import torch
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from missionc.backends.clot.optimise.obstacle_index import Obstacles
-from missionc.backends.clot.schedule.avoid_moving_obstacles import avoid_moving_obstacles
-from missionc.backends.clot.schedule.deconflict_space_time import deconflict_space_time
-from missionc.backends.clot.schedule.geodesics import Geodesics, along
-from missionc.backends.clot.schedule.key_frame import NO_TOURS, KeyFrame
-from missionc.backends.clot.schedule.visits import Schedule
+from missionc.backends.clot.schedule.deconflict_space_time import avoid_moving_obstacles, deconflict_space_time
+from missionc.backends.clot.schedule.gather_team import teams_of
+from missionc.backends.clot.schedule.geodesics import Geodesics
+from missionc.backends.clot.schedule.visits import NO_TOURS, KeyFrame, Schedule
 from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
+from missionc.geometry.polylines import at_shares
 from missionc.ir import Box, Mission
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom
@@ -67,7 +65,7 @@ class _Teams:
         """Whoever has a route goes along it, unless they would meet something that moves: (agents, steps, dim)."""
         share = _share(earlier, later)
         routed = {
-            number: along(
+            number: at_shares(
                 np.concatenate([earlier.position[agent][None], later.routes[agent][1:-1], later.position[agent][None]]),
                 share,
             )
@@ -103,13 +101,13 @@ class _Teams:
         if way is None:
             way = geodesics.way(middle, goal, radius + 0.1 + extent, radius)
         if way is not None and other_way:
-            avoided = along(way, np.linspace(0.1, 0.9, 60))
+            avoided = at_shares(way, np.linspace(0.1, 0.9, 60))
             second = geodesics.way(middle, goal, radius + 0.1 + extent / 2, radius, avoided)
             way = way if second is None else second
         if way is None:
             way = np.stack([middle, goal])
         around = (start - middle)[:, None] * (1 - share)[None, :, None] + (end - goal)[:, None] * share[None, :, None]
-        moved: Array = along(way, share)[None] + around
+        moved: Array = at_shares(way, share)[None] + around
         if self.meeting(team, earlier, later, moved) == 0.0:
             return moved
         # What moves or grows has no way round that a map of standing obstacles could show.
@@ -197,7 +195,7 @@ def _teams(mission: Mission, schedule: Schedule, begin: int, end: int) -> list[l
         elif graph:
             pairs.extend((graph.agents[0], other) for other in graph.agents[1:])
     count = len(mission.agents)
-    first, second = (np.array(column, dtype=np.int64) for column in (zip(*pairs, strict=True) if pairs else ((), ())))
-    tied = coo_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
-    number, label = connected_components(tied, directed=False)
-    return [np.flatnonzero(label == team).tolist() for team in range(number)]
+    ties = np.zeros((count, count), dtype=np.bool_)
+    for one, other in pairs:
+        ties[one, other] = True
+    return teams_of(ties)

@@ -1,4 +1,8 @@
-"""Timetable of an order of visits: the soonest moments of a simple temporal network, and the steps that visits get."""
+"""Timetable of an order of visits: the soonest moments of a simple temporal network, and the steps that visits get.
+
+Travel times of a restart are perturbed at random, so that each schedule differs a little. Between two paths an agent
+pauses, to stop and speed up or to turn.
+"""
 
 from __future__ import annotations
 
@@ -18,14 +22,51 @@ from missionc.backends.clot.schedule.mutex_literals import (
     earliest_time,
     mutex_seconds,
 )
-from missionc.backends.clot.schedule.perturbed_distances import PerturbedDistances
 from missionc.backends.clot.schedule.presence import PresenceConstraints
-from missionc.backends.clot.schedule.tasks import Option
+from missionc.backends.clot.schedule.tasks import Event, Option
 from missionc.backends.clot.schedule.visits import Appointment, Key, Leg, Place, Visit, VisitRun
 from missionc.base.trace import Array
 from missionc.geometry.dynamics import can_wait, speeds
-from missionc.ir import Mission, Predicate
+from missionc.ir import Dynamics, Mission, Predicate
 from missionc.ir.kernel.nodes import Node
+
+
+@dataclass(frozen=True, slots=True)
+class PerturbedDistances:
+    """Perturbed distances and delays for one schedule: the true ones where ``noise`` is 0.
+
+    ``stretch`` is how many times as long the way to each event is taken to be;
+    ``delay`` the share of the time it has by which each event without a region is put off.
+    """
+
+    noise: float
+    generator: np.random.Generator
+    stretch: dict[tuple[Node, int, int], float] = field(default_factory=dict)
+    delay: dict[tuple[Node, int, int], float] = field(default_factory=dict)
+
+    def factor(self, event: Event) -> float:
+        key = event.chooser, event.agent, event.step
+        if self.noise and key not in self.stretch:
+            self.stretch[key] = float(np.exp(self.noise * self.generator.standard_normal()))
+        return self.stretch[key] if self.noise else 1.0
+
+    def put_off(self, event: Event) -> float:
+        """From 0, as early as can be, which it is in one case of three, to 1, as late as can be."""
+        key = event.chooser, event.agent, event.step
+        if self.noise and key not in self.delay:
+            self.delay[key] = max(0.0, float(self.generator.uniform(-0.5, 1.0)))
+        return self.delay.get(key, 0.0)
+
+
+ABOUT = np.pi
+"""Radians by which an agent that can stand turns between two ways."""
+
+
+def pause(dynamics: Dynamics) -> float:
+    """Seconds that it takes to stop and speed up between two ways, or to turn where it stands."""
+    turning = ABOUT / dynamics.top_turn if can_wait(dynamics) else 0.0
+    return dynamics.top_speed / dynamics.top_acceleration + turning
+
 
 ROUNDING = 1e-6
 """The share of a step that a time may be over a whole number of steps and count as that number."""

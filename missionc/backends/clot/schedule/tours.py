@@ -19,10 +19,10 @@ import numpy as np
 
 from missionc.backends.clot.schedule.geodesics import Geodesics, eased
 from missionc.backends.clot.schedule.goal_sets import GoalSet, GoalSets
-from missionc.backends.clot.schedule.key_frame import KeyFrame
-from missionc.backends.clot.schedule.visits import Escort, Schedule
+from missionc.backends.clot.schedule.visits import Escort, KeyFrame, Schedule
 from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
+from missionc.geometry.polylines import length
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Anywhere, Exactly, Inside, Mission, Region
 from missionc.ir.distances.signed_distance import signed_distance
@@ -197,9 +197,8 @@ def _at_the_refill(
     ]
     fills = [any(float(signed_distance(np, shape, stop.point)) <= 0 for shape in shapes) for stop in (here, there)]
     dynamics = mission.agents[agent].dynamics
-    metres = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
     seconds = (
-        metres / (clot_settings(mission).schedule.late_speed * dynamics.top_speed)
+        length(way) / (clot_settings(mission).schedule.late_speed * dynamics.top_speed)
         + dynamics.top_speed / dynamics.top_acceleration
     )
     begin, end = when

@@ -1,9 +1,11 @@
-"""Visits of a schedule, and when and where they are: the values that scheduling passes on."""
+"""Visits of a schedule, their steps and places, and key frames: the values that scheduling passes on."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import NamedTuple, TypeAlias
 
 from missionc.backends.clot.optimise.active_set import Choices
 from missionc.backends.clot.schedule.goal_sets import GoalSet
@@ -153,3 +155,24 @@ def schedule_of(
         for step in range(each.low, each.high + 1):
             choices[each.node, each.agent, step] = each.part
     return Schedule(appointments, tuple(holds), tuple(decisions), choices, late)
+
+
+Routes: TypeAlias = dict[int, Array]
+"""The routes, (corners, dim) in metres, by which agents come from the key frame before, where that is decided."""
+
+NO_TOURS: Mapping[int, Array] = MappingProxyType({})
+"""Where nobody is on a tour of their own."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class KeyFrame:
+    """Args:
+    position: (agents, dim), metres.
+    shortfall: metres by which the worst margin fails at this step; at most 0 where all hold.
+    """
+
+    step: int
+    position: Array
+    shortfall: float
+    worst: str
+    routes: Routes = field(default_factory=dict)

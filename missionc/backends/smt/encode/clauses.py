@@ -18,6 +18,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from missionc.base.trace import Indices
+
 Literals = NDArray[np.int32]
 
 TRUE, FALSE = 1, -1
@@ -81,7 +83,7 @@ class Clauses:
             ended = ended[kept]
         self._append(ended.ravel(), len(matrix))
 
-    def add_ragged(self, heads: Literals, bodies: Literals, sizes: NDArray[np.int64]) -> None:
+    def add_ragged(self, heads: Literals, bodies: Literals, sizes: Indices) -> None:
         """One clause for each head: its literals, (clauses, heads), and the next ``sizes`` of ``bodies``."""
         count, width = heads.shape
         self.reserve(count)
@@ -143,15 +145,15 @@ class Clauses:
                     self.add(-new[row], matrix[rows[row], column])
         return result
 
-    def any_of_ragged(self, literals: Literals, sizes: NDArray[np.int64]) -> Literals:
+    def any_of_ragged(self, literals: Literals, sizes: Indices) -> Literals:
         """For each group of ``sizes`` literals one that implies one of them: (groups,)."""
         return self._ragged(literals, sizes, TRUE)
 
-    def all_of_ragged(self, literals: Literals, sizes: NDArray[np.int64]) -> Literals:
+    def all_of_ragged(self, literals: Literals, sizes: Indices) -> Literals:
         """For each group of ``sizes`` literals one that implies all of them: (groups,)."""
         return self._ragged(literals, sizes, FALSE)
 
-    def _ragged(self, literals: Literals, sizes: NDArray[np.int64], absorbing: int) -> Literals:
+    def _ragged(self, literals: Literals, sizes: Indices, absorbing: int) -> Literals:
         groups = len(sizes)
         group = np.repeat(np.arange(groups), sizes)
         absorbed = np.zeros(groups, dtype=bool)

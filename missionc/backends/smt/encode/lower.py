@@ -30,7 +30,7 @@ from missionc.backends.smt.encode.lower_places import Places, cheap_first, leads
 from missionc.backends.smt.encode.lower_windows import Windows
 from missionc.backends.smt.encode.occupancy import Occupancy
 from missionc.backends.smt.roadmap.labels import Labels
-from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Indices
 from missionc.ir.kernel.analysis import same_for_all
 from missionc.ir.kernel.nodes import (
     All,

@@ -12,8 +12,7 @@ import numpy as np
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
-from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.base.trace import Flags
+from missionc.base.trace import Flags, Indices
 from missionc.ir import Flag, Flagged, Inside, Predicate
 
 FEW = 3

@@ -18,10 +18,9 @@ from missionc.backends.smt.encode.kinds_of_links import kinds_of, links_from
 from missionc.backends.smt.encode.lower_on_demand import choose
 from missionc.backends.smt.encode.lower_routes import OfPlaces, Route
 from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
-from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.roadmap.roadmap_links import BLOCK
-from missionc.backends.smt.roadmap.unique_rows import distinct
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
+from missionc.geometry.vectors import distinct
 from missionc.ir import Graph
 from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.language.margins.links import places_linked

@@ -21,10 +21,10 @@ from typing import overload
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
-from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.roadmap.roadmap_links import Links, links_between
 from missionc.base.memory import reserve
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import Graph
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals
-from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Indices
 
 Ask = Callable[[Indices], Literals]
 

@@ -27,7 +27,7 @@ from missionc.backends.smt.encode.lower_on_demand import Ask, at_least, choose, 
 from missionc.backends.smt.encode.lower_routes import Route, Routes
 from missionc.backends.smt.encode.occupancy import Agents, Occupancy, Tables
 from missionc.backends.smt.roadmap.labels import Labels
-from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Indices
 from missionc.ir import Graph
 from missionc.ir.kernel.nodes import All, Any, AtLeast, Atom, Is, NeighbourNode, Node, Not, ReachNode, RouteNode
 from missionc.ir.kernel.walk import children

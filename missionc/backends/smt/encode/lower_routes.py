@@ -13,7 +13,7 @@ from missionc.backends.smt.encode.clauses import NOTHING, TRUE, Literals
 from missionc.backends.smt.encode.kinds_of_links import kinds_of, links_from
 from missionc.backends.smt.encode.lower_on_demand import choose, join
 from missionc.backends.smt.encode.occupancy import Agents, Define, Occupancy, Tables
-from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Indices
 from missionc.ir import Graph
 from missionc.ir.kernel.nodes import Node
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, Literals
-from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Indices
 from missionc.ir.kernel.nodes import Node, UntilNode, WindowNode
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, NOTHING, TRUE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion
-from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.base.trace import Indices
 
 Agents = frozenset[int]
 

@@ -15,10 +15,10 @@ import numpy as np
 from missionc.backends.api import Reason
 from missionc.backends.run_account import Account
 from missionc.backends.smt.paper.specify import Specification
-from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import OUT_OF_MEMORY, Stopped, package_folder
-from missionc.backends.smt.sat.solver_process import Process
-from missionc.backends.smt.sat.wait_for_process import wait
+from missionc.backends.smt.sat.solver_process import Process, wait
+from missionc.base.trace import Indices
 from missionc.ir import Graph
 from missionc.ir.language.margins.links import places_linked
 

@@ -4,7 +4,8 @@
     out  where an agent may be at each step beside the settled
 
 ``always[0, end] not (at least 2 truck: bridge)`` names every truck, and yet each can be planned by itself, one after
-the other: who is settled is where it is, and whoever is not is taken to be elsewhere (a relaxation).
+the other: who is settled is where it is, and whoever is not is taken to be elsewhere (a relaxation). A schedule of
+clot excludes by literals over intervals of time instead (``mutex_literals``): it has no states of agents yet.
 """
 
 from __future__ import annotations
@@ -16,8 +17,7 @@ from functools import reduce
 import numpy as np
 
 from missionc.backends.smt.prioritized.reservations import Reservations
-from missionc.backends.smt.roadmap.agent_local import own_states, states_of
-from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
 from missionc.base.trace import Flags
 from missionc.ir.kernel.conjuncts import Conjunct
 from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Node

@@ -15,74 +15,17 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
 from missionc.backends.smt.prioritized.label_setting import FAR, Mover
-from missionc.backends.smt.prioritized.progression import Residual, TooComplex
-from missionc.backends.smt.prioritized.reservations import ReservationTable, within
-from missionc.backends.smt.roadmap.roadmap import Indices
+from missionc.backends.smt.prioritized.reservations import ReservationTable
 from missionc.backends.smt.settings import smt_settings
-from missionc.base.trace import Array, Flags
-from missionc.geometry.relative_motion import closest_approach
-
-NO_WAY = 1e-12
-"""Metres of a move that leads nowhere: a sparse graph has no edges of length 0."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ProductGraph:
-    """What one agent may do at some time or other. A *spot* is a relaxed residual and a state.
-
-    Args:
-        phases: the number of each residual.
-        tail: (edges,), spots; ``head`` likewise.
-        move: (edges,), the move of its roadmap.
-        ends: (spots,), where it may end.
-    """
-
-    phases: dict[Residual, int]
-    tail: Indices
-    head: Indices
-    move: Indices
-    ends: Flags
-
-    @classmethod
-    def of(cls, mover: Mover) -> ProductGraph:
-        task, states = mover.task, len(mover.task.finish)
-        begin = task.relaxation.of(task.begin)
-        phases: dict[Residual, int] = {begin: 0}
-        waiting = [begin]
-        source, target = mover.table.roadmap.moves.T
-        open_ = np.asarray(mover.may.any(axis=0))
-        ever = mover.table.roadmap.allowed.any(axis=0) & open_[source] & open_[target]
-        tails, heads, moves, ends = [], [], [], list[Flags]()
-        while waiting:
-            phase = waiting.pop(0)
-            number = phases[phase]
-            over = np.array([task.relaxation.ends(phase, letter) for letter in task.own_letters])
-            ends.append(over[task.own_places] & task.finish)
-            for kind, letter in enumerate(task.own_letters):
-                after = task.relaxation.after(phase, letter)
-                if after is False:
-                    continue
-                if after not in phases:
-                    phases[after] = len(phases)
-                    waiting.append(after)
-                if len(phases) > smt_settings(mover.table.mission).search.joint_phases:
-                    raise TooComplex
-                of_kind = np.flatnonzero(ever & (task.own_places[source] == kind))
-                tails.append(number * states + source[of_kind])
-                heads.append(phases[after] * states + target[of_kind])
-                moves.append(of_kind)
-        nothing = np.zeros(0, dtype=np.int64)
-        tail, head, move = (np.concatenate([nothing, *parts]) for parts in (tails, heads, moves))
-        return cls(phases, tail, head, move, np.concatenate(ends))
+from missionc.base.trace import Array, Flags, Indices
+from missionc.planning.distance_to_go import NO_WAY, ProductGraph, reversed_to_ends
+from missionc.planning.progression.residuals import TooComplex
 
 
 class JointSearch:
@@ -93,8 +36,8 @@ class JointSearch:
         metric: (agents, agents, dim), as of ``closest_approach``.
     """
 
-    def __init__(self, movers: Sequence[Mover], apart: Array, metric: Array | None, step: float) -> None:
-        self.movers, self._step = movers, step
+    def __init__(self, movers: Sequence[Mover], apart: Array, metric: Array | None) -> None:
+        self.movers = movers
         self._settings = smt_settings(movers[0].table.mission).search
         self._haste = self._settings.haste * max(mover.table.longest for mover in movers)
         self._pairs = [(one, other) for other in range(len(movers)) for one in range(other)]
@@ -107,10 +50,25 @@ class JointSearch:
             )
             for one, other in self._pairs
         }
-        self._untimed = [ProductGraph.of(mover) for mover in movers]
+        self._untimed = [self._product(mover) for mover in movers]
         self._spots = [len(each.ends) for each in self._untimed]
         self._to_go = self._distances()
         """Metres that all have to go at least, by their spots, (joint spots,); infinite where there is no way."""
+
+    def _product(self, mover: Mover) -> ProductGraph:
+        """What an agent may do at any time."""
+        task, moves = mover.task, mover.table.roadmap.moves
+        usable = mover.table.roadmap.allowed.any(axis=0) & np.asarray(mover.may.any(axis=0))[moves].all(axis=1)
+        return ProductGraph.of(
+            task.relaxation.of(task.begin),
+            task.relaxation,
+            task.own_letters,
+            task.own_places,
+            task.finish,
+            moves,
+            self._settings.joint_phases,
+            np.asarray(usable),
+        )
 
     def _clear_moves(
         self, one: ReservationTable, other: ReservationTable, least: float, factors: Array | None
@@ -119,22 +77,8 @@ class JointSearch:
         if len(one.length) * len(other.length) > self._settings.joint_edges:
             raise TooComplex
         clear = np.ones((len(one.length), len(other.length)), dtype=np.bool_)
-        reach = one.reach + other.reach.max(initial=0.0) + within(least, factors)
-        near = cKDTree(other.middle).query_ball_point(one.middle, reach)
-        first = np.repeat(np.arange(len(near)), [len(moves) for moves in near])
-        second = np.concatenate([np.array(moves, dtype=np.int64) for moves in near])
-        (here, going, turning), (there, coming, bending) = one.moves, other.moves
-        nearest = closest_approach(
-            here[first],
-            going[first],
-            turning[first],
-            there[second],
-            coming[second],
-            bending[second],
-            self._step,
-            factors,
-        )
-        clear[first[nearest < least], second[nearest < least]] = False
+        first, second = other.too_near(one.moves, least, factors)
+        clear[first, second] = False
         return clear
 
     def _distances(self) -> Array:
@@ -158,13 +102,10 @@ class JointSearch:
             mover.table.length[each.move[row]] for mover, each, row in zip(self.movers, untimed, rows, strict=True)
         )
         ends = reduce(np.logical_and.outer, [each.ends for each in untimed]).reshape(-1)
-        count = len(ends)
-        last = np.flatnonzero(ends)
-        weights = np.concatenate([length + self._haste, np.full(last.size, NO_WAY)])
-        edges = np.concatenate([head, np.full(last.size, count)]), np.concatenate([tail, last])
-        # Of parallel edges, which a sparse array would add up, there are none: a spot and its move name the next.
-        graph = coo_array((weights, edges), shape=(count + 1, count + 1)).tocsr()
-        return np.asarray(dijkstra(graph, indices=[count]))[0, :count]
+        left = np.where(ends, NO_WAY, np.inf)
+        # Of parallel edges there are none: a spot and its move name the next.
+        graph = reversed_to_ends(tail, head, np.asarray(length + self._haste), left)
+        return np.asarray(dijkstra(graph, indices=[len(ends)]))[0, :-1]
 
     def _joint(self, spots: Sequence[Indices]) -> Indices:
         """One number for the spots of all agents, (rows,) each."""
@@ -188,16 +129,16 @@ class JointSearch:
         settings = self._settings
         if any(mover.task.memory is not None for mover in self.movers):
             raise TooComplex
-        work = [0]
+        self._work = 0
         longest = max(mover.table.longest for mover in self.movers)
         for attempt in range(settings.joint_bounds + 1):
             more = longest * settings.joint_widening**attempt if attempt < settings.joint_bounds else np.inf
-            found = self._within(more, work)
+            found = self._within(more)
             if found is not None:
                 return found
         return None
 
-    def _within(self, more: float, work: list[int]) -> Indices | None:
+    def _within(self, more: float) -> Indices | None:
         """The shortest that is longer by so much at most than the untimed one."""
         movers = self.movers
         steps = len(movers[0].table.roadmap.allowed)
@@ -216,12 +157,9 @@ class JointSearch:
             after: list[Indices] = []
             for agent, mover in enumerate(movers):
                 table, task = mover.table, mover.task
-                state = states[agent][row]
-                sizes = table.begins[state + 1] - table.begins[state]
-                again = np.repeat(np.arange(len(row)), sizes)
-                move = np.arange(len(again)) + np.repeat(table.begins[state] - np.cumsum(sizes) + sizes, sizes)
-                work[0] += len(move)
-                if work[0] > self._settings.joint_work:
+                again, move = table.onward(states[agent][row])
+                self._work += len(move)
+                if self._work > self._settings.joint_work:
                     raise TooComplex
                 there = table.roadmap.moves[move, 1]
                 free = mover.may[step + 1, there] & table.free(step, move, pushing=False)
@@ -233,12 +171,11 @@ class JointSearch:
                 residual = task.after(step, left[agent][now], places, task.moves[move])
                 if step == steps - 1:
                     target = table.roadmap.moves[move, 1]
-                    alive = np.flatnonzero((residual >= 0) & task.finish[target])
-                    over = np.full(len(residual), -1)
-                    over[alive] = task.after(
-                        steps, residual[alive], task.place(steps, target[alive]), task.ends[move[alive]]
-                    )
-                    residual = np.where(over == task.number(True), over, -1)
+                    ending = np.flatnonzero((residual >= 0) & task.finish[target])
+                    again, move = again[ending], move[ending]
+                    place = task.place(steps, target[ending])
+                    residual = task.after(steps, residual[ending], place, task.ends[move])
+                    residual[residual != task.number(True)] = -1
                 alive = np.flatnonzero(residual >= 0)
                 again, move, residual = again[alive], move[alive], residual[alive]
                 row = row[again]

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.base.trace import Flags, Trace
 from missionc.ir.kernel.analysis import reads_lengths, steps_ahead
 from missionc.ir.kernel.nodes import At, Atom, Node
 from missionc.ir.kernel.walk import postorder
+from missionc.planning.progression.residuals import TooComplex
 from missionc.verification.monitoring.monitor import truths
 
 

@@ -13,8 +13,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from missionc.backends.smt.prioritized.requirement_parts import NOBODY, Agents, Part, agents_named_by
-from missionc.backends.smt.roadmap.agent_local import own_states, states_of
-from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
 from missionc.base.trace import Array, Flags
 from missionc.ir.kernel.nodes import Any, At, AtLeast, Atom, Is, Node, Not, ReachNode
 from missionc.ir.kernel.walk import awaited, children, postorder

@@ -22,23 +22,22 @@ import numpy as np
 from missionc.backends.api import Planned, Progress
 from missionc.backends.smt.encode.lower_motion import Ways
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.prioritized.iterative_deepening import deepened
 from missionc.backends.smt.prioritized.receding_horizon import continued, first_steps, last_asked
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
     Part,
     applicable_parts,
+    deepened,
 )
 from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_planning import SingleAgentPlanning
 from missionc.backends.smt.refine.lazy_constraints import Effort, JointMotion
 from missionc.backends.smt.refine.problem import Problem
-from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.settings import smt_settings
 from missionc.backends.smt.shorten.shorten_paths import shorten_paths
 from missionc.base.solved import SEARCH, solved_by
-from missionc.base.trace import Trace
+from missionc.base.trace import Indices, Trace
 from missionc.ir.kernel.nodes import All, Goal
 from missionc.verification.monitoring.evaluate import Evaluation
 from missionc.verification.monitoring.logic import TRUTH

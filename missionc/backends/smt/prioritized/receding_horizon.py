@@ -18,8 +18,8 @@ from missionc.backends.smt.prioritized.reservations import Reservations
 from missionc.backends.smt.prioritized.single_agent_planning import SingleAgentPlanning
 from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSearch
 from missionc.backends.smt.refine.problem import Setting
-from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
-from missionc.base.trace import Flags
+from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.base.trace import Flags, Indices
 from missionc.base.units import Steps
 from missionc.ir import Mission
 from missionc.ir.kernel.analysis import steps_ahead

@@ -1,25 +1,27 @@
-"""Requirements split into conjuncts, each with the agents that it names.
+"""Requirements split into conjuncts, each with the agents that it names, and with shorter windows.
 
-A requirement of every drone is as many parts as there are drones, and a part can
-be asked as soon as the agents it is about are there. So agents need not all be
-planned at once (``prioritized_planning``).
+A requirement of every drone is as many parts as there are drones, and a part can be asked as soon as the agents it is
+about are there. So agents need not all be planned at once (``prioritized_planning``). With iterative deepening an event
+is searched early first, where a problem is smaller.
+
+Source:
+    Biere et al., "Symbolic Model Checking without BDDs" (1999): bounds that grow, of bounded model checking.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from missionc.backends.smt.prioritized.exclusions import Exclusion
-from missionc.backends.smt.roadmap.agent_local import own_states, states_of
-from missionc.backends.smt.roadmap.labels import Labels
+from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
 from missionc.base.trace import Flags
 from missionc.ir.kernel.analysis import helped_by_more
 from missionc.ir.kernel.conjuncts import conjuncts
-from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Kernel, Node
-from missionc.ir.kernel.walk import bottom_up, postorder, rebuilt
+from missionc.ir.kernel.nodes import All, Always, Any, At, AtLeast, Atom, Eventually, Kernel, Node, Until
+from missionc.ir.kernel.walk import bottom_up, children, postorder, rebuilt, same_objects
 
 Agents = frozenset[int]
 NOBODY: Agents = frozenset()
@@ -154,3 +156,37 @@ def applicable_parts(
         part: restricted_to(part.formula, named, present) for part in requirements.parts if part not in guaranteed
     }
     return {part: formula for part, formula in formulas.items() if formula is not None}
+
+
+def deepened(formulas: Sequence[Node], steps: int, first: int) -> Iterator[list[Node]]:
+    """The formulas with short windows, with longer ones, and last as they are.
+
+    Args:
+        steps: of the mission, where a window without end ends.
+        first: steps of the first windows at most; each time twice as many.
+    """
+    longest = first
+    while 2 * longest <= steps:
+        shorter = [within_horizon(formula, longest, steps) for formula in formulas]
+        if same_objects(shorter, formulas):
+            break
+        yield shorter
+        longest *= 2
+    yield list(formulas)
+
+
+def within_horizon(formula: Node, longest: int, steps: int) -> Node:
+    """The formula, asked at the first step, with windows of ``eventually`` and ``until`` that are no longer than this.
+
+    Itself where none is twice as long.
+    """
+    match formula:
+        case Eventually(low=low, high=high) | Until(low=low, high=high):
+            last = steps if high is None else high
+            return formula if last - low < 2 * longest else replace(formula, high=low + longest)
+        case At() | All() | Any() | AtLeast():
+            below = tuple(children(formula))
+            inner = tuple(within_horizon(child, longest, steps) for child in below)
+            return formula if same_objects(inner, below) else rebuilt(formula, inner)
+        case _:
+            return formula

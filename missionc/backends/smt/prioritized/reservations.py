@@ -11,10 +11,9 @@ from scipy.spatial import cKDTree
 
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.collisions import each_step, kinematics, metric, needed
-from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
-from missionc.backends.smt.shorten.minimize_distance import travelled
-from missionc.base.trace import Array, Flags
-from missionc.geometry.dynamics import States, motion_of
+from missionc.backends.smt.roadmap.roadmap import Roadmap
+from missionc.base.trace import Array, Flags, Indices
+from missionc.geometry.dynamics import Motions
 from missionc.geometry.relative_motion import closest_approach
 from missionc.geometry.vectors import norm
 from missionc.ir import Mission
@@ -90,7 +89,7 @@ class Reservations:
         theirs = kinematics(self.states[others], others, self.motion, self.mission)
         pairs = np.full_like(others, agent), others
         factors = each_step(metric(*pairs, self.mission))
-        nearest = closest_approach(*self._track(agent, way), *theirs, self.mission.step, factors)
+        nearest = closest_approach(self._track(agent, way), theirs, self.mission.step, factors)
         least = needed(*pairs, self.mission)
         met: list[int] = others[(nearest < least[:, None]).any(axis=1)].tolist()
         return met
@@ -108,9 +107,8 @@ class Reservations:
             near |= cKDTree(way * scale).query(roadmap.position * scale)[0] < float(needed(*pair, self.mission)[0])
         return near
 
-    def _track(self, agent: int, way: Indices) -> tuple[Array, Array, Array]:
-        position, velocity, acceleration = kinematics(way[None], np.array([agent]), self.motion, self.mission)
-        return position[0], velocity[0], acceleration[0]
+    def _track(self, agent: int, way: Indices) -> Motions:
+        return kinematics(way[None], np.array([agent]), self.motion, self.mission).take(0)
 
     def fixed(self, ways: Sequence[Flags]) -> tuple[Flags, ...]:
         """The ways of all agents, (steps + 1, states) each, with those who are settled where they are."""
@@ -140,13 +138,11 @@ class ReservationTable:
     def __init__(self, roadmap: Roadmap, mission: Mission) -> None:
         self.roadmap, self.mission = roadmap, mission
         source, target = roadmap.moves.T
-        states = States(roadmap.position, roadmap.velocity)
         self.begins = np.searchsorted(source, np.arange(len(roadmap.position) + 1))
         self.sizes = np.diff(self.begins)
         self.leads_on = source != target
-        dynamics = mission.agents[roadmap.agents[0]].dynamics
-        self.moves = motion_of(dynamics, states.take(source), states.take(target), mission.step)
-        self.length = travelled(self.moves, mission.step)
+        self.moves = roadmap.motions(mission)
+        self.length = self.moves.lengths(mission.step)
         self.longest = float(self.length.max(initial=0.0))
         going = np.flatnonzero((roadmap.allowed & self.leads_on).any(axis=1))
         self.over = int(going[-1]) + 1 if going.size else 0
@@ -154,7 +150,7 @@ class ReservationTable:
         shortest = np.min(np.where(roadmap.allowed, self.length, np.inf), axis=1, initial=np.inf)
         self.to_come = np.append(np.cumsum(shortest[::-1])[::-1], 0.0)
         """Metres that whoever keeps going makes at least from each step on, (steps + 1,); 0 where it can wait."""
-        self.middle, self.reach = _disc(*self.moves, mission.step)
+        self.middle, self.reach = _disc(self.moves, mission.step)
         self._tree = cKDTree(self.middle)
         self._taken = np.zeros(roadmap.allowed.shape, dtype=np.int32)
         """What those weigh together whom each move comes too near, (steps, moves)."""
@@ -172,29 +168,34 @@ class ReservationTable:
         other._taken, other._near = np.zeros(self._taken.shape, dtype=self._taken.dtype), {}
         return other
 
-    def keep_clear_of(self, agent: int, track: tuple[Array, Array, Array], weight: int) -> None:
+    def keep_clear_of(self, agent: int, track: Motions, weight: int) -> None:
         """No move is free any more that comes too near the agent.
 
         Args:
-            track: its position, velocity and acceleration at the start of each step, (steps, dim) each.
+            track: its motions, (steps).
             weight: ``FIXED`` where it cannot be moved.
         """
         pair = np.array([self.roadmap.agents[0]]), np.array([agent])
         least, factors = float(needed(*pair, self.mission)[0]), metric(*pair, self.mission)
-        widest = within(least, factors)
-        middle, reach = _disc(*track, self.mission.step)
-        around = self._tree.query_ball_point(middle, reach + self.reach.max(initial=0.0) + widest)
-        step = np.repeat(np.arange(len(middle)), [len(moves) for moves in around])
-        move = np.concatenate([np.array(moves, dtype=np.int64) for moves in around])
-        near = norm(self.middle[move] - middle[step]) < self.reach[move] + reach[step] + widest
-        step, move = step[near], move[near]
-        (here, going, turning), (there, coming, bending) = self.moves, track
-        nearest = closest_approach(
-            here[move], going[move], turning[move], there[step], coming[step], bending[step], self.mission.step, factors
-        )
-        cells = np.sort((step * len(self.leads_on) + move)[nearest < least])
+        step, move = self.too_near(track, least, factors)
+        cells = np.sort(step * len(self.leads_on) + move)
         self._near[agent] = cells, weight
         self._taken.reshape(-1)[cells] += weight
+
+    def too_near(self, others: Motions, least: float, factors: Array | None) -> tuple[Indices, Indices]:
+        """Motions of others and moves that come nearer to each other than ``least`` metres, (pairs,) each.
+
+        Args:
+            factors: as of ``closest_approach``.
+        """
+        (middle, reach), widest = _disc(others, self.mission.step), _within(least, factors)
+        around = self._tree.query_ball_point(middle, reach + self.reach.max(initial=0.0) + widest)
+        other = np.repeat(np.arange(len(middle)), [len(moves) for moves in around])
+        move = np.concatenate([np.array(moves, dtype=np.int64) for moves in around])
+        near = norm(self.middle[move] - middle[other]) < self.reach[move] + reach[other] + widest
+        other, move = other[near], move[near]
+        nearest = closest_approach(self.moves.take(move), others.take(other), self.mission.step, factors)
+        return other[nearest < least], move[nearest < least]
 
     def release(self, agent: int) -> None:
         cells, weight = self._near.pop(agent)
@@ -205,28 +206,31 @@ class ReservationTable:
         free: Flags = self.roadmap.allowed[step].take(move) & (self._taken[step].take(move) < (FIXED if pushing else 1))
         return free
 
+    def onward(self, state: Indices) -> tuple[Indices, Indices]:
+        """All moves that leave states, (rows,): the row that each leaves, and the move, (moves,) each."""
+        sizes = self.sizes.take(state)
+        row = np.arange(len(state)).repeat(sizes)
+        return row, np.arange(len(row)) + (self.begins.take(state) - sizes.cumsum() + sizes).take(row)
+
     def weight(self, step: int, move: Indices) -> Indices:
         """What those weigh together whom each move comes too near, (rows,)."""
         return np.asarray(self._taken[step].take(move))
 
     def metres(self, way: Indices) -> float:
         """How long a way is, (steps + 1,)."""
-        states = len(self.begins) - 1
-        keys = self.roadmap.moves[:, 0] * states + self.roadmap.moves[:, 1]
-        return float(self.length[np.searchsorted(keys, way[:-1] * states + way[1:])].sum())
+        return float(self.length[self.roadmap.moves_of(way)].sum())
 
     def open_roadmap(self) -> Roadmap:
         return replace(self.roadmap, allowed=self.roadmap.allowed & (self._taken == 0))
 
 
-def within(least: float, factors: Array | None) -> float:
+def _within(least: float, factors: Array | None) -> float:
     """Metres beyond which two are far enough apart in every direction, where ``least`` counts by the factors,
     (..., dim)."""
     return least if factors is None else least / min(1.0, float(factors.min()))
 
 
-def _disc(position: Array, velocity: Array, acceleration: Array, step: float) -> tuple[Array, Array]:
-    """Centres and radii of discs that hold motions of one step: (..., dim) each -> (..., dim) and (...)."""
-    middle = position + velocity * (step / 2) + acceleration * (step**2 / 8)
-    reach = norm(velocity) * (step / 2) + norm(acceleration) * (step**2 / 2)
-    return middle, reach
+def _disc(motions: Motions, step: float) -> tuple[Array, Array]:
+    """Centres and radii of discs that hold motions of one step: (...) -> (..., dim) and (...)."""
+    reach = norm(motions.velocity) * (step / 2) + norm(motions.acceleration) * (step**2 / 2)
+    return motions.at(step / 2), reach

@@ -26,7 +26,6 @@ from missionc.backends.smt.encode.lower_motion import Ways, lower_motion
 from missionc.backends.smt.prioritized.joint_search import JointSearch
 from missionc.backends.smt.prioritized.planning_order import PlanningOrder
 from missionc.backends.smt.prioritized.precedence import with_steps_chosen
-from missionc.backends.smt.prioritized.progression import TooComplex
 from missionc.backends.smt.prioritized.requirement_parts import (
     NOBODY,
     Agents,
@@ -43,13 +42,14 @@ from missionc.backends.smt.prioritized.single_agent_search import SingleAgentSea
 from missionc.backends.smt.refine.collisions import metric, needed
 from missionc.backends.smt.refine.problem import Setting
 from missionc.backends.smt.roadmap.labels import Labels
-from missionc.backends.smt.roadmap.roadmap import Indices, Roadmap
+from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.backends.smt.sat.solve import Solvers
-from missionc.backends.smt.sat.wait_for_process import is_over
+from missionc.backends.smt.sat.solver_process import is_over
 from missionc.backends.smt.settings import PrioritizedSettings, smt_settings
 from missionc.backends.work import MOVE_STEP
-from missionc.base.trace import Flags
+from missionc.base.trace import Flags, Indices
 from missionc.ir.kernel.nodes import Kernel, Node
+from missionc.planning.progression.residuals import TooComplex
 
 
 @dataclass(slots=True, eq=False)
@@ -254,14 +254,14 @@ class SingleAgentPlanning:
             )
             for search, asked, names in questions if frozenset(agents) not in self.compatible else ():
                 movers = [search.mover(*each, None) for each in zip(agents, asked, strict=True)]
-                if not self.chosen and JointSearch(movers, apart, factors, setting.mission.step).refused:
+                if not self.chosen and JointSearch(movers, apart, factors).refused:
                     self.refused = names
                     return False
             self.compatible.add(frozenset(agents))
             rest = self.reservations.copy()
             rest.release(set(agents).intersection(rest.agents))
             movers = [self.single_agent.mover(*each, rest) for each in zip(agents, formulas, strict=True)]
-            found = JointSearch(movers, apart, factors, setting.mission.step).find()
+            found = JointSearch(movers, apart, factors).find()
             states = rest.states.copy()
             states[list(agents)] = 0 if found is None else found
             if found is not None and self.single_agent.admits(agents, states, rest):

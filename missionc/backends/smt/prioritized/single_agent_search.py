@@ -25,27 +25,24 @@ from missionc.backends.smt.encode.clauses import TRUE, Clauses
 from missionc.backends.smt.encode.lower import Formulas, deep
 from missionc.backends.smt.encode.lower_motion import lower_motion
 from missionc.backends.smt.encode.occupancy import Occupancy
-from missionc.backends.smt.prioritized.distance_to_go import DistanceToGo
 from missionc.backends.smt.prioritized.exclusions import Exclusion, may_be
-from missionc.backends.smt.prioritized.label_setting import Mover, Sweep, Task, _letters, _Signature
+from missionc.backends.smt.prioritized.label_setting import Mover, OwnMemory, Signature, Sweep, Task, letters_of
 from missionc.backends.smt.prioritized.metric_routes_beside import holds_beside, is_measured
-from missionc.backends.smt.prioritized.progression import (
+from missionc.backends.smt.prioritized.reservations import Reservations
+from missionc.backends.smt.roadmap.labels import Labels, Unexpressible, own_states, states_of
+from missionc.backends.smt.settings import smt_settings
+from missionc.base.trace import Array, Flags, Indices
+from missionc.ir.kernel.analysis import helped_by_more
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
+from missionc.ir.kernel.walk import children, postorder, window_of
+from missionc.ir.language.margins.predicate_margins import holds, of_pair
+from missionc.planning.distance_to_go import DistanceToGo
+from missionc.planning.progression.residuals import (
     Progression,
     Relaxation,
     Residual,
     TooComplex,
 )
-from missionc.backends.smt.prioritized.reservations import Reservations
-from missionc.backends.smt.prioritized.resource_labels import OwnMemory
-from missionc.backends.smt.roadmap.agent_local import own_states, states_of
-from missionc.backends.smt.roadmap.labels import Labels, Unexpressible
-from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.backends.smt.settings import smt_settings
-from missionc.base.trace import Array, Flags
-from missionc.ir.kernel.analysis import helped_by_more
-from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Node, Not
-from missionc.ir.kernel.walk import children, postorder, window_of
-from missionc.ir.language.margins.predicate_margins import holds, of_pair
 
 Settled = set[tuple[int, bytes]]
 """Agents and their ways."""
@@ -221,17 +218,17 @@ class SingleAgentSearch:
         rank = {node: index for index, node in enumerate((*of_state, *of_step, *of_move, *past))}
         memory = OwnMemory(past, agent, self._labels, table.roadmap, exact=alone) if past else None
         steps, states = len(table.roadmap.standing), len(table.roadmap.position)
-        places, place_letters = _letters(list(of_state.values()), states)
+        places, place_letters = letters_of(list(of_state.values()), states)
         own_places, own_letters = places, place_letters
         if of_step:
             rows = [np.broadcast_to(row, (steps, states)).ravel() for row in (*of_state.values(), *of_step.values())]
-            flat, place_letters = _letters(rows, steps * states)
+            flat, place_letters = letters_of(rows, steps * states)
             places = flat.reshape(steps, states)
         both = [np.concatenate(pair) for pair in of_move.values()]
-        moves, move_letters = _letters(both, 2 * len(table.roadmap.moves))
+        moves, move_letters = letters_of(both, 2 * len(table.roadmap.moves))
         progression = Progression(agent, rank.get, steps - 1)
         relaxation = Relaxation(agent, lambda node: rank[node] if node in of_state else None, steps - 1)
-        signature = _Signature({node: row.tobytes() for node, row in of_state.items()}).of
+        signature = Signature({node: row.tobytes() for node, row in of_state.items()}).of
         to_go = self._to_go[number]
         finish = np.zeros(states, dtype=np.bool_)
         finish[table.roadmap.finishes[table.roadmap.agents.index(agent)]] = True

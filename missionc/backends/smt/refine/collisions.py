@@ -13,9 +13,8 @@ import numpy as np
 
 from missionc.backends.smt.encode.clauses import FALSE, Clauses, Literals
 from missionc.backends.smt.encode.lower_motion import Motion, add_at_most_one
-from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.base.trace import Array
-from missionc.geometry.dynamics import States, motion_of
+from missionc.base.trace import Array, Indices
+from missionc.geometry.dynamics import Motions, States, motions_between
 from missionc.geometry.relative_motion import closest_approach
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Mission
@@ -44,17 +43,8 @@ def too_near(states: Indices, agents: Indices, motion: Motion, mission: Mission)
     """
     first, second = np.triu_indices(len(agents), k=1)
     moving = kinematics(states[agents], agents, motion, mission)
-    position, velocity, acceleration = moving
-    least = closest_approach(
-        position[first],
-        velocity[first],
-        acceleration[first],
-        position[second],
-        velocity[second],
-        acceleration[second],
-        mission.step if motion.steps else 0.0,
-        each_step(metric(agents[first], agents[second], mission)),
-    )
+    factors = each_step(metric(agents[first], agents[second], mission))
+    least = closest_approach(moving.take(first), moving.take(second), mission.step if motion.steps else 0.0, factors)
     first, second = agents[first], agents[second]
     pair, step = np.nonzero(least < needed(first, second, mission)[:, None])
     return Near(first[pair], second[pair], step)
@@ -75,10 +65,8 @@ def each_step(factors: Array | None) -> Array | None:
     return None if factors is None else factors[:, None]
 
 
-def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Mission) -> tuple[Array, Array, Array]:
-    """Position, velocity and acceleration at the start of each step, (agents, steps, dim) each.
-
-    At the only step, where the mission has no other.
+def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Mission) -> Motions:
+    """The motions of each step, (agents, steps); at rest at the only step, where the mission has no other.
 
     Args:
         states: (agents, steps + 1), in the roadmap of each of ``agents``, (agents,).
@@ -88,12 +76,11 @@ def kinematics(states: Indices, agents: Indices, motion: Motion, mission: Missio
         roadmap = motion.roadmap(agent)
         here = States(roadmap.position[row], roadmap.velocity[row])
         if motion.steps == 0:
-            rows.append((here.position, np.zeros_like(here.position), np.zeros_like(here.position)))
+            rows.append(Motions(here.position, np.zeros_like(here.position), np.zeros_like(here.position)))
             continue
         before, after = here.take(np.arange(motion.steps)), here.take(np.arange(1, motion.steps + 1))
-        rows.append(motion_of(mission.agents[agent].dynamics, before, after, mission.step))
-    position, velocity, acceleration = (np.stack(each) for each in zip(*rows, strict=True))
-    return position, velocity, acceleration
+        rows.append(motions_between(mission.agents[agent].dynamics, before, after, mission.step))
+    return Motions.stacked(rows)
 
 
 @dataclass(slots=True)

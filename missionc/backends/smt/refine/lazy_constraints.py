@@ -13,11 +13,10 @@ from missionc.backends.run_account import Account
 from missionc.backends.smt.encode.clauses import FALSE, TRUE, Clauses, Literals, TooLarge
 from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.collisions import Separation, too_near
-from missionc.backends.smt.roadmap.roadmap import Indices
 from missionc.backends.smt.sat.solve import Answer, Satisfiable, Solvers, Stopped, Unsatisfiable
 from missionc.backends.smt.settings import smt_settings
 from missionc.backends.work import conflicts_of, question_work
-from missionc.base.trace import Flags
+from missionc.base.trace import Flags, Indices
 from missionc.ir import Mission
 
 

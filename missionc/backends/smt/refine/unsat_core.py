@@ -1,11 +1,18 @@
-"""The unsat core over assumption literals, minimised by deletion: requirements that cannot hold together."""
+"""Unsat core over assumption literals, minimised by deletion: requirements that cannot hold together.
+
+Each question has a limit on conflicts, which grows with the clauses.
+"""
 
 from __future__ import annotations
 
-from missionc.backends.smt.refine.conflict_limit import effort
-from missionc.backends.smt.refine.lazy_constraints import LazyConstraints
+from collections.abc import Collection
+from dataclasses import dataclass, field
+
+from missionc.backends.smt.encode.clauses import Clauses
+from missionc.backends.smt.refine.lazy_constraints import Effort, LazyConstraints
 from missionc.backends.smt.sat.solve import Unsatisfiable
 from missionc.backends.smt.settings import smt_settings
+from missionc.ir import Mission
 
 
 def named_by_solver(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
@@ -35,3 +42,49 @@ def minimise(core: tuple[int, ...], search: LazyConstraints) -> tuple[int, ...]:
         if isinstance(answer, Unsatisfiable):
             core = tuple(other for other in core if other in answer.core)
     return core
+
+
+@dataclass(slots=True)
+class Deletion:
+    """A conflict as it gets smaller; all its names together cannot hold.
+
+    What holds without a name holds without it however small the conflict gets, so that no question is put twice.
+    """
+
+    conflict: tuple[str, ...]
+    needed: set[str] = field(default_factory=set)
+    """Names without which the others can hold."""
+    left_open: set[str] = field(default_factory=set)
+    """Names of which it was not found out, in the conflict as it was then."""
+
+    @property
+    def smallest(self) -> bool:
+        """Every proper subset can hold."""
+        return self.needed.issuperset(self.conflict)
+
+    def question(self) -> str | None:
+        """A name without which the others may hold or not; None where nothing is left to ask."""
+        return next((name for name in self.conflict if name not in self.needed | self.left_open), None)
+
+    def without(self, name: str) -> tuple[str, ...]:
+        return tuple(other for other in self.conflict if other != name)
+
+    def holds(self, without: str) -> None:
+        """The others can hold."""
+        self.needed.add(without)
+
+    def refused(self, core: Collection[str]) -> None:
+        """These names of the conflict cannot hold together; what was left open of a larger one is asked again."""
+        self.conflict = tuple(name for name in self.conflict if name in core)
+        self.left_open.clear()
+
+    def unknown(self, without: str) -> None:
+        """Whether the others can hold was not found out."""
+        self.left_open.add(without)
+
+
+def effort(mission: Mission, clauses: Clauses) -> Effort:
+    """Effort of one question: fewer conflicts if there are many clauses, since each takes longer."""
+    settings = smt_settings(mission).solver
+    conflicts = min(settings.improve_most, settings.improve_work // max(1, clauses.count))
+    return Effort(max(settings.improve_least, conflicts), settings.improve_rounds)

@@ -10,15 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from missionc.backends.smt.roadmap.sample_nodes import Ground
-from missionc.base.trace import Array, Flags
-from missionc.geometry.clearance import Motions, clear_motions, clear_of
-from missionc.geometry.dynamics import States, motion_of, path_between
+from missionc.base.trace import Array, Flags, Indices
+from missionc.geometry.clearance import clear_motions, clear_of
+from missionc.geometry.dynamics import Motions, States, motions_between, path_between
 from missionc.ir import Dynamics
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +75,7 @@ def are_clear(ground: Ground, nodes: States, edges: Edges) -> Flags:
             States(position[:, some].reshape(-1, world.dimension), velocity[:, some].reshape(-1, world.dimension))
             for some in (slice(None, -1), slice(1, None))
         )
-        motions = Motions(*motion_of(dynamics, before, after, step))
+        motions = motions_between(dynamics, before, after, step)
         least, most = _extent(motions, step)
         free = np.all((least >= world.low) & (most <= world.high), axis=1)
         free &= clear_motions(ground.obstacles, motions, step, ground.margin)

@@ -16,28 +16,24 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.spatial import cKDTree
 
-from missionc.backends.smt.roadmap.connect import both_ways
 from missionc.backends.smt.roadmap.edges import Edges, are_clear
-from missionc.backends.smt.roadmap.greedy_spanner import greedy_spanner
+from missionc.backends.smt.roadmap.grow import both_ways
 from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, exact_places
-from missionc.backends.smt.roadmap.shortest_ways import left_at, on_shortest_ways
-from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.roadmap.visibility_graph import Visibility
 from missionc.backends.smt.settings import smt_settings
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.geometry.clearance import clear_of, solids
 from missionc.geometry.dynamics import States, steer
 from missionc.geometry.sampling import points_in, scatter
+from missionc.geometry.vectors import distinct
 from missionc.ir import Ball, Inside, Predicate, Still
 from missionc.ir.kernel.analysis import agents_asked, linked_by
 from missionc.ir.kernel.nodes import Atom, Kernel, Not
 from missionc.ir.language.margins.predicate_margins import of_states
-
-Indices = NDArray[np.int64]
+from missionc.planning.shortest_paths import greedy_spanner, left_at, on_shortest_ways
 
 TOUCHING = 1e-6
 """The share by which corners are further from obstacles than bodies have to be."""

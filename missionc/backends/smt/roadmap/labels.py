@@ -1,18 +1,33 @@
-"""Roadmap labels: the states, the moves and the pairs of states in which each predicate holds."""
+"""Roadmap labels: the states, moves and pairs of states in which each predicate holds, and the headings of moves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
+from functools import reduce
 from typing import TypeAlias
 
 import numpy as np
 
-from missionc.backends.smt.roadmap.faced import faced
 from missionc.backends.smt.roadmap.roadmap import Roadmap
-from missionc.backends.smt.roadmap.unique_rows import Indices, distinct
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
+from missionc.geometry.vectors import distinct, norm
 from missionc.ir import Mission, Predicate
+from missionc.ir.kernel.nodes import All, Any, Atom, Is, Node, Not
+from missionc.ir.kernel.walk import children
 from missionc.ir.language.margins.predicate_margins import holds, of_pair, of_states
+
+
+def faced(way: Array, turned_to: Array) -> Array:
+    """Where an agent faces as each move begins, rad: along it, or of one that stays where its next state faces.
+
+    Args:
+        way: (..., dim), metres.
+        turned_to: (...), rad, the heading of the state that the move leads to; NaN where that may be any.
+    """
+    still = 1e-9  # metres; an agent that moves less in a step keeps its heading
+    moves = norm(way[..., :2]) > still
+    return np.asarray(np.where(moves, np.arctan2(way[..., 1], way[..., 0]), turned_to))
+
 
 OwnState: TypeAlias = "tuple[Array, Array, Array | None]"
 """Positions and velocities, (..., dim) each, and headings, (...), where those are asked for."""
@@ -124,3 +139,39 @@ class Labels:
             margins = np.asarray(of_states(predicate, self.mission, self.roadmaps[number].agents[0], *states()))
             self._known[key], self._open[key] = np.asarray(holds(predicate, margins)), np.isnan(margins)
         return self._known[key]
+
+
+def own_states(order: Iterable[Node], labels: Labels) -> set[Node]:
+    """The ones of these nodes, each after those below it, that an agent's own state decides."""
+    own: set[Node] = set()
+    for node in order:
+        match node:
+            case Atom(predicate):
+                known = labels.of_places(predicate)
+            case Is():
+                known = True
+            case Not() | All() | Any():
+                known = all(part in own for part in children(node))
+            case _:
+                known = False
+        if known:
+            own.add(node)
+    return own
+
+
+def states_of(node: Node, agent: int, labels: Labels) -> Flags:
+    """In which states, (states,), an agent's own state makes it true."""
+    number = labels.roadmap_of[agent]
+    shape = len(labels.roadmaps[number].position)
+    match node:
+        case Atom(predicate):
+            return labels.states(predicate, number)
+        case Is(members):
+            return np.full(shape, agent in members)
+        case Not(body):
+            return ~states_of(body, agent, labels)
+        case All() | Any():
+            join = np.logical_and if node.every else np.logical_or
+            return reduce(join, (states_of(part, agent, labels) for part in node.parts), np.full(shape, node.every))
+        case _:
+            raise AssertionError(node)

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import TypeAlias, assert_never
 
 import numpy as np
-from numpy.typing import NDArray
 
 from missionc.backends.smt.roadmap.edges import NONE, Edges
 from missionc.backends.smt.roadmap.geodesic_roadmap import geodesic_roadmap
@@ -22,17 +21,15 @@ from missionc.backends.smt.roadmap.sample_nodes import Ground, NoRoadmap, free_g
 from missionc.backends.smt.roadmap.slow_paths import always_slow, slow_paths
 from missionc.backends.smt.roadmap.unroll import Unrolled, unroll
 from missionc.base.memory import reserve
-from missionc.base.trace import Array, Flags
-from missionc.geometry.clearance import Motions, clear_of_movers, clear_places
-from missionc.geometry.dynamics import States, motion_of
+from missionc.base.trace import Array, Flags, Indices
+from missionc.geometry.clearance import clear_of_movers, clear_places
+from missionc.geometry.dynamics import Motions, States, motions_between
 from missionc.ir import Agent, Anywhere, Beacon, Exactly, Facing, Lanes, Mission, Place
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom, Kernel
 from missionc.ir.kernel.walk import postorder
 
 __all__ = ["NoRoadmap", "Roadmap", "build_geodesic_roadmaps", "build_lane_roadmaps", "build_roadmaps", "whole_moves"]
-
-Indices = NDArray[np.int64]
 
 OwnRoadmap: TypeAlias = tuple[States, Edges, tuple[str, ...], tuple[Way, ...] | None]
 """Nodes, edges, the names of the nodes, and the ways of vehicles."""
@@ -76,6 +73,22 @@ class Roadmap:
     edges: Edges = NONE
     names: tuple[str, ...] = ()
     flown: bool = False
+
+    def motions(self, mission: Mission) -> Motions:
+        """The motions of its moves, (moves)."""
+        states = States(self.position, self.velocity)
+        start, end = (states.take(each) for each in self.moves.T)
+        return motions_between(mission.agents[self.agents[0]].dynamics, start, end, mission.step)
+
+    def lengths(self, mission: Mission) -> Array:
+        """The lengths of its moves, (moves,), metres."""
+        return self.motions(mission).lengths(mission.step)
+
+    def moves_of(self, way: Indices) -> Indices:
+        """The moves of a path through its states, (..., steps + 1) -> (..., steps)."""
+        count = len(self.position)
+        keys = self.moves[:, 0] * count + self.moves[:, 1]
+        return np.searchsorted(keys, way[..., :-1] * count + way[..., 1:])
 
 
 def build_roadmaps(
@@ -210,7 +223,7 @@ def _build(
     number = np.cumsum(useful) - 1
     states, moves = whole.states.take(useful), number[whole.moves[useful[whole.moves].all(axis=1)]]
     reserve(mission.steps * (len(states) + len(moves)), f"{mission.steps} steps among {len(states)} states")
-    motions = Motions(*motion_of(dynamics, states.take(moves[:, 0]), states.take(moves[:, 1]), mission.step))
+    motions = motions_between(dynamics, states.take(moves[:, 0]), states.take(moves[:, 1]), mission.step)
     return Roadmap(
         agents=tuple(agent.index for agent in ground.agents),
         position=states.position,

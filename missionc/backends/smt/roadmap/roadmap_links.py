@@ -16,9 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.backends.smt.roadmap.unique_rows import distinct
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
+from missionc.geometry.vectors import distinct
 from missionc.ir import Graph
 from missionc.ir.language.margins.links import places_linked
 

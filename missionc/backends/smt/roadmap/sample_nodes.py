@@ -16,11 +16,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
-from missionc.backends.smt.roadmap.unique_rows import distinct
 from missionc.backends.smt.settings import smt_settings
 from missionc.base.trace import Array, Flags
 from missionc.geometry.clearance import ROUNDING, Solid, clear_of, clear_places, standing_solids
 from missionc.geometry.sampling import far_apart, packed, points_in, scatter
+from missionc.geometry.vectors import distinct
 from missionc.ir import Agent, Anywhere, Exactly, Mission, Region, Vector
 from missionc.ir.distances.signed_distance import signed_distance
 

@@ -21,15 +21,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from missionc.backends.smt.roadmap.edges import Edges, paths
-from missionc.backends.smt.roadmap.unique_rows import distinct
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.dynamics import States, can_wait, headings_along, turn_in_step
+from missionc.geometry.vectors import distinct
 from missionc.ir import Beacon, Dynamics
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

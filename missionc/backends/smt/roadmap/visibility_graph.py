@@ -3,7 +3,8 @@
     in   Ground, nodes, of which the first are places
     out  lengths of the ways, longer where there is no room to spare
 
-What was seen of two nodes is known when they are asked about again, among others.
+What was seen of two nodes is known when they are asked about again, among others. Unlike ``geodesic_bounds``, whose
+paths must not be too long, these must be clear: they become moves of agents.
 
 Source:
     de Berg et al., "Computational Geometry" (2008), 15.1.
@@ -14,16 +15,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.spatial import cKDTree
 
 from missionc.backends.smt.roadmap.sample_nodes import Ground
 from missionc.backends.smt.settings import ShortestPathSettings, smt_settings
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.clearance import clear_of
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(slots=True, eq=False)

@@ -19,8 +19,7 @@ import numpy as np
 
 from missionc.backends.smt.encode.clauses import Clauses
 from missionc.backends.smt.encode.dimacs import lines
-from missionc.backends.smt.sat.solver_process import Process
-from missionc.backends.smt.sat.wait_for_process import wait
+from missionc.backends.smt.sat.solver_process import Process, wait
 from missionc.backends.smt.sat.worker import PARAMETERS
 from missionc.base.trace import Flags
 

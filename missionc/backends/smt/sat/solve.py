@@ -17,8 +17,7 @@ from missionc.backends.api import Reason
 from missionc.backends.smt.encode.clauses import Clauses, Literals
 from missionc.backends.smt.encode.dimacs import dimacs
 from missionc.backends.smt.sat.presolve import Presolver, program
-from missionc.backends.smt.sat.solver_process import Process
-from missionc.backends.smt.sat.wait_for_process import is_over, wait
+from missionc.backends.smt.sat.solver_process import Process, is_over, wait
 from missionc.backends.smt.settings import SolverSettings
 from missionc.base.trace import Flags
 

@@ -1,15 +1,20 @@
-"""A solver's process: messages to it, the memory it held, and that it does not outlive its run."""
+"""A solver's process: messages to it, waiting for its answer, its memory, and its end with the run."""
 
 from __future__ import annotations
 
 import os
 import queue
 import re
+import select
 import signal
 import subprocess
 import threading
+import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import IO
+from typing import IO, Protocol, TypeVar
+
+from missionc.base.signals import stop_requested
 
 
 class Process:
@@ -86,3 +91,30 @@ class Outbox:
                         left = left[self._pipe.write(left) :]
         except (OSError, ValueError):  # the process is gone
             return
+
+
+class HasFileno(Protocol):
+    def fileno(self) -> int: ...
+
+
+Stream = TypeVar("Stream", bound=HasFileno)
+
+
+def wait(streams: Sequence[Stream], deadline: float) -> list[Stream]:
+    """The streams that have something to say; none once time is up, or someone has asked to end.
+
+    Args:
+        deadline: on the clock of ``time.monotonic``.
+    """
+    patience = 0.1  # seconds between two checks for a signal
+    while not is_over(deadline):
+        left = max(0.0, deadline - time.monotonic())
+        ready = select.select(streams, [], [], min(left, patience))[0]
+        if ready:
+            return ready
+    return []
+
+
+def is_over(deadline: float) -> bool:
+    """Whether time is up, or someone has asked to end."""
+    return stop_requested() or time.monotonic() >= deadline

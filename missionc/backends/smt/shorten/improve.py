@@ -1,21 +1,212 @@
-"""Anytime improvement of a plan: preferences by weight, then the objective, then paths without detours."""
+"""Anytime improvement of a plan: preferences by weight, then the objective, then paths without detours.
+
+*Duration*: the number of steps between the shortest plan and the steps known to be too few is halved.
+
+*Distance*: SAT questions close in on the metres that all agents travel together. Each agent travels a least distance
+whatever the others do (``cost_to_go``); clauses count only the excess of a plan over these. The excess is counted in
+units and rounded down, so that what is shown to be impossible is impossible. The length of a plan is measured, not
+counted.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from missionc.backends.api import Progress, no_bound
+from missionc.backends.smt.encode.clauses import FALSE, Clauses, Literals, TooLarge
 from missionc.backends.smt.encode.lower import deep
-from missionc.backends.smt.refine.conflict_limit import effort
+from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.refine.lazy_constraints import JointMotion, LazyConstraints
+from missionc.backends.smt.refine.unsat_core import effort
 from missionc.backends.smt.roadmap.labels import Labels
 from missionc.backends.smt.sat.solve import Stopped, Unsatisfiable
-from missionc.backends.smt.shorten.held_goals import Goals
-from missionc.backends.smt.shorten.minimize_distance import shorten_distance
-from missionc.backends.smt.shorten.minimize_duration import duration, shorten_duration
+from missionc.backends.smt.settings import smt_settings
+from missionc.backends.smt.shorten.excess import (
+    CostToGo,
+    add_totalizer,
+    cost_to_go,
+    disjunctive_tasks,
+    single_agent_tasks,
+)
 from missionc.backends.smt.shorten.shorten_paths import shorten_paths
+from missionc.backends.smt.shorten.slack import Goals
+from missionc.base.trace import Array, Indices
 from missionc.ir import Objective
 from missionc.ir.kernel.nodes import Kernel
+
+
+def shorten_duration(
+    plan: JointMotion, required: tuple[int, ...], search: LazyConstraints, enough: Callable[[float], float]
+) -> JointMotion:
+    """Halves what lies between the shortest plan found and what is known, or was asked in vain, to be too short.
+
+    Args:
+        enough: as of a ``Budget``.
+    """
+    best, stops = duration(plan.states), 0
+    impossible = vain = int(enough(best)) - 1
+    try:
+        still = add_stillness(search.clauses, search.motion)
+    except TooLarge:
+        search.account.notes.append(f"lasts {best} steps; too many clauses to look for fewer")
+        return plan
+    while best - vain > 1 and stops < smt_settings(search.mission).shortening.undecided:
+        target = (best + vain) // 2
+        search.listen(Progress("improve", search.rounds, f"{best} steps; are {target} enough?"))
+        result = search.find((*required, *still[target:].tolist()), effort=effort(search.mission, search.clauses))
+        match result:
+            case JointMotion(states):
+                plan, best = result, duration(states)
+            case Unsatisfiable():
+                impossible = vain = target
+            case Stopped():
+                vain, stops = target, stops + 1
+    if not search.proves:
+        known = ", the fewest that were found on this roadmap"
+    elif best - impossible <= 1:
+        known = ", the fewest on this roadmap"
+    else:
+        known = f"; no plan on this roadmap takes less than {impossible + 1}" if impossible >= 0 else ""
+        known += f"; whether {vain} are enough was not decided in time"
+    search.account.notes.append(f"lasts {best} steps{known}")
+    return plan
+
+
+def duration(states: Indices) -> int:
+    """After how many steps nobody changes its state, (agents, steps + 1), any more."""
+    return int(rests_from(states).max(initial=0))
+
+
+def rests_from(states: Indices) -> Indices:
+    """After how many steps each agent changes its state, (agents, steps + 1), no more: (agents,)."""
+    changes = states[:, 1:] != states[:, :-1]
+    last = changes.shape[1] - np.argmax(changes[:, ::-1], axis=1)
+    return np.where(changes.any(axis=1), last, 0)
+
+
+def add_stillness(clauses: Clauses, motion: Motion) -> Literals:
+    """For each step, (steps,), a literal that implies that nobody changes its state from it to the next."""
+    still = clauses.fresh(motion.steps)
+    for states in motion.states:
+        step, state = np.nonzero(states[:-1] != FALSE)
+        clauses.add(-still[step], -states[step, state], states[step + 1, state])
+    return still
+
+
+def shorten_distance(
+    plan: JointMotion,
+    goals: Goals,
+    required: tuple[int, ...],
+    search: LazyConstraints,
+    with_shorter_paths: Callable[[JointMotion], JointMotion],
+    enough: Callable[[float], float],
+) -> JointMotion:
+    """Asks for a shorter plan until there is none, or it takes too much.
+
+    Args:
+        required: the literals of the goals.
+        with_shorter_paths: a plan that is as good or better, near the one it is given.
+        enough: as of a ``Budget``.
+    """
+    distance_search = DistanceSearch(goals, required, search, with_shorter_paths, plan)
+    distance_search.bound = max(distance_search.bound, enough(distance_search.best))
+    try:
+        settings = smt_settings(search.mission).shortening
+        for parts in (settings.units, settings.fine_units):
+            if not distance_search.over and not distance_search.in_parts(parts):
+                break
+    except TooLarge:
+        search.account.notes.append("too many clauses to look for a shorter plan")
+    what = f"{distance_search.best:.6g} m in all"
+    if not search.proves:
+        search.account.notes.append(f"{what}, the least that was found on this roadmap")
+    elif distance_search.over:
+        search.account.notes.append(f"{what}, the least on this roadmap")
+    else:
+        gap = 1 - distance_search.bound / distance_search.best
+        search.account.notes.append(
+            f"{what}; no plan on this roadmap is shorter than {distance_search.bound:.6g} m (a gap of {gap:.1%})"
+        )
+    return distance_search.found
+
+
+@dataclass(slots=True)
+class DistanceSearch:
+    """The search for the shortest plan: the best found, its metres, and a lower bound on those of any."""
+
+    goals: Goals
+    kept: tuple[int, ...]
+    search: LazyConstraints
+    with_shorter_paths: Callable[[JointMotion], JointMotion]
+    found: JointMotion
+    best: float = field(init=False)
+    bound: float = field(init=False)
+    alone: list[CostToGo] = field(init=False)
+    """What each agent must travel by itself, and the metres of all together: ``floor``."""
+    floor: float = field(init=False)
+    metres: list[Array] = field(init=False)
+
+    def __post_init__(self) -> None:
+        motion, mission = self.goals.motion, self.goals.mission
+        self.metres = [roadmap.lengths(mission) for roadmap in motion.roadmaps]
+        self.best = self.travelled(self.found)
+        known = single_agent_tasks(self.goals)
+        self.alone = [
+            cost_to_go(self.goals, agent, task, self.metres[motion.roadmap_of[agent]])
+            for agent, task in enumerate(known)
+        ]
+        self.floor = sum(each.least for each in self.alone)
+        self.bound = self.floor
+        for options in disjunctive_tasks(self.goals):
+            more = [
+                cost_to_go(self.goals, agent, known[agent].and_also(task), self.metres[motion.roadmap_of[agent]]).least
+                - self.alone[agent].least
+                for agent, task in options
+            ]
+            self.bound = max(self.bound, self.floor + min(more))
+
+    @property
+    def over(self) -> bool:
+        """Whether there is no shorter plan."""
+        same = 1e-6  # metres: so little makes no plan shorter.
+        return self.best - self.bound < same
+
+    def in_parts(self, parts: int) -> bool:
+        """Searches with the excess of the plan at hand in so many units; whether every question was answered."""
+        search = self.search
+        unit = (self.best - self.floor) / parts
+        excess = add_totalizer(search.clauses, self.goals.motion, self.alone, self.metres, unit, parts)
+        fewest, most = 0, parts
+        while fewest < most and not self.over:
+            hopeful = max(fewest, min(int((self.bound - self.floor) / unit), most - 1))
+            target = most - max(1, (most - hopeful) // 3)
+            search.listen(Progress("improve", search.rounds, f"{self.best:.4g} m, at least {self.bound:.4g} m"))
+            result = search.find((*self.kept, -int(excess[target])), effort=effort(search.mission, search.clauses))
+            match result:
+                case JointMotion():
+                    shorter = self.with_shorter_paths(result)
+                    if self.travelled(shorter) < self.best:
+                        self.found, self.best = shorter, self.travelled(shorter)
+                    most = min(target, int((self.best - self.floor) / unit))
+                case Unsatisfiable():
+                    fewest = target + 1
+                    self.bound = max(self.bound, self.floor + fewest * unit)
+                case Stopped():
+                    return False
+        return True
+
+    def travelled(self, plan: JointMotion) -> float:
+        """Metres of all agents."""
+        motion = self.goals.motion
+        return float(
+            sum(
+                self.metres[motion.roadmap_of[agent]][motion.roadmap(agent).moves_of(row)].sum()
+                for agent, row in enumerate(plan.states)
+            )
+        )
 
 
 def improve(

@@ -1,28 +1,79 @@
 """Slack: the states in which one agent may be at each step, with all others as they are, and every goal kept.
 
-A goal that holds rests on some of what holds below it: on one part of an *or*,
-on one step of an *eventually*. What it rests on is kept, and is a set of states
-for each step; an agent that moves through these sets breaks nothing. There may
-be other motions that break nothing: what a goal could rest on instead is not
-looked for.
+A goal that holds rests on some of what holds below it: on one part of an *or*, on one step of an *eventually*. What it
+rests on is kept, and is a set of states for each step; an agent that moves through these sets breaks nothing. There may
+be other motions that break nothing: what a goal could rest on instead is not searched.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from missionc.backends.smt.encode.lower_motion import Motion
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.roadmap.roadmap import Indices
-from missionc.backends.smt.roadmap.unique_rows import distinct
-from missionc.backends.smt.shorten.held_goals import Goals
-from missionc.base.trace import Flags, Trace
-from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Node, UntilNode, WindowNode
+from missionc.backends.smt.roadmap.labels import Labels, own_states, states_of
+from missionc.base.trace import Flags, Indices, Trace
+from missionc.geometry.vectors import distinct
+from missionc.ir import Graph, Mission, Predicate
+from missionc.ir.kernel.analysis import about_whom, linked_by, reads_lengths, steps_ahead
+from missionc.ir.kernel.nodes import All, Any, At, AtLeast, Atom, Node, UntilNode, WindowNode
+from missionc.ir.kernel.walk import postorder
 from missionc.ir.language.margins.links import are_linked
 from missionc.ir.pair_ranges import directed
 from missionc.verification.monitoring.monitor import truths
+
+
+@dataclass(slots=True)
+class Goals:
+    """Asked of step 0.
+
+    ``instant``: nodes that the states at the step they are asked at decide.
+    ``own``: of those, the ones that an agent's own state decides where it is asked.
+    ``ahead``: by how many steps the others look ahead, the motion from the last included.
+    ``concerns``: (agents, agents), the motion of the first may matter where the second is asked.
+    """
+
+    formulas: tuple[Node, ...]
+    mission: Mission
+    motion: Motion
+    labels: Labels
+    order: list[Node] = field(init=False)
+    instant: set[Node] = field(init=False)
+    own: set[Node] = field(init=False)
+    ahead: dict[Node, int] = field(init=False)
+    concerns: dict[Node, Flags] = field(init=False)
+    work: int = 0
+    """Pairs of agents looked at so far, which is what most of the time goes into."""
+    _states: dict[tuple[Node, int], Flags] = field(default_factory=dict)
+    _read: dict[Node, tuple[tuple[Predicate, ...], tuple[Graph, ...]]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.order = postorder(self.formulas)
+        self.own = own_states(self.order, self.labels)
+        self.ahead = steps_ahead(self.formulas, self.motion.steps + 1, self._of_moves)
+        self.instant = {node for node in self.order if not self.ahead[node] and not reads_lengths(node)}
+        self.concerns = about_whom(self.formulas, len(self.mission.agents))
+
+    def read_by(self, node: Node) -> tuple[tuple[Predicate, ...], tuple[Graph, ...]]:
+        """The predicates and the graphs that a formula reads."""
+        if node not in self._read:
+            below = postorder((node,))
+            atoms = dict.fromkeys(each.predicate for each in below if isinstance(each, Atom))
+            self._read[node] = tuple(atoms), linked_by((node,))
+        return self._read[node]
+
+    def states(self, node: Node, agent: int) -> Flags:
+        """In which states of its roadmap, (states,), the agent's own state makes such a node true."""
+        if (node, agent) not in self._states:
+            self._states[node, agent] = states_of(node, agent, self.labels)
+        return self._states[node, agent]
+
+    def _of_moves(self, predicate: Predicate) -> int:
+        """The steps ahead that a predicate of moves looks."""
+        return int(any(self.labels.of_moves(predicate, number) for number in range(len(self.motion.roadmaps))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,14 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from missionc.base.trace import Array, Trace
+from missionc.base.trace import Array, Indices, Trace
 from missionc.ir import Graph
 from missionc.ir.language.margins.links import all_links, link_pieces
 from missionc.ir.pair_ranges import directed
-
-Indices = NDArray[np.int64]
 
 
 def spanning_tree(links: Array) -> tuple[Indices, Indices, Indices]:

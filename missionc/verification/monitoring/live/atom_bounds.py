@@ -14,17 +14,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from missionc.base.late_dataclass import Record
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.ir import Flag, Flagged, Graph, Predicate
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.language.margins.links import all_links
 from missionc.verification.monitoring.live.team_state import COASTED, NOW, Reach, TeamState, TeamView
 from missionc.verification.monitoring.logic import decided_at_border
-
-Indices = NDArray[np.int64]
 
 MOST_DEADLINES = 8
 """So many of the nearest deadlines to come end a cell of their own."""

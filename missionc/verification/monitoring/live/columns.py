@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.base.trace import Array
-from missionc.verification.monitoring.live.atom_bounds import Cells, Indices
+from missionc.base.trace import Array, Indices
+from missionc.verification.monitoring.live.atom_bounds import Cells
 from missionc.verification.monitoring.live.needed_steps import StepRange
 
 

@@ -33,11 +33,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from missionc.base.trace import Array, Flags
+from missionc.base.trace import Array, Flags, Indices
 from missionc.ir import Mission
 from missionc.ir.kernel import nodes as k
 from missionc.ir.kernel.walk import bottom_up, children, graph_of, looks_back, rebuilt, same_objects, window_of
-from missionc.verification.monitoring.live.atom_bounds import AtomBounds, Cells, Indices, cells_after
+from missionc.verification.monitoring.live.atom_bounds import AtomBounds, Cells, cells_after
 from missionc.verification.monitoring.live.bounds import LEAST, LEASTS, MOST, MOSTS, denied, of_measure
 from missionc.verification.monitoring.live.columns import Columns
 from missionc.verification.monitoring.live.needed_steps import needed_steps, reaches_start

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Indices
 from missionc.ir.kernel.nodes import UntilNode, WindowNode
-from missionc.verification.monitoring.live.atom_bounds import Cells, Indices
+from missionc.verification.monitoring.live.atom_bounds import Cells
 from missionc.verification.monitoring.live.bounds import LEASTS, MOSTS, denied
 from missionc.verification.monitoring.live.columns import Columns
 

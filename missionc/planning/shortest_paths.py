@@ -1,18 +1,21 @@
-"""Shortest ways along a graph between places, by Dijkstra: the edges they take, and where they leave it for a goal."""
+"""Shortest paths along a graph between places: the edges they use, where they leave it for a goal, and a spanner.
+
+The spanner keeps few edges, without which no path is much longer. Its test is a search with a bound among the edges
+kept so far, for one pair each: own A*, as Dijkstra of scipy would need a new graph for every edge.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from heapq import heappop, heappush
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from missionc.base.trace import Array
-
-Indices = NDArray[np.int64]
+from missionc.base.trace import Array, Indices
 
 
 def on_shortest_ways(graph: csr_array, nodes: Array, places: int) -> Indices:
@@ -69,3 +72,39 @@ def left_at(graph: csr_array, nears: list[Indices], lasts: list[Array]) -> Itera
         for _ in range(count.bit_length()):
             left = left[left]
         yield np.where(left[:count] == number, -1, left[:count])
+
+
+def greedy_spanner(nodes: Array, edges: Indices, stretch: float) -> Indices:
+    """Edges, (edges, 2), of a greedy spanner: without the others no path is longer than ``stretch`` times itself.
+
+    Source:
+        Althöfer, Das, Dobkin, Joseph, Soares, "On sparse spanners of weighted graphs" (1993).
+    """
+    place = [tuple(node) for node in nodes.tolist()]
+    length = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
+    links: dict[int, list[int]] = {}
+    needed = []
+    for edge in np.argsort(length, kind="stable").tolist():
+        one, other = edges[edge].tolist()
+        if not _is_near(one, other, stretch * float(length[edge]), place, links):
+            needed.append(edge)
+            links.setdefault(one, []).append(other)
+            links.setdefault(other, []).append(one)
+    return np.asarray(edges[np.sort(np.array(needed, dtype=np.int64))])
+
+
+def _is_near(one: int, other: int, most: float, place: list[tuple[float, ...]], links: dict[int, list[int]]) -> bool:
+    """Whether a way along the links has so many metres at most: A* among what lies near the straight way."""
+    goal, best = place[other], {one: 0.0}
+    queue = [(math.dist(place[one], goal), one)]
+    while queue:
+        _, here = heappop(queue)
+        if here == other:
+            return True
+        for there in links.get(here, ()):
+            gone = best[here] + math.dist(place[here], place[there])
+            whole = gone + math.dist(place[there], goal)
+            if whole <= most and gone < best.get(there, math.inf):
+                best[there] = gone
+                heappush(queue, (whole, there))
+    return False

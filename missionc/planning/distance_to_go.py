@@ -1,0 +1,212 @@
+"""Distance to go: a lower bound on the metres that an agent still has to travel, from each state of its graph.
+
+    in   a relaxed residual (``residuals``), the moves of a graph, which propositions hold in which states
+    out  metres, for each state
+
+The product of the graph and the automaton of relaxed residuals has no time. One Dijkstra from its ends therefore gives
+the bounds of all its states. Agents with equal residuals share them.
+
+Source:
+    Silver, "Cooperative pathfinding", 2005: true distances as heuristics in space and time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from missionc.base.trace import Array, Flags, Indices
+from missionc.planning.progression.residuals import Letter, Relaxation, Residual, TooComplex
+
+NO_WAY = 1e-12
+"""Metres of a move that leads nowhere: a sparse graph has no edges of length 0."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProductGraph:
+    """The product of a graph and the automaton of relaxed residuals. A *spot* is a residual and a state.
+
+    Args:
+        phases: the number of each residual.
+        tail: (edges,), spots; ``head`` likewise.
+        move: (edges,), the move of the graph.
+        ends: (spots,), where a path may end.
+        beyond: edges into residuals whose bounds are known: tails, moves, and those bounds, (states,).
+    """
+
+    phases: dict[Residual, int]
+    tail: Indices
+    head: Indices
+    move: Indices
+    ends: Flags
+    beyond: list[tuple[Indices, Indices, Array]]
+
+    @classmethod
+    def of(
+        cls,
+        begin: Residual,
+        relaxation: Relaxation,
+        letters: Sequence[Letter],
+        kind: Indices,
+        finish: Flags,
+        moves: Indices,
+        most: int,
+        usable: Flags | None = None,
+        bound: Callable[[Residual], Array | None] = lambda residual: None,
+    ) -> ProductGraph:
+        """The product from a residual on.
+
+        Args:
+            kind: (states,), indices into ``letters``: which propositions hold there.
+            finish: (states,), where a path may end.
+            moves: (moves, 2), states from and to.
+            most: residuals, above which it is refused.
+            usable: (moves,), the moves that count; None for all.
+            bound: known bounds of a residual, (states,), metres; None if the residual is to be expanded.
+
+        Raises:
+            TooComplex: there are more residuals.
+        """
+        source, target = moves.T
+        counted = np.ones(len(moves), dtype=np.bool_) if usable is None else usable
+        of_kind = [np.flatnonzero(counted & (kind[source] == letter)) for letter in range(len(letters))]
+        phases, known = {begin: 0}, dict[Residual, Array]()
+        waiting, ends = [begin], list[Flags]()
+        nothing = np.zeros(0, dtype=np.int64)
+        tails, heads, taken, beyond = [nothing], [nothing], [nothing], list[tuple[Indices, Indices, Array]]()
+        for phase in waiting:
+            here = phases[phase] * len(kind)
+            ends.append(np.array([relaxation.ends(phase, letter) for letter in letters])[kind] & finish)
+            for letter, leaving in zip(letters, of_kind, strict=True):
+                after = relaxation.after(phase, letter)
+                if after is False:
+                    continue
+                if after not in phases and after not in known:
+                    metres = bound(after)
+                    if metres is None:
+                        phases[after] = len(phases)
+                        waiting.append(after)
+                    else:
+                        known[after] = metres
+                if len(phases) > most:
+                    raise TooComplex
+                if after in known:
+                    beyond.append((here + source[leaving], leaving, known[after]))
+                    continue
+                tails.append(here + source[leaving])
+                heads.append(phases[after] * len(kind) + target[leaving])
+                taken.append(leaving)
+        tail, head, move = (np.concatenate(parts) for parts in (tails, heads, taken))
+        return cls(phases, tail, head, move, np.concatenate(ends), beyond)
+
+
+def reversed_to_ends(tail: Indices, head: Indices, length: Array, left: Array) -> csr_array:
+    """Edges turned round, with one vertex more, the last, from which they lead to the ends.
+
+    Of parallel edges, which a sparse array would add up, there must be none.
+
+    Args:
+        tail, head: (edges,), vertices.
+        length: (edges,), metres.
+        left: (vertices,), metres from an end on; infinite where nothing ends.
+    """
+    count, ends = len(left), np.flatnonzero(np.isfinite(left))
+    weights = np.concatenate([length, left[ends]])
+    edges = np.concatenate([head, np.full(ends.size, count)]), np.concatenate([tail, ends])
+    return csr_array(coo_array((weights, edges), shape=(count + 1, count + 1)))
+
+
+class DistanceToGo:
+    """Bounds on one graph.
+
+    Args:
+        moves: (moves, 2), states from and to.
+        length: (moves,), metres.
+        states: how many there are.
+    """
+
+    def __init__(self, moves: Indices, length: Array, states: int) -> None:
+        # A graph with more states is searched this many longest moves away, then twice as far, until a start is met.
+        whole, near = 10_000, 16
+        self._moves = moves
+        self._length = np.maximum(length, NO_WAY)
+        self._nothing, self._everything = np.zeros(states), np.full(states, np.inf)
+        self._known: OrderedDict[object, tuple[Array, float]] = OrderedDict()
+        self._furthest = float(self._length.sum())
+        self._near = math.inf if states <= whole else near * float(self._length.max(initial=0.0))
+
+    def of(
+        self,
+        residual: Residual,
+        relaxation: Relaxation,
+        kind: Indices,
+        letters: list[Letter],
+        signature: Callable[[Residual], object],
+        finish: Flags,
+        starts: Indices | None = None,
+    ) -> Array:
+        """Metres to go from each state, (states,); infinite where there is no path.
+
+        Args:
+            kind: (states,), indices into ``letters``: which propositions hold there.
+            signature: equal for residuals that are about the same states.
+            finish: (states,), where the path may end.
+            starts: one of them is near; states further away may get a smaller bound than they have.
+        """
+        most_phases = 40  # remaining formulas, above which there is no bound
+        kept = 1 << 28  # bytes of remembered bounds
+        place = b"" if finish.all() else finish.tobytes()
+        if residual is False:
+            return self._everything
+        if residual is True and not place:
+            return self._nothing
+        known, near = self._recall((signature(residual), place))
+        if known is not None and (starts is None or _is_near(known[starts], near)):
+            return known
+
+        def bound(more: Residual) -> Array | None:
+            return self._nothing if more is True and not place else self._recall((signature(more), place))[0]
+
+        try:
+            product = ProductGraph.of(
+                residual, relaxation, letters, kind, finish, self._moves, most_phases, bound=bound
+            )
+        except TooComplex:
+            return self._nothing
+        left = np.where(product.ends, NO_WAY, np.inf)
+        for tail, move, metres in product.beyond:
+            np.minimum.at(left, tail, self._length[move] + metres[self._moves[move, 1]])
+        graph = reversed_to_ends(product.tail, product.head, self._length[product.move], left)
+        near = max(near, self._near)
+        found = self._within(graph, near)
+        while starts is not None and not _is_near(found[0, starts], near):
+            near = 2 * near if near < self._furthest else math.inf
+            found = self._within(graph, near)
+        for phase, number in product.phases.items():
+            self._known[signature(phase), place] = np.asarray(found[number]), near
+        while len(self._known) * self._nothing.nbytes > kept:
+            self._known.popitem(last=False)
+        return np.asarray(found[0])
+
+    def _recall(self, key: object) -> tuple[Array | None, float]:
+        """Known bounds, and the metres up to which they are right."""
+        if key in self._known:
+            self._known.move_to_end(key)
+        return self._known.get(key, (None, 0.0))
+
+    def _within(self, graph: csr_array, near: float) -> Array:
+        """Metres to go, (phases, states), by Dijkstra; of longer ones ``near``."""
+        end = graph.shape[0] - 1
+        metres = np.asarray(dijkstra(graph, indices=[end], limit=near))[0, :end]
+        return np.minimum(metres, near).reshape(-1, len(self._nothing))
+
+
+def _is_near(metres: Array, near: float) -> bool:
+    """Whether one of these is less than what stands for all that is further."""
+    return near == math.inf or float(metres.min(initial=math.inf)) < near

@@ -1,0 +1,59 @@
+"""Space-time search: the motion of least effort through the cells of a grid, layer by layer of time.
+
+    in   costs of the cells in each layer, the first and the last cell, the longest move
+    out  the cell in each layer, or None if no motion avoids infinite costs
+
+Dynamic programming backwards over the layers. The effort of a motion is the sum of its squared moves, in cells, and of
+the costs of the cells that it leaves.
+
+A search on a roadmap differs: it expands few states of many, forwards, together with what is left of the formulas
+(``label_setting``). On a grid every cell of every layer matters, and no formula is read.
+
+Source:
+    Erdmann and Lozano-Pérez, "On multiple moving objects", 1987.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+
+import numpy as np
+
+from missionc.base.trace import Array, Indices
+
+ROUNDING = 1e-9
+"""Cells by which a move may pass the longest."""
+
+
+def least_effort(cost: Array, first: tuple[int, ...], last: tuple[int, ...], reach: float) -> Indices | None:
+    """Cells, (moves + 1, dim), of the motion of least effort and cost between two cells.
+
+    Of equal motions, the one with the shorter first moves.
+
+    Args:
+        cost: (moves, *cells), of leaving a cell by each move; infinite where no agent may be.
+        reach: longest move, cells.
+    """
+    shape, span = cost.shape[1:], int(reach)
+    squares = {move: float(np.dot(move, move)) for move in product(range(-span, span + 1), repeat=len(shape))}
+    moves = sorted((each for each in squares if math.sqrt(squares[each]) <= reach + ROUNDING), key=squares.__getitem__)
+    ahead = np.full(shape, np.inf)
+    ahead[last] = 0.0
+    chosen = np.zeros(cost.shape, dtype=np.int16)
+    for layer in range(len(cost) - 1, -1, -1):
+        padded = np.pad(ahead, span, constant_values=np.inf)
+        best = np.full(shape, np.inf)
+        for number, move in enumerate(moves):
+            there = padded[tuple(slice(span + by, span + by + size) for by, size in zip(move, shape, strict=True))]
+            effort = there + squares[move]
+            better = effort < best
+            best[better] = effort[better]
+            chosen[layer][better] = number
+        ahead = best + cost[layer]
+    if not np.isfinite(ahead[first]):
+        return None
+    cells = [np.array(first)]
+    for layer in range(len(cost)):
+        cells.append(cells[-1] + np.array(moves[int(chosen[(layer, *cells[-1])])]))
+    return np.array(cells)
