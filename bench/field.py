@@ -45,7 +45,6 @@ from missionc.compiler import driver
 from missionc.geometry.configuration_space import Area, Atlas
 from missionc.geometry.geodesic_bounds import VisibilityGraph
 from missionc.ir import Compare, Inside, Mission, Predicate, Still
-from missionc.ir.agents import Exactly
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, Until
 from missionc.ir.predicates.features import Coordinate
@@ -145,7 +144,7 @@ class Ground:
                 longest.get(whose, 0.0), self.way(whose, self.atlas.point(tuple(starts[whose])), areas)
             )
         for agent in self.mission.agents:
-            if isinstance(agent.finish, Exactly):
+            if agent.finish is not None and agent.finish.point is not None:
                 finish, start = self.atlas.point(agent.finish.point), self.atlas.point(tuple(starts[agent.index]))
                 longest[agent.index] = max(longest.get(agent.index, 0.0), self.way(agent.index, start, [finish]))
         return sum(longest.values())

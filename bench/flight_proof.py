@@ -65,7 +65,7 @@ def flown(agents: int, seed: int) -> tuple[ir.Mission, Trace, dict[str, str]]:
             "cf",
             Metres(0.1),
             ir.SingleIntegrator(1.0),
-            ir.Exactly(tuple(position[index, 0].tolist()), SPAN),
+            ir.InitialSet(SPAN, tuple(position[index, 0].tolist())),
             None,
             Metres(1.0),
             SPAN,

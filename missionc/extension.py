@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from missionc.flight.simulation.disturbance import setpoints as setpoints
     from missionc.geometry.curves.piecewise_polynomials import Pieces as Pieces
     from missionc.ir import Mission as Mission
-    from missionc.ir.agents import Exactly as Exactly
+    from missionc.ir.agents import InitialSet as InitialSet
     from missionc.ir.dynamics.kind import Dynamics as Dynamics
     from missionc.ir.dynamics.kind import Limit as Limit
     from missionc.ir.kernel.nodes import Kernel as Kernel
@@ -56,7 +56,7 @@ HOMES = {
     "missionc.flight.simulation.disturbance": ("setpoints",),
     "missionc.geometry.curves.piecewise_polynomials": ("Pieces",),
     "missionc.ir": ("Mission",),
-    "missionc.ir.agents": ("Exactly",),
+    "missionc.ir.agents": ("InitialSet",),
     "missionc.ir.dynamics.kind": ("Dynamics", "Limit"),
     "missionc.ir.places": ("Beacon", "Region"),
     "missionc.ir.predicates.place_predicate": ("PlacePredicate",),

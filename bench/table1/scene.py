@@ -8,7 +8,7 @@ from scipy.spatial.distance import cdist
 
 from missionc.backends.clot.cost_graph.cost_graph import build
 from missionc.base.trace import Array, Trace
-from missionc.ir import Anywhere, Box, Inside, Mission, Place
+from missionc.ir import Box, Inside, Mission, Place
 from missionc.ir.kernel.nodes import Atom, Kernel
 from missionc.ir.kernel.walk import postorder
 
@@ -19,7 +19,7 @@ class Unsupported(Exception):
 
 def box(place: Place | None) -> Box:
     """The region of a start or finish."""
-    if isinstance(place, Anywhere) and isinstance(place.region.shape, Box):
+    if place is not None and place.region is not None and isinstance(place.region.shape, Box):
         return place.region.shape
     raise Unsupported("starts and finishes have to be boxes")
 

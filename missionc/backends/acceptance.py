@@ -13,7 +13,7 @@ from missionc.geometry.clearance import clear_motions, clear_of_movers, standing
 from missionc.geometry.dynamics import UNIT_OF, Motions, States, check_step, motions_between
 from missionc.geometry.relative_motion import closest_approach
 from missionc.geometry.required_separation import SpacingTable
-from missionc.ir import Anywhere, Mission
+from missionc.ir import Mission
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.monitor import monitor
@@ -37,11 +37,11 @@ def _places(mission: Mission, trace: Trace) -> list[Violation]:
         for agent, step in np.argwhere(room < 0)
     )
     for agent in mission.agents:
-        for name, place, step in (("its start", agent.start, 0), ("its finish", agent.finish, -1)):
-            if isinstance(place, Anywhere):
-                outside = float(signed_distance(np, place.region.shape, trace.position[agent.index, step]))
+        for name, place, step in (("its start", agent.start, 0), ("its finish", agent.finish, mission.steps)):
+            if place is not None and place.region is not None:
+                outside = float(signed_distance(np, place.shape, trace.position[agent.index, step]))
                 if outside > 0:
-                    faults.append(Violation(name, (agent.name,), step % (mission.steps + 1), -outside))
+                    faults.append(Violation(name, (agent.name,), step, -outside))
     return faults
 
 

@@ -22,6 +22,7 @@ from missionc.geometry import plain_floats
 from missionc.geometry.height_layers import Heights, extent, heights_of
 from missionc.geometry.plain_floats import Place
 from missionc.ir import Ball, Box, Difference, Disc, Intersection, Polygon, Prism, Shape, Union, Vector, World
+from missionc.ir.agents import InitialSet
 from missionc.ir.distances.signed_distance import measured_outside, signed_distance
 
 if TYPE_CHECKING:
@@ -220,6 +221,10 @@ class Atlas:
         whole = self.whole()
         made = cache(lambda: self.layers().half_space(weights, constant))
         return Area(self.layers, within_all((whole.depth, value)), unknown, whole.seeds, made)
+
+    def initial(self, place: InitialSet) -> Area:
+        """At least the points of a start or a finish."""
+        return self.outer(place.shape) if place.point is None else self.point(place.point)
 
     def point(self, place: Vector) -> Area:
         def beyond(other: Vector) -> float:

@@ -10,7 +10,7 @@ from enum import Enum
 from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.base.units import Metres, Seconds, Steps
-from missionc.ir.agents import Agent, AgentSet
+from missionc.ir.agents import Agent, AgentSet, InitialSet
 from missionc.ir.couplings import Formation, Graph
 from missionc.ir.formulas import Formula
 from missionc.ir.lanes import Lanes
@@ -135,6 +135,20 @@ class Mission(Record, eq=False, weakref_slot=True):
     @property
     def dimension(self) -> int:
         return self.world.dimension
+
+    @property
+    def starts(self) -> list[tuple[Agent, InitialSet]]:
+        """All agents, each with its start."""
+        return [(agent, agent.start) for agent in self.agents]
+
+    @property
+    def finishes(self) -> list[tuple[Agent, InitialSet]]:
+        """The agents that have a finish, each with it."""
+        return [(agent, agent.finish) for agent in self.agents if agent.finish is not None]
+
+    def ends_at(self, step: int) -> list[tuple[Agent, InitialSet]]:
+        """The starts at step 0, the finishes at the last step, and none between."""
+        return self.starts if step == 0 else self.finishes if step == self.steps else []
 
     def spacing(self, first: int, second: int) -> Spacing:
         """How far apart the centres of two agents have to be, at least.

@@ -6,7 +6,7 @@ out  a role of the palette for each region
 
 from __future__ import annotations
 
-from missionc.ir import Anywhere, Mission
+from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Atom, Kernel, Not
 from missionc.ir.kernel.walk import children, postorder
 from missionc.ir.lower.expand import expand
@@ -25,7 +25,7 @@ def region_roles(mission: Mission, kernel: Kernel | None = None) -> dict[str, st
     denied = {name for node in order if isinstance(node, Not) for name in _named(node.body)}
     positive = (child for node in order if not isinstance(node, Not) for child in children(node))
     wanted = {name for node in (*positive, *(goal.formula for goal in kernel.requirements)) for name in _named(node)}
-    starts = {agent.start.region.name for agent in mission.agents if isinstance(agent.start, Anywhere)}
+    starts = {agent.start.region.name for agent in mission.agents if agent.start.region is not None}
 
     def role(name: str) -> str:
         if name in wanted:

@@ -62,7 +62,7 @@ def joint_motions(mission: ir.Mission) -> Iterator[reference.Run]:
     """All motions of all agents along the lanes in which no two collide."""
     assert mission.solve.roadmap is not None
     places = [node.position for node in mission.solve.roadmap.nodes]
-    ways = [list(_ways(agent.start.point, places)) for agent in mission.agents if isinstance(agent.start, ir.Exactly)]
+    ways = [list(_ways(agent.start.point, places)) for agent in mission.agents if agent.start.point is not None]
     assert len(ways) == len(mission.agents)
     apart = 2 * RADIUS
     for motion in product(*ways):

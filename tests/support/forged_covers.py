@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from missionc.base.trace import Array, Flags
-from missionc.ir import Agent, Exactly, Mission
+from missionc.ir import Agent, Mission
 from missionc.ir.kernel.nodes import Goal, Kernel
 from missionc.verification.certificate import MOTION
 from missionc.verification.impossibility.bodies import blocked
@@ -85,7 +85,9 @@ def _kinds(mission: Mission, cells: int, draw: random.Random) -> tuple[CellsOfKi
 
 def _kind(mission: Mission, agents: tuple[int, ...], cells: int, draw: random.Random) -> CellsOfKind:
     places = [mission.agents[agent].start for agent in agents] + [mission.agents[agent].finish for agent in agents]
-    points = np.array(sorted({place.point for place in places if isinstance(place, Exactly)}), dtype=np.float64)
+    points = np.array(
+        sorted({place.point for place in places if place is not None and place.point is not None}), dtype=np.float64
+    )
     points = points.reshape(-1, mission.dimension)
     low, high = _cut(mission, cells, draw)
     bare = ClaimedCover((), (), False, (), {}, {}, {}, (), {}, ())

@@ -46,7 +46,7 @@ def mission_of(
             "drone",
             Metres(radius),
             dynamics,
-            ir.Exactly(tuple(float(value) for value in start), SPAN),
+            ir.InitialSet(SPAN, tuple(float(value) for value in start)),
             None,
             Metres(altitude),
             SPAN,

@@ -135,12 +135,12 @@ def _tight(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> ir.Mission:
 def _with_places(draw: st.DrawFn, mission: ir.Mission, trace: Trace) -> ir.Mission:
     """Starts and finishes where the motion has them: points, or regions that it touches; or no finish."""
 
-    def place(agent: int, step: int, kind: str) -> ir.Place | None:
+    def place(agent: int, step: int, kind: str) -> ir.InitialSet | None:
         point = tuple(trace.position[agent, step].tolist())
         if kind == "point":
-            return ir.Exactly(point, SPAN)
+            return ir.InitialSet(SPAN, point)
         far = tuple(value + 1.0 for value in point)
-        return None if kind == "none" else ir.Anywhere(ir.Region("place", ir.Box(point, far), SPAN), SPAN)
+        return None if kind == "none" else ir.InitialSet(SPAN, region=ir.Region("place", ir.Box(point, far), SPAN))
 
     start, finish = draw(st.sampled_from(["point", "region"])), draw(st.sampled_from(["point", "region", "none"]))
     agents = []

@@ -50,7 +50,7 @@ class Case:
 
 def team_of(size: int) -> tuple[ir.Agent, ...]:
     dynamics = ir.SingleIntegrator(10.0)
-    start = ir.Exactly((0.0, 0.0), SPAN)
+    start = ir.InitialSet(SPAN, (0.0, 0.0))
     return tuple(
         ir.Agent(index, f"drone[{index}]", "drone", Metres(0.5), dynamics, start, None, Metres(1.0), SPAN)
         for index in range(size)

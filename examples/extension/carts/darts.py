@@ -7,7 +7,6 @@ import numpy as np
 from missionc.extension import (
     BackendExtension,
     Budget,
-    Exactly,
     Feature,
     Kernel,
     Mission,
@@ -29,7 +28,7 @@ class Darts(BackendExtension):
     features = frozenset({Feature.EXTENSION_PREDICATE})
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        starts = [agent.start.point for agent in mission.agents if isinstance(agent.start, Exactly)]
+        starts = [agent.start.point for agent in mission.agents if agent.start.point is not None]
         if len(starts) < len(mission.agents):
             return NotFound(Reason.SOLVER, "`darts` needs an exact start of every agent", Report())
         generator = np.random.default_rng(budget.seed)

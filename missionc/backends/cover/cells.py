@@ -74,9 +74,9 @@ def borders_asked(mission: ir.Mission, kernel: Kernel, agent: ir.Agent) -> tuple
     """Those of places where agents start and finish, and of what is asked, each once."""
     found: dict[Border, None] = {}
     for other in mission.agents:
-        for place in (other.start, other.finish):
-            if isinstance(place, ir.Anywhere):
-                found[Border(place.region.shape, BEYOND)] = None
+        for place in other.ends:
+            if place.region is not None:
+                found[Border(place.shape, BEYOND)] = None
     for node in postorder(goal.formula for goal in kernel.requirements):
         match node:
             case Not(Atom(predicate)):

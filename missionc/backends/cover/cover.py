@@ -20,7 +20,7 @@ from missionc.backends.cover.may_moves import furthest, may_move, nearest
 from missionc.backends.smt.roadmap.roadmap import Roadmap
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.distance_ranges import signed_distance_range
-from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
+from missionc.ir import Agent, InitialSet, Mission
 from missionc.ir.kernel.nodes import Kernel
 
 TOUCH = 1e-5
@@ -69,9 +69,7 @@ def _of_kind(
     mission: Mission, agents: list[Agent], borders: tuple[Border, ...], count: int
 ) -> tuple[Roadmap, Cells, tuple[tuple[int, Flags], ...], dict[int, Flags]]:
     first, steps = agents[0], mission.steps
-    exact = dict.fromkeys(
-        place.point for agent in agents for place in (agent.start, agent.finish) if isinstance(place, Exactly)
-    )
+    exact = dict.fromkeys(place.point for agent in agents for place in agent.ends if place.point is not None)
     points = np.array(list(exact), dtype=np.float64).reshape(len(exact), mission.dimension)
     cells = with_points(cells_of(mission, first, borders, count), points)
     standing = _standing(mission, first, cells)
@@ -82,7 +80,7 @@ def _of_kind(
     for ends, step in ((starts, 0), (finishes, steps)):
         for agent, end in zip(agents, ends, strict=True):
             place = agent.start if step == 0 else agent.finish
-            if isinstance(place, Exactly):
+            if place is not None and place.point is not None:
                 standing[step, end] = True
     dynamics = first.dynamics
     move = may_move(cells, nearest(dynamics, mission.step, 1, mission.dimension), furthest(dynamics, mission.step))
@@ -117,15 +115,14 @@ def _standing(mission: Mission, agent: Agent, cells: Cells) -> Flags:
     return standing
 
 
-def _cells_in(cells: Cells, place: Place | None, clear: Flags) -> Indices:
+def _cells_in(cells: Cells, place: InitialSet | None, clear: Flags) -> Indices:
     """The cells that an agent at a place may be in; all of them where it may be anywhere."""
-    match place:
-        case None:
-            inside = np.ones(len(cells), dtype=np.bool_)
-        case Exactly(point):
-            inside = np.all((cells.low == point) & (cells.high == point), axis=1)
-        case Anywhere(region):
-            inside = signed_distance_range(region.shape, cells.low, cells.high).low <= TOUCH
+    if place is None:
+        inside = np.ones(len(cells), dtype=np.bool_)
+    elif place.point is not None:
+        inside = np.all((cells.low == place.point) & (cells.high == place.point), axis=1)
+    else:
+        inside = signed_distance_range(place.shape, cells.low, cells.high).low <= TOUCH
     return np.flatnonzero(inside & clear)
 
 

@@ -21,7 +21,7 @@ import shapely
 
 from missionc.base.trace import Array
 from missionc.geometry.winding import StandingPart, least_room, outline
-from missionc.ir import Exactly, Mission, Obstacle, Polygon, Prism, Shape, Still
+from missionc.ir import Mission, Obstacle, Polygon, Prism, Shape, Still
 from missionc.ir.kernel.choices import ChoicePoint, branches, without, witnesses
 from missionc.ir.kernel.nodes import All, At, Goal, Kernel, Node, Until
 from missionc.ir.kernel.normal_form import negated
@@ -170,8 +170,8 @@ def _bars(mission: Mission, part: StandingPart, path: Array, company: Array) -> 
         [
             shapely.Point(place.point[:2]).buffer(agent.radius + mission.clearance)
             for agent in mission.agents
-            for place in (agent.start, agent.finish)
-            if isinstance(place, Exactly)
+            for place in agent.ends
+            if place.point is not None
         ]
     )
     ways = shapely.linestrings(company)

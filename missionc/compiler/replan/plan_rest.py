@@ -37,7 +37,7 @@ from missionc.compiler.replan.request import Flying, Replanned, Request, Way
 from missionc.compiler.replan.stop_all import Stopped
 from missionc.compiler.results import Compiled, Verified
 from missionc.geometry.curves.piecewise_polynomials import written
-from missionc.ir import Exactly, Mission
+from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.language.operator import TooLarge
 from missionc.ir.lower.unroll_past import looking_ahead
@@ -263,9 +263,7 @@ class RestPlanner:
 
     def _near(self, rest: Checked, stopped: Stopped) -> list[Trace]:
         """Motions near the old plan from where everybody is as the rest begins."""
-        starts = np.array(
-            [agent.start.point for agent in rest.valid_mission.agents if isinstance(agent.start, Exactly)]
-        )
+        starts = np.array([agent.start.point for agent in rest.valid_mission.agents if agent.start.point is not None])
         return near_motions(rest.valid_mission, rest.valid_kernel, self._ahead(stopped), self.left, self._lost, starts)
 
 

@@ -16,7 +16,8 @@ from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.late_dataclass import Record
 from missionc.base.source import Span
 from missionc.frontend.checks.free_space import FreeSpace
-from missionc.ir import BeaconCover, Exactly, Mission, Place, Sight
+from missionc.frontend.checks.possible_ends import end_of
+from missionc.ir import BeaconCover, Mission, Sight
 from missionc.ir.distances.signed_distance import distance_between
 from missionc.ir.kernel.analysis import reads_lengths
 from missionc.ir.kernel.nodes import Atom, Goal, Kernel, Node, Not, says_opposite
@@ -101,7 +102,7 @@ def _finding(
     verb, step = ("start", 0) if culprit.column == FIRST else ("finish", mission.steps)
     agents, notes = _because(mission, culprit, intervals, amount)
     names = [f"`{mission.agents[agent].name}`" for agent in agents]
-    places = {agent: _place(mission, agent, culprit.column) for agent in agents}
+    places = {agent: end_of(mission.agents[agent], culprit.column) for agent in agents}
     written: dict[object, list[str]] = {}
     for agent, place in places.items():
         if place is not None:
@@ -143,10 +144,6 @@ def _s(verb: str, names: list[str]) -> str:
     return "" if len(names) > 1 else "es" if verb == "finish" else "s"
 
 
-def _place(mission: Mission, agent: int, column: int) -> Place | None:
-    return mission.agents[agent].start if column == FIRST else mission.agents[agent].finish
-
-
 def _because(
     mission: Mission, culprit: Culprit, intervals: Intervals, amount: float
 ) -> tuple[tuple[int, ...], list[str]]:
@@ -156,7 +153,7 @@ def _because(
     def apart(first: int, second: int) -> str:
         names = f"`{mission.agents[first].name}` and `{mission.agents[second].name}`"
         length = float(distance_between(np, position[first], position[second]))
-        exact = all(isinstance(_place(mission, each, culprit.column), Exactly) for each in (first, second))
+        exact = all((place := end_of(mission.agents[each], culprit.column)) and place.point for each in (first, second))
         return f"{names} are {metres(length)} apart" + ("" if exact else " from the middle of one place to the other's")
 
     match culprit.node:

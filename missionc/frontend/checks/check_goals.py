@@ -21,7 +21,8 @@ from missionc.frontend.checks.necessary_conditions import Fact, NecessaryConditi
 from missionc.frontend.checks.path_bounds import ROUNDING, reach
 from missionc.frontend.syntax.tokens import MOST_FINDINGS
 from missionc.geometry.configuration_space import MANY, SURE, Area, disjoint, empty
-from missionc.ir import Agent, Anywhere, Exactly, Mission, Region
+from missionc.ir import Agent, Mission
+from missionc.ir.agents import ends_by_region
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.wording import listed, metres, seconds, speed
 
@@ -71,16 +72,17 @@ def _finishes(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
 def _late_to_finish(ground: FreeSpace, agents: list[Agent]) -> list[Journey]:
     """From the start to the finish of each agent that cannot be there in time."""
     finish, atlas, steps = agents[0].finish, ground.atlas, ground.mission.steps
-    if isinstance(finish, Anywhere):
-        return _late(ground, agents, atlas.outer(finish.region.shape), steps)
+    if finish is not None and finish.region is not None:
+        return _late(ground, agents, atlas.outer(finish.shape), steps)
     return [journey for agent in agents if (journey := _late_to_point(ground, agent, steps))]
 
 
 def _late_to_point(ground: FreeSpace, agent: Agent, steps: int) -> Journey | None:
     """From the start of an agent to the point where it finishes; None where it may be there in time."""
-    assert isinstance(agent.finish, Exactly)
+    assert agent.finish is not None
+    assert agent.finish.point is not None
     goal, far = agent.finish.point, reach(ground.mission, agent, steps)
-    if isinstance(agent.start, Exactly) and (apart := math.dist(agent.start.point, goal)) > far:
+    if agent.start.point is not None and (apart := math.dist(agent.start.point, goal)) > far:
         return Journey(agent, apart)
     return next(iter(_late(ground, [agent], ground.atlas.point(goal), steps)), None)
 
@@ -134,25 +136,21 @@ def _late(ground: FreeSpace, agents: Sequence[Agent], goal: Area, steps: int) ->
 
 def _in_time(ground: FreeSpace, agent: Agent, goal: Area, metres_: float) -> bool:
     """Whether the goal is surely no further, on a straight line, than so much from where the agent is at the start."""
-    if isinstance(agent.start, Exactly):
+    if agent.start.point is not None:
         return goal.depth(agent.start.point) > SURE - metres_
-    return ground.atlas.outer(agent.start.region.shape).witness(lambda place: goal.depth(place) + metres_)
+    return ground.atlas.outer(agent.start.shape).witness(lambda place: goal.depth(place) + metres_)
 
 
 def journeys(ground: FreeSpace, agents: Sequence[Agent], goal: Area) -> list[Journey]:
     """How far, at least, each agent starts from a goal."""
-    exact = [(agent, agent.start.point) for agent in agents if isinstance(agent.start, Exactly)]
+    exact = [(agent, agent.start.point) for agent in agents if agent.start.point is not None]
     by_agent = {}
     if exact:
         distances = ground.atlas.distances([point for _, point in exact], goal)
         by_agent = {agent.index: distance for (agent, _), distance in zip(exact, distances, strict=True)}
-    by_region: dict[Region, float] = {}
-    for agent in agents:
-        if isinstance(agent.start, Anywhere):
-            region = agent.start.region
-            if region not in by_region:
-                by_region[region] = ground.atlas.distance(ground.atlas.outer(region.shape), goal)
-            by_agent[agent.index] = by_region[region]
+    for region, there in ends_by_region((agent, agent.start) for agent in agents).items():
+        distance = ground.atlas.distance(ground.atlas.outer(region.shape), goal)
+        by_agent.update((agent.index, distance) for agent, _ in there)
     return [Journey(agent, by_agent[agent.index]) for agent in agents if math.isfinite(by_agent[agent.index])]
 
 

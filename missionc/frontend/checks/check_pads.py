@@ -12,7 +12,7 @@ from itertools import combinations
 
 from missionc.base.diagnostics.code import PADS_TOO_NEAR, UNUSABLE_PAD
 from missionc.base.diagnostics.model import Diagnostic, Label
-from missionc.ir import Agent, Exactly, Mission, Obstacle, Vector
+from missionc.ir import Agent, Mission, Obstacle, Vector
 from missionc.ir.wording import metres, number
 
 ROUNDING = 1e-6
@@ -40,8 +40,7 @@ def check_pads(mission: Mission) -> list[Diagnostic]:
 
 def _above(mission: Mission, agent: Agent) -> Vector | None:
     """Where it hovers, a point of the world; None where only a plan can tell."""
-    start = agent.start.point if isinstance(agent.start, Exactly) else None
-    pad = agent.pad
+    start, pad = agent.start.point, agent.pad
     if pad is None:
         return start
     flat = pad.point if pad.point is not None else (start[:2] if start is not None else None)

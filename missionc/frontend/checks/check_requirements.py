@@ -59,7 +59,7 @@ def check_first_step(
     if len(mission.agents) > FEW:
         return
     joint = tuple(
-        plain_floats.Place(each.start.point) if isinstance(each.start, ir.Exactly) else None for each in mission.agents
+        plain_floats.Place(each.start.point) if each.start.point is not None else None for each in mission.agents
     )
     starts = Starts(mission, ground, (1 << len(mission.agents)) - 1, joint)
     for requirement, goal in undecided:
@@ -102,7 +102,7 @@ class Starts(Domain[int]):
 
     def _sure(self, predicate: ir.Predicate, holds: bool, agent: ir.Agent) -> bool:
         start = agent.start
-        if isinstance(start, ir.Exactly):
+        if start.region is None:
             if predicate.graph:
                 return False
             margin = margin_at(self.mission, predicate, agent, self.joint)
@@ -259,7 +259,7 @@ class BoundaryPositions(Record, eq=False):
         points: of those that are at a point.
     """
 
-    placed: list[tuple[ir.Agent, ir.Place]]
+    placed: list[tuple[ir.Agent, ir.InitialSet]]
     exact: list[int]
     points: list[ir.Vector]
     regions: dict[ir.Region, list[int]]
@@ -283,10 +283,10 @@ class RequirementEnds(Record, eq=False):
         placed = [(agent, place) for agent, place in ends if place is not None]
         points, exact, regions = list[ir.Vector](), list[int](), dict[ir.Region, list[int]]()
         for row, (_, place) in enumerate(placed):
-            if isinstance(place, ir.Exactly):
+            if place.point is not None:
                 points.append(place.point)
                 exact.append(row)
-            else:
+            elif place.region is not None:
                 regions.setdefault(place.region, []).append(row)
         return BoundaryPositions(placed, exact, points, regions)
 
@@ -307,7 +307,7 @@ def _against_places(ends: RequirementEnds, places: LiteralPlaces, entry: Require
 
 def _impossible_at(
     places: LiteralPlaces, literal: Literal, there: BoundaryPositions
-) -> list[tuple[ir.Agent, ir.Place]]:
+) -> list[tuple[ir.Agent, ir.InitialSet]]:
     """The agents whose places surely break the literal."""
     rows = [there.exact[point] for point in _impossible_points(places, literal, there.points)]
     for region, within in there.regions.items():
@@ -371,7 +371,7 @@ def _meeting(mission: ir.Mission, low: int, high: int) -> str:
 
 
 def _against(
-    mission: ir.Mission, entry: RequiredFact, stuck: list[tuple[ir.Agent, ir.Place]], verb: str, step: int
+    mission: ir.Mission, entry: RequiredFact, stuck: list[tuple[ir.Agent, ir.InitialSet]], verb: str, step: int
 ) -> Diagnostic:
     (agent, place), verbs = stuck[0], "starts" if verb == "start" else "finishes"
     names = [f"`{agent.name}`" for agent, _ in stuck[1:]]

@@ -19,7 +19,8 @@ from missionc.base.source import Span
 from missionc.frontend.checks.free_space import Containment, FreeSpace
 from missionc.geometry.configuration_space import common, empty
 from missionc.geometry.surely_clear import all_apart, near_to
-from missionc.ir import Agent, Anywhere, Exactly, Mission, Obstacle, Place, Region, Still
+from missionc.ir import Agent, InitialSet, Mission, Obstacle, Region, Still, Vector
+from missionc.ir.agents import ends_by_region
 from missionc.ir.wording import at_least_metres, listed, metres, number, spaced
 
 MOST_PAIRS = 2_000
@@ -32,18 +33,17 @@ class Stage(Record):
     verb: str
     verbs: str
     time: float
-    places: tuple[tuple[Agent, Place], ...]
+    places: list[tuple[Agent, InitialSet]]
 
     @property
-    def exact(self) -> list[tuple[Agent, Exactly]]:
-        return [(agent, place) for agent, place in self.places if isinstance(place, Exactly)]
+    def exact(self) -> list[tuple[Agent, InitialSet, Vector]]:
+        return [(agent, place, place.point) for agent, place in self.places if place.point is not None]
 
 
 def check_starts(mission: Mission, ground: FreeSpace) -> list[Diagnostic]:
     """Everything wrong with where agents start and finish."""
-    starts = Stage("start", "starts", 0.0, tuple((agent, agent.start) for agent in mission.agents))
-    ends = [(agent, agent.finish) for agent in mission.agents if agent.finish is not None]
-    finishes = Stage("finish", "finishes", float(mission.horizon), tuple(ends))
+    starts = Stage("start", "starts", 0.0, mission.starts)
+    finishes = Stage("finish", "finishes", float(mission.horizon), mission.finishes)
     return [
         finding
         for stage in (starts, finishes)
@@ -56,8 +56,8 @@ def _outside(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnost
     low, high = mission.world.low, mission.world.high
     outside = [
         (agent, place)
-        for agent, place in stage.exact
-        if not all(a <= value <= b for a, value, b in zip(low, place.point, high, strict=True))
+        for agent, place, point in stage.exact
+        if not all(a <= value <= b for a, value, b in zip(low, point, high, strict=True))
     ]
     return [_beyond_the_world(mission, stage, there) for there in _by_span(outside)]
 
@@ -70,15 +70,15 @@ def _in_obstacles(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Dia
         distances = {exact[place][0].index: distance for place, distance in near.items()}
         findings.extend(
             _touches_obstacle(mission, stage, obstacle, there, distances[there[0][0].index])
-            for there in _by_span(exact[place] for place in near)
+            for there in _by_span(exact[place][:2] for place in near)
         )
     return findings
 
 
 def _too_near(mission: Mission, stage: Stage, obstacle: Obstacle) -> dict[int, float]:
     """Which of the exact places are closer to an obstacle than they may be, and how close."""
-    places = [place.point for _, place in stage.exact]
-    margins = [agent.radius + mission.clearance for agent, _ in stage.exact]
+    places = [point for *_, point in stage.exact]
+    margins = [agent.radius + mission.clearance for agent, *_ in stage.exact]
     open_ = near_to(obstacle, stage.time, places, margins)
     if not open_:
         return {}
@@ -90,7 +90,7 @@ def _too_near(mission: Mission, stage: Stage, obstacle: Obstacle) -> dict[int, f
 
 def _overlapping(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
     exact = stage.exact
-    points, who = [place.point for _, place in exact], [agent.index for agent, _ in exact]
+    points, who = [point for *_, point in exact], [agent.index for agent, *_ in exact]
     if all_apart(points, who, mission):
         return []
     from missionc.geometry.placement_conflicts import too_close  # with numpy and shapely
@@ -101,18 +101,14 @@ def _overlapping(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diag
     for first, second, distance in pairs:
         by_spans.setdefault((exact[first][1].span, exact[second][1].span), []).append((first, second, distance))
     return [
-        _too_close(mission, stage, exact[overlaps[0][0]], exact[overlaps[0][1]], overlaps[0][2], len(overlaps))
+        _too_close(mission, stage, exact[overlaps[0][0]][:2], exact[overlaps[0][1]][:2], overlaps[0][2], len(overlaps))
         for overlaps in by_spans.values()
     ]
 
 
 def _without_room(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Diagnostic]:
-    by_region: dict[Region, list[tuple[Agent, Anywhere]]] = {}
-    for agent, place in stage.places:
-        if isinstance(place, Anywhere):
-            by_region.setdefault(place.region, []).append((agent, place))
     findings = []
-    for region, there in by_region.items():
+    for region, there in ends_by_region(stage.places).items():
         if ground.lies(region.shape) is not Containment.OPEN:
             continue
         findings.extend(
@@ -122,7 +118,7 @@ def _without_room(mission: Mission, ground: FreeSpace, stage: Stage) -> list[Dia
 
 
 def _no_room_for_one(
-    ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
+    ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, InitialSet]]
 ) -> list[Diagnostic]:
     area = ground.atlas.outer(region.shape)
     radii = {agent.radius for agent, _ in there}
@@ -134,7 +130,7 @@ def _no_room_for_one(
 
 
 def _no_room_for_all(
-    ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]]
+    ground: FreeSpace, stage: Stage, region: Region, there: list[tuple[Agent, InitialSet]]
 ) -> list[Diagnostic]:
     """Bodies, each with half the separation around it, that are larger together than the region and its rim."""
     mission = ground.mission
@@ -151,9 +147,9 @@ def _no_room_for_all(
     return [_too_many(stage, region, there, math.floor(room / (bodies / len(there))))]
 
 
-def _by_span(entries: Iterable[tuple[Agent, Place]]) -> list[list[tuple[Agent, Place]]]:
+def _by_span(entries: Iterable[tuple[Agent, InitialSet]]) -> list[list[tuple[Agent, InitialSet]]]:
     """The entries whose places were written at one place together."""
-    groups: dict[Span, list[tuple[Agent, Place]]] = {}
+    groups: dict[Span, list[tuple[Agent, InitialSet]]] = {}
     for agent, place in entries:
         groups.setdefault(place.span, []).append((agent, place))
     return list(groups.values())
@@ -162,16 +158,16 @@ def _by_span(entries: Iterable[tuple[Agent, Place]]) -> list[list[tuple[Agent, P
 # ------------------------------------------------------------------ messages
 
 
-def _others(there: list[tuple[Agent, Place]]) -> tuple[str, ...]:
+def _others(there: list[tuple[Agent, InitialSet]]) -> tuple[str, ...]:
     names = [f"`{agent.name}`" for agent, _ in there[1:]]
     return (f"the same goes for {listed(names)}",) if names else ()
 
 
-def _point(place: Place) -> str:
-    return f"({', '.join(map(number, place.point))})" if isinstance(place, Exactly) else ""
+def _point(place: InitialSet) -> str:
+    return f"({', '.join(map(number, place.point or ()))})"
 
 
-def _beyond_the_world(mission: Mission, stage: Stage, there: list[tuple[Agent, Place]]) -> Diagnostic:
+def _beyond_the_world(mission: Mission, stage: Stage, there: list[tuple[Agent, InitialSet]]) -> Diagnostic:
     (agent, place), low, high = there[0], mission.world.low, mission.world.high
     extent = f"({', '.join(map(number, low))}) to ({', '.join(map(number, high))})"
     return Diagnostic(
@@ -185,7 +181,7 @@ def _beyond_the_world(mission: Mission, stage: Stage, there: list[tuple[Agent, P
 
 
 def _touches_obstacle(
-    mission: Mission, stage: Stage, obstacle: Obstacle, there: list[tuple[Agent, Place]], distance: float
+    mission: Mission, stage: Stage, obstacle: Obstacle, there: list[tuple[Agent, InitialSet]], distance: float
 ) -> Diagnostic:
     agent, place = there[0]
     needed = agent.radius + mission.clearance
@@ -213,8 +209,8 @@ def _touches_obstacle(
 def _too_close(
     mission: Mission,
     stage: Stage,
-    first: tuple[Agent, Exactly],
-    second: tuple[Agent, Exactly],
+    first: tuple[Agent, InitialSet],
+    second: tuple[Agent, InitialSet],
     distance: float,
     pairs: int,
 ) -> Diagnostic:
@@ -236,7 +232,7 @@ def _too_close(
     )
 
 
-def _no_place(mission: Mission, stage: Stage, region: Region, there: list[tuple[Agent, Place]]) -> Diagnostic:
+def _no_place(mission: Mission, stage: Stage, region: Region, there: list[tuple[Agent, InitialSet]]) -> Diagnostic:
     agent, place = there[0]
     needed = agent.radius + mission.clearance
     return Diagnostic(
@@ -249,7 +245,7 @@ def _no_place(mission: Mission, stage: Stage, region: Region, there: list[tuple[
     )
 
 
-def _too_many(stage: Stage, region: Region, there: list[tuple[Agent, Anywhere]], room: int) -> Diagnostic:
+def _too_many(stage: Stage, region: Region, there: list[tuple[Agent, InitialSet]], room: int) -> Diagnostic:
     holds = "no agent" if room == 0 else "one agent at most" if room == 1 else f"{room:,} agents at most"
     return Diagnostic(
         NO_ROOM,

@@ -27,7 +27,7 @@ from missionc.frontend.checks.check_goals import requirements_out_of_reach
 from missionc.frontend.checks.free_space import FreeSpace
 from missionc.frontend.resolve.resolve_quantities import SI
 from missionc.geometry.configuration_space import empty
-from missionc.ir import FIGURES, Agent, Exactly, Mission, Place, Vector
+from missionc.ir import FIGURES, Agent, InitialSet, Mission, Vector
 from missionc.ir.kernel.nodes import Kernel
 from missionc.ir.vehicle_profiles import profiles
 from missionc.ir.wording import listed, metres, number, speed
@@ -149,24 +149,22 @@ def _without_room(mission: Mission, agent: Agent) -> list[Diagnostic]:
 
 def _outside(mission: Mission, ground: FreeSpace, team: list[Agent]) -> list[Diagnostic]:
     findings = []
-    for verb, places in (
-        ("starts", [(agent, agent.start) for agent in team]),
-        ("finishes", [(agent, agent.finish) for agent in team if agent.finish is not None]),
-    ):
-        by_span: dict[Span, list[tuple[Agent, Place]]] = {}
-        for agent, place in places:
-            if _beyond(mission, ground, agent, place):
+    members = {agent.index for agent in team}
+    for verb, ends in (("starts", mission.starts), ("finishes", mission.finishes)):
+        by_span: dict[Span, list[tuple[Agent, InitialSet]]] = {}
+        for agent, place in ends:
+            if agent.index in members and _beyond(mission, ground, agent, place):
                 by_span.setdefault(place.span, []).append((agent, place))
         findings += [_beyond_the_fence(mission, verb, there) for there in by_span.values()]
     return findings
 
 
-def _beyond(mission: Mission, ground: FreeSpace, agent: Agent, place: Place) -> bool:
+def _beyond(mission: Mission, ground: FreeSpace, agent: Agent, place: InitialSet) -> bool:
     """Whether no point of the place is in the room of the vehicle, though some is in the world."""
-    if isinstance(place, Exactly):
-        low, high = place.point, place.point
+    if place.point is not None:
+        low = high = place.point
     else:
-        area = ground.atlas.outer(place.region.shape)
+        area = ground.atlas.outer(place.shape)
         if empty(area):
             return False
         low, high = ground.atlas.bounds(area)
@@ -228,10 +226,10 @@ def _wrong_altitude(agent: Agent) -> Diagnostic:
     )
 
 
-def _beyond_the_fence(mission: Mission, verb: str, there: list[tuple[Agent, Place]]) -> Diagnostic:
+def _beyond_the_fence(mission: Mission, verb: str, there: list[tuple[Agent, InitialSet]]) -> Diagnostic:
     agent, place = there[0]
     others = [f"`{other.name}`" for other, _ in there[1:]]
-    where = f"at {_point(place.point)}" if isinstance(place, Exactly) else f"in `{place.region.name}`"
+    where = f"in `{place.region.name}`" if place.region is not None else f"at {_point(place.point or ())}"
     return Diagnostic(
         codes.OUTSIDE_FLYING_ROOM,
         f"`{agent.name}` {verb} {where}, outside the room of its vehicle, {_box(*mission.room(agent.index))}",

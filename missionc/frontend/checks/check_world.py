@@ -38,15 +38,14 @@ from missionc.geometry.bounding_box import between, gap
 from missionc.geometry.configuration_space import disjoint
 from missionc.ir import (
     Agent,
-    Anywhere,
     Beacon,
     Compare,
     Connectivity,
     DistanceTo,
-    Exactly,
     Formation,
     Graph,
     Holds,
+    InitialSet,
     Lanes,
     Mission,
     Obstacle,
@@ -56,6 +55,7 @@ from missionc.ir import (
     Sight,
     Still,
 )
+from missionc.ir.agents import ends_by_region
 from missionc.ir.kernel.nodes import Atom, Kernel
 from missionc.ir.kernel.walk import postorder
 from missionc.ir.language.walk_formulas import formulas
@@ -330,7 +330,7 @@ def _places(mission: Mission, lanes: Lanes) -> list[Diagnostic]:
     findings = []
     for agent in mission.agents:
         for verb, place in (("starts", agent.start), ("finishes", agent.finish)):
-            if isinstance(place, Exactly) and joined_to(mission, agent, lanes, place.point) is None:
+            if place and place.point and joined_to(mission, agent, lanes, place.point) is None:
                 findings.append(_unjoined(lanes, agent, verb, place))
     return findings
 
@@ -338,12 +338,8 @@ def _places(mission: Mission, lanes: Lanes) -> list[Diagnostic]:
 def _regions(mission: Mission, lanes: Lanes) -> list[Diagnostic]:
     from missionc.geometry.lane_room import nodes_within
 
-    crowds: dict[str, tuple[Region, list[tuple[Agent, Anywhere]]]] = {}
-    for agent in mission.agents:
-        if isinstance(agent.start, Anywhere):
-            crowds.setdefault(agent.start.region.name, (agent.start.region, []))[1].append((agent, agent.start))
     findings = []
-    for region, crowd in crowds.values():
+    for region, crowd in ends_by_region(mission.starts).items():
         nodes = len(nodes_within(lanes, region.shape))
         if nodes < len(crowd):
             findings.append(_too_few(lanes, region, crowd, nodes))
@@ -399,7 +395,7 @@ def _body(mission: Mission, agent: Agent) -> str:
     return f"`{agent.name}` has a radius of {number(agent.radius)} m{beside}"
 
 
-def _unjoined(lanes: Lanes, agent: Agent, verb: str, place: Exactly) -> Diagnostic:
+def _unjoined(lanes: Lanes, agent: Agent, verb: str, place: InitialSet) -> Diagnostic:
     return Diagnostic(
         codes.NOT_ON_LANES,
         f"`{agent.name}` {verb} where no straight clear way leads to a node of the roadmap",
@@ -409,7 +405,7 @@ def _unjoined(lanes: Lanes, agent: Agent, verb: str, place: Exactly) -> Diagnost
     )
 
 
-def _too_few(lanes: Lanes, region: Region, crowd: list[tuple[Agent, Anywhere]], nodes: int) -> Diagnostic:
+def _too_few(lanes: Lanes, region: Region, crowd: list[tuple[Agent, InitialSet]], nodes: int) -> Diagnostic:
     agents = f"`{crowd[0][0].name}` starts" if len(crowd) == 1 else f"{len(crowd)} agents start"
     has = {0: "no node", 1: "one node"}.get(nodes, f"{nodes} nodes")
     return Diagnostic(
@@ -461,9 +457,7 @@ def _check_regions(mission: Mission, ground: FreeSpace, entered: set[str]) -> li
 def _entered(mission: Mission, kernel: Kernel) -> set[str]:
     """The regions of which it is asked who is in them; a distance, or a shape, may be that of any other."""
     atoms = (node.predicate.region for node in postorder(kernel.meanings.values()) if isinstance(node, Atom))
-    ends = (
-        place.region for agent in mission.agents for place in (agent.start, agent.finish) if isinstance(place, Anywhere)
-    )
+    ends = (place.region for agent in mission.agents for place in agent.ends)
     return {region.name for region in (*atoms, *ends) if region}
 
 

@@ -25,7 +25,7 @@ from missionc.frontend.checks.free_space import FreeSpace
 from missionc.frontend.checks.literals import Unbounded
 from missionc.frontend.checks.necessary_conditions import Fact, NecessaryConditions
 from missionc.geometry.configuration_space import Area, empty
-from missionc.ir import Agent, Anywhere, Exactly, Mission, Objective
+from missionc.ir import Agent, Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 
 
@@ -309,14 +309,8 @@ def _tasks(ground: FreeSpace, kernel: Kernel) -> Iterator[_Task]:
         if not isinstance(area, Unbounded) and fact.who.number:
             yield from (_Task(fact.who.number, fact.who.agents, area, due) for due in _dues(fact))
     last = Due(mission.steps, mission.steps)
-    for agent in mission.agents:
-        match agent.finish:
-            case Exactly(point):
-                yield _Task(1, (agent.index,), ground.atlas.point(point), last)
-            case Anywhere(region):
-                yield _Task(1, (agent.index,), ground.atlas.outer(region.shape), last)
-            case None:
-                pass
+    for agent, finish in mission.finishes:
+        yield _Task(1, (agent.index,), ground.atlas.initial(finish), last)
 
 
 def _dues(fact: Fact) -> Iterator[Due]:

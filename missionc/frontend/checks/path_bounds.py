@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from missionc.base.late_dataclass import Record, dataclass
 from missionc.geometry.clear_ways import ClearWays
 from missionc.geometry.configuration_space import SURE, Area, Atlas, common
-from missionc.ir import Agent, Exactly, Mission, Region, Shape, Still, Vector
+from missionc.ir import Agent, Mission, Region, Shape, Still, Vector
 
 if TYPE_CHECKING:
     from missionc.geometry.geodesic_bounds import VisibilityGraph
@@ -50,7 +50,7 @@ class LeastWays:
     mission: Mission
     atlas: Atlas
     standing: Area
-    starts: dict[Region | Vector, Area] = field(default_factory=dict)
+    starts: dict[Region | Vector | None, Area] = field(default_factory=dict)
     known: dict[tuple[float, Area, Area, float], Way | None] = field(default_factory=dict)
     found: dict[tuple[float, Area, Area, float], bool] = field(default_factory=dict)
     """Ways that plain numbers have found, or not."""
@@ -62,10 +62,9 @@ class LeastWays:
 
     def start(self, agent: Agent) -> Area:
         """Where an agent starts, at least."""
-        start, atlas = agent.start, self.atlas
-        key = start.point if isinstance(start, Exactly) else start.region
+        key = agent.start.point or agent.start.region
         if key not in self.starts:
-            self.starts[key] = atlas.point(key) if isinstance(key, tuple) else atlas.outer(key.shape)
+            self.starts[key] = self.atlas.initial(agent.start)
         return self.starts[key]
 
     def too_long(self, agent: Agent, start: Area, goal: Area, longest: float) -> Way | None:

@@ -22,8 +22,7 @@ from missionc.frontend.checks.place_margins import Joint, margin_at
 from missionc.geometry import plain_floats
 from missionc.geometry.configuration_space import SURE
 from missionc.geometry.plain_floats import Place
-from missionc.ir import Agent, Exactly, Graph, Mission, Predicate
-from missionc.ir import Place as Given
+from missionc.ir import Agent, Graph, InitialSet, Mission, Predicate
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.ir.kernel.walk import more_than
@@ -168,7 +167,8 @@ class Ends(Domain[May]):
         """Lengths are known of given points alone, and not looked at here."""
 
         def bits(column: int) -> Bits:
-            exact = all(isinstance(_end(self.mission.agents[agent], column), Exactly) for agent in graph.agents)
+            ends = (end_of(self.mission.agents[agent], column) for agent in graph.agents)
+            exact = all(place is not None and place.point is not None for place in ends)
             return 0 if exact else self.everyone
 
         return _each(bits)
@@ -179,17 +179,18 @@ def possible(mission: Mission, roots: Iterable[Node], ground: FreeSpace) -> set[
     roots = tuple(roots)
     if len(mission.agents) > FEW or more_than(MOST_NODES, roots):
         return set()
-    starts, finishes = ([_end(agent, column) for agent in mission.agents] for column in (FIRST, LAST))
+    starts, finishes = ([end_of(agent, column) for agent in mission.agents] for column in (FIRST, LAST))
     ends = Ends(mission, (1 << len(mission.agents)) - 1, (_tries(starts, ground), _tries(finishes, ground)))
     known = evaluate(roots, ends)
     return {root for root in roots if known[root][FIRST] & 1}
 
 
-def _end(agent: Agent, column: int) -> Given | None:
+def end_of(agent: Agent, column: int) -> InitialSet | None:
+    """The start of an agent, or its finish, if it has one."""
     return agent.start if column == FIRST else agent.finish
 
 
-def _tries(places: list[Given | None], ground: FreeSpace) -> tuple[Joint, ...]:
+def _tries(places: list[InitialSet | None], ground: FreeSpace) -> tuple[Joint, ...]:
     """Some ways to put every agent at one of its places; none where no place is known of some region."""
     choices = [_choices(place, ground) for place in places]
     if not all(choices):
@@ -199,12 +200,12 @@ def _tries(places: list[Given | None], ground: FreeSpace) -> tuple[Joint, ...]:
     )
 
 
-def _choices(place: Given | None, ground: FreeSpace) -> list[Place | None]:
+def _choices(place: InitialSet | None, ground: FreeSpace) -> list[Place | None]:
     if place is None:
         return [None]
-    if isinstance(place, Exactly):
+    if place.point is not None:
         return [Place(place.point)]
-    area = ground.atlas.outer(place.region.shape)
+    area = ground.atlas.outer(place.shape)
     return [Place(seed) for seed in islice((seed for seed in area.seeds() if area.depth(seed) > SURE), PLACES)]
 
 

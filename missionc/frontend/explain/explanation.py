@@ -60,7 +60,7 @@ def _height(mission: ir.Mission, agent: ir.Agent) -> float | None:
         return float(agent.altitude)
     if agent.pad is not None and agent.pad.hover is not None:
         return agent.pad.hover
-    return agent.start.point[2] if isinstance(agent.start, ir.Exactly) else None
+    return agent.start.point[2] if agent.start.point is not None else None
 
 
 def traps_of(formula: ir.Formula) -> tuple[Trap, ...]:

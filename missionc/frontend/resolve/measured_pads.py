@@ -16,7 +16,7 @@ from missionc.base.diagnostics.suggest import suggestion
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.frontend.maps.table import PoseRow, pose_table
-from missionc.ir import Agent, Exactly, Mission, Pad, Vector
+from missionc.ir import Agent, Mission, Pad, Vector
 from missionc.ir.wording import listed, metres
 
 NEAR = 0.1
@@ -63,7 +63,7 @@ def _away(agent: Agent, here: Vector) -> float:
     """Metres, seen from above, from its pad or its start; 0 where the mission says neither."""
     if agent.pad is not None and agent.pad.point is not None:
         return math.dist(agent.pad.point, here[:2])
-    return math.dist(agent.start.point[:2], here[:2]) if isinstance(agent.start, Exactly) else 0.0
+    return math.dist(agent.start.point[:2], here[:2]) if agent.start.point is not None else 0.0
 
 
 # ------------------------------------------------------------------ messages

@@ -98,7 +98,7 @@ FLOOR = 0.0
 
 
 def resolve_pads(
-    context: Context, flight: ast.Flight, places: tuple[ir.Place, ...] | None, owner: str, count: int
+    context: Context, flight: ast.Flight, places: tuple[ir.InitialSet, ...] | None, owner: str, count: int
 ) -> tuple[ir.Pad, ...]:
     """A pad for each of so many agents.
 
@@ -128,11 +128,11 @@ def _pad_figure(context: Context, name: str, setting: ast.Setting) -> float:
     return resolved_number(context, setting.high, figure.dimension, f"the `{name}`", above=0)
 
 
-def _points(context: Context, places: tuple[ir.Place, ...]) -> tuple[ir.Vector, ...]:
+def _points(context: Context, places: tuple[ir.InitialSet, ...]) -> tuple[ir.Vector, ...]:
     """The places in the plane; one above the floor is reported, once where they share their words."""
     points, told = [], set()
     for place in places:
-        assert isinstance(place, ir.Exactly)
+        assert place.point is not None
         if len(place.point) == 3 and place.point[2] > FLOOR and place.span not in told:
             told.add(place.span)
             context.report(
@@ -346,7 +346,7 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
             team.name.span,
             "say it in the braces, as in `dynamics single_integrator(speed <= 1 m/s)`",
         )
-    start: tuple[ir.Place, ...] = ()
+    start: tuple[ir.InitialSet, ...] = ()
     if starts is not None:
         start = _places(context, starts.places, size, owner)
     else:
@@ -400,16 +400,16 @@ def _length(context: Context, setting: ast.Setting | None, default: Metres, what
 # --------------------------------------------------------------------- places
 
 
-def _places(context: Context, places: ast.Places, size: float, owner: str) -> tuple[ir.Place, ...]:
+def _places(context: Context, places: ast.Places, size: float, owner: str) -> tuple[ir.InitialSet, ...]:
     """One place for each agent, in index order; none where the size is NaN."""
     count = 0 if math.isnan(size) else int(size)
     match places:
         case ast.InRegion(region=name):
             declared = context.find(name, Kind.REGION)
             region = context.regions.get(name.text, ir.Region(name.text, NOWHERE, name.span))
-            return () if isinstance(declared, Unresolved) else (ir.Anywhere(region, places.span),) * count
+            return () if isinstance(declared, Unresolved) else (ir.InitialSet(places.span, region=region),) * count
         case ast.AtPoints(points=points):
-            here = tuple(ir.Exactly(resolve_point(context, point), point.span) for point in points)
+            here = tuple(ir.InitialSet(point.span, resolve_point(context, point)) for point in points)
             if len(here) != size and not math.isnan(size):
                 _not_one_each(context, places, owner, count)
                 return ()
@@ -426,8 +426,8 @@ def _places(context: Context, places: ast.Places, size: float, owner: str) -> tu
             assert_never(places)
 
 
-def _exactly(points: tuple[ir.Vector, ...], span: Span) -> tuple[ir.Place, ...]:
-    return tuple(ir.Exactly(point, span) for point in points)
+def _exactly(points: tuple[ir.Vector, ...], span: Span) -> tuple[ir.InitialSet, ...]:
+    return tuple(ir.InitialSet(span, point) for point in points)
 
 
 def _sound(ends: tuple[ir.Vector, ir.Vector]) -> bool:

@@ -268,14 +268,8 @@ def _dynamics(dynamics: ir.Dynamics) -> str:
     return f"{dynamics.word} speed {speed}{number_text(dynamics.top_speed)} m/s{''.join(limits)}"
 
 
-def _place(place: ir.Place) -> str:
-    match place:
-        case ir.Anywhere(region, _):
-            return f"in {region.name}"
-        case ir.Exactly(point, _):
-            return f"at {vector(point)}"
-        case _:
-            assert_never(place)
+def _place(place: ir.InitialSet) -> str:
+    return f"in {place.region.name}" if place.region is not None else f"at {vector(place.point or ())}"
 
 
 def _graph(graph: ir.Graph) -> str:

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from missionc.base.units import Metres
-from missionc.ir import Anywhere, Inside, Mission
+from missionc.ir import Inside, Mission
 from missionc.ir.kernel import nodes as k
 from missionc.ir.kernel.walk import bottom_up, rebuilt
 from missionc.ir.lower.tighten import moved
@@ -66,7 +66,7 @@ def _finishes(mission: Mission) -> list[k.Goal]:
     for tolerance in mission.tolerances:
         for agent in tolerance.agents:
             place = mission.agents[agent].finish
-            if isinstance(place, Anywhere):
+            if place is not None and place.region is not None:
                 there = k.Atom(Inside(place.region, False), place.span)
                 stays = k.Always(there, mission.steps - tolerance.steps, mission.steps, place.span)
                 goals.append(k.Goal("finish", k.At(agent, stays, place.span), place.span))

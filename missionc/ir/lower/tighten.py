@@ -14,7 +14,7 @@ plans no faster than they can fly from rest to rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence, Set
+from collections.abc import Iterable, Sequence, Set
 from dataclasses import replace
 from itertools import combinations
 from operator import sub
@@ -71,25 +71,15 @@ def _drift(mission: ir.Mission) -> tuple[Metres, ...]:
         return ()
     for share in SHARES:
         some = replace(mission, drift=tuple(Metres(share * each) for each in drift))
-        if all(_apart(some, places) for places in _ends(mission)):
+        if _apart(some, mission.starts) and _apart(some, mission.finishes):
             return some.drift
     return ()
 
 
-def _ends(mission: ir.Mission) -> list[list[tuple[int, ir.Vector]]]:
-    """The exact places to start at, and those to finish at, each with its agent."""
-    return [
-        [(agent.index, place.point) for agent, place in places if isinstance(place, ir.Exactly)]
-        for places in (
-            [(agent, agent.start) for agent in mission.agents],
-            [(agent, agent.finish) for agent in mission.agents],
-        )
-    ]
-
-
-def _apart(mission: ir.Mission, places: Sequence[tuple[int, ir.Vector]]) -> bool:
-    """Whether all that are in these places keep the mission's spacing."""
-    for (one, here), (other, there) in combinations(places, 2):
+def _apart(mission: ir.Mission, ends: Iterable[tuple[ir.Agent, ir.InitialSet]]) -> bool:
+    """Whether agents at those of the starts, or finishes, that are points keep the mission's spacing."""
+    exact = [(agent.index, place.point) for agent, place in ends if place.point is not None]
+    for (one, here), (other, there) in combinations(exact, 2):
         spacing = mission.spacing(one, other)
         if spacing.measured(tuple(map(sub, here, there))) < spacing.sideways + SURELY:
             return False

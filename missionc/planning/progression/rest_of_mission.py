@@ -45,7 +45,7 @@ def rest_of(
         replace(
             agent,
             index=index[agent.index],
-            start=ir.Exactly(tuple(places[agent.name]), agent.start.span),
+            start=ir.InitialSet(agent.start.span, tuple(places[agent.name])),
             pad=pads.get(agent.name),
             begins=tuple(map(tuple, moving[agent.name].tolist())) if agent.name in moving else (),
         )

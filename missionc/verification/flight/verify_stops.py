@@ -18,7 +18,7 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Trace
 from missionc.base.units import Metres
 from missionc.geometry.curves.piecewise_polynomials import Curves, Pieces, curves_of, derivatives_at, read
-from missionc.ir import Agent, Exactly, Mission
+from missionc.ir import Agent, Mission
 from missionc.verification.certificate import WAYPOINT, Certificate, Check, judged
 from missionc.verification.flight.continuity_and_fidelity import check_level, check_smooth, clock, exactness
 from missionc.verification.flight.flight_curves import Flight
@@ -127,7 +127,7 @@ def _end(mission: Mission, agent: Agent, own: Pieces) -> Check:
     """Check that a stop ends where the plan begins, at rest or in its motion."""
     end = derivatives_at(curves_of([own], slice(None)), np.array([np.inf]), max(2, len(agent.begins)))[0, 0]
     place = end[0, : mission.dimension]
-    off = float(np.linalg.norm(place - agent.start.point)) if isinstance(agent.start, Exactly) else np.inf
+    off = float(np.linalg.norm(place - agent.start.point)) if agent.start.point is not None else np.inf
     margin = min(WAYPOINT - off, ENDS - _jump(agent, end))
     motion = "in the motion in which" if agent.begins else "at rest where"
     detail = f"it ends {motion} the plan begins"

@@ -115,8 +115,8 @@ def way_mission(mission: ir.Mission, stage: Stage, way: Way, seconds: float, ste
     agents = tuple(
         replace(
             agent,
-            start=ir.Exactly(tuple(begin[:size]), agent.span),
-            finish=ir.Exactly(tuple(end[:size]), agent.span),
+            start=ir.InitialSet(agent.span, tuple(begin[:size])),
+            finish=ir.InitialSet(agent.span, tuple(end[:size])),
             altitude=Metres(begin[2]) if size == 2 else agent.altitude,
             dynamics=ir.velocity_chosen_anew(min(speed, agent.dynamics.top_speed)),
             yaw=ir.Fixed(yaw),

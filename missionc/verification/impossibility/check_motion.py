@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags
-from missionc.ir import Agent, Anywhere, Compare, Dynamics, Exactly, Level, Mission, Place, Speed
+from missionc.ir import Agent, Compare, Dynamics, InitialSet, Level, Mission, Speed
 from missionc.ir.kernel.conjuncts import Conjunct, conjuncts
 from missionc.ir.kernel.nodes import Atom, Goal
 from missionc.verification.certificate import MOTION
@@ -156,7 +156,7 @@ def _shown_at_once(mission: Mission, cover: ClaimedCover, agent: Agent) -> Flags
     for place, row in ((agent.start, 0), (agent.finish, mission.steps)):
         if place is not None:
             shown[row] |= _away(place, boxes).low > 3 * MOTION
-        if isinstance(place, Exactly):
+        if place is not None and place.point is not None:
             low, high = np.array(place.point) - MOTION, np.array(place.point) + MOTION
             holds = np.all((boxes[0] <= low) & (boxes[1] >= high), axis=1)
             shown[row] |= bool((holds & ~absent[row]).any())
@@ -167,14 +167,12 @@ def _shown_at_once(mission: Mission, cover: ClaimedCover, agent: Agent) -> Flags
     return shown
 
 
-def _away(place: Place, boxes: Boxes) -> Interval:
+def _away(place: InitialSet, boxes: Boxes) -> Interval:
     """How far the points of boxes are from a place."""
-    match place:
-        case Exactly(point):
-            at = np.array(point)
-            return length(between((at, at), boxes))
-        case Anywhere(region):
-            return signed_distances(region.shape, boxes)
+    if place.point is None:
+        return signed_distances(place.shape, boxes)
+    at = np.array(place.point)
+    return length(between((at, at), boxes))
 
 
 def _from(boxes: Boxes, cells: Flags) -> Array:

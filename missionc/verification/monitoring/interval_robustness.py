@@ -18,7 +18,7 @@ import numpy as np
 from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Trace
 from missionc.geometry.configuration_space import Atlas
-from missionc.ir import Exactly, Formation, FormationEdge, Graph, Mission, Place, Predicate, Resource
+from missionc.ir import Formation, FormationEdge, Graph, InitialSet, Mission, Predicate, Resource
 from missionc.ir.kernel.evaluate import Domain, evaluate
 from missionc.ir.kernel.nodes import NeighbourNode, Node, PathLength, ReachNode, RouteNode, UntilNode, WindowNode
 from missionc.ir.kernel.walk import more_than, postorder
@@ -225,13 +225,13 @@ class _Reach:
         return float(np.abs(direction).sum()) * self.radius
 
 
-def _around(place: Place | None, atlas: Atlas) -> tuple[tuple[float, ...], float]:
+def _around(place: InitialSet | None, atlas: Atlas) -> tuple[tuple[float, ...], float]:
     """A point and how far from it the place reaches, metres."""
     if place is None:
         return tuple(atlas.world.low), np.inf
-    if isinstance(place, Exactly):
-        return tuple(place.point), 0.0
-    low, high = atlas.bounds(atlas.outer(place.region.shape))
+    if place.point is not None:
+        return place.point, 0.0
+    low, high = atlas.bounds(atlas.outer(place.shape))
     middle = (np.array(low) + np.array(high)) / 2
     return tuple(middle.tolist()), float(np.linalg.norm(np.array(high) - middle))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from missionc.base.trace import Array, Trace
 from missionc.geometry.straight_runs import straight_runs
-from missionc.ir import Agent, Exactly, Lanes, Mission
+from missionc.ir import Agent, Lanes, Mission
 from missionc.verification.certificate import MOTION, Check, judged
 
 Segments: TypeAlias = tuple[Array, Array, Array]
@@ -73,8 +73,8 @@ def segments(agent: Agent, lanes: Lanes, step: float) -> Segments:
         np.divide(length * step, seconds, out=np.full(len(length), np.inf), where=seconds > 0),
         np.zeros(len(nodes)),
     ]
-    for place in (agent.start, agent.finish):
-        if isinstance(place, Exactly):
+    for place in agent.ends:
+        if place.point is not None:
             here = np.broadcast_to(np.array(place.point), nodes.shape)
             starts += [here, nodes]
             ends += [nodes, here]

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import assert_never
-
 import numpy as np
 
 from missionc.base.trace import Array, Trace
 from missionc.geometry.curves.piecewise_polynomials import Curves, control_points
-from missionc.ir import Agent, Anywhere, Exactly, Mission, Place
+from missionc.ir import Agent, InitialSet, Mission
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.verification.certificate import CONTACT, MOTION, Check, judged
 
@@ -24,20 +22,13 @@ def check_places(mission: Mission, trace: Trace) -> list[Check]:
     return findings
 
 
-def check_place(agent: Agent, name: str, place: Place, position: Array, at: float) -> Check:
+def check_place(agent: Agent, name: str, place: InitialSet, position: Array, at: float) -> Check:
     """An agent at a time, in seconds: its centre, (dim,), is in the place, or there."""
-    match place:
-        case Anywhere(region):
-            margin = -float(signed_distance(np, region.shape, position))
-            return judged(
-                name, agent.name, margin, "m", CONTACT, at=at, agents=(agent.name,), detail=f"in `{region.name}`"
-            )
-        case Exactly(point):
-            margin = -float(np.linalg.norm(position - np.array(point)))
-            where = ", ".join(f"{value:g}" for value in point)
-            return judged(name, agent.name, margin, "m", MOTION, at=at, agents=(agent.name,), detail=f"at ({where})")
-        case _:
-            assert_never(place)
+    if place.point is None:
+        margin, tolerance = -float(signed_distance(np, place.shape, position)), CONTACT
+    else:
+        margin, tolerance = -float(np.linalg.norm(position - np.array(place.point))), MOTION
+    return judged(name, agent.name, margin, "m", tolerance, at=at, agents=(agent.name,), detail=str(place))
 
 
 def check_world(mission: Mission, curves: Curves, tolerance: float = CONTACT) -> Check:

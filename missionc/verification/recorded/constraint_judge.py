@@ -27,7 +27,7 @@ from missionc.base.late_dataclass import Record
 from missionc.base.trace import Array, Flags, Trace
 from missionc.geometry.curves.piecewise_polynomials import Curves, motion
 from missionc.geometry.vectors import norm
-from missionc.ir import PLAIN, Agent, Mission, Place
+from missionc.ir import PLAIN, Agent, InitialSet, Mission
 from missionc.verification.certificate import CERTAIN, MOTION
 from missionc.verification.monitoring.live.samples import Sample, StepState
 from missionc.verification.monitoring.read_trace import ON_TIME, State
@@ -146,7 +146,7 @@ class StateMargins:
                 depth, allowed = self.place_margin(agent, "finish", agent.finish, states.position[agent.index, column])
                 yield _doubted(Margins("finish", "m", allowed, one, np.array([[depth]]), time), doubt[one, column])
 
-    def place_margin(self, agent: Agent, name: str, place: Place, position: Array) -> tuple[float, float]:
+    def place_margin(self, agent: Agent, name: str, place: InitialSet, position: Array) -> tuple[float, float]:
         """How far an agent is inside its start or finish, and the tolerance of that; metres."""
         check = check_place(agent, name, place, position, 0.0)
         return check.margin, check.tolerance + self.tolerance.position + agent.vehicle.tracking

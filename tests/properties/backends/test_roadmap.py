@@ -17,7 +17,7 @@ from missionc.base.source import Source
 from missionc.frontend.resolve.resolve_mission import resolve
 from missionc.frontend.syntax.parse import parse
 from missionc.frontend.syntax.read_file import unread
-from missionc.ir import Anywhere, DoubleIntegrator, Mission, Unicycle
+from missionc.ir import DoubleIntegrator, Mission, Unicycle
 from missionc.ir import Path as Motion
 from missionc.ir.distances.signed_distance import signed_distance
 
@@ -254,7 +254,7 @@ def assert_covered(mission: Mission, roadmap: Roadmap) -> None:
         assert depth.max() >= mission.agents[0].radius, region.name
     apart = 2 * mission.agents[0].radius + mission.separation
     for start, agent in zip(roadmap.starts, mission.agents, strict=True):
-        assert isinstance(agent.start, Anywhere)
+        assert agent.start.region is not None
         assert np.all(signed_distance(np, agent.start.region.shape, roadmap.position[start]) <= 0)
         assert roadmap.standing[0, start].all()
         assert not roadmap.velocity[start].any()

@@ -46,8 +46,8 @@ def as_flown(case: Case, formula: ir.Formula) -> ir.Mission:
             agent,
             radius=Metres(0.0),
             dynamics=ir.SingleIntegrator(max(math.hypot(*speed) for speed in case.run.velocity[agent.index])),
-            start=ir.Exactly(tuple(case.run.position[agent.index][0]), SPAN),
-            finish=ir.Exactly(tuple(case.run.position[agent.index][-1]), SPAN),
+            start=ir.InitialSet(SPAN, tuple(case.run.position[agent.index][0])),
+            finish=ir.InitialSet(SPAN, tuple(case.run.position[agent.index][-1])),
         )
         for agent in mission.agents
     )
@@ -185,7 +185,7 @@ def journeys(draw: st.DrawFn) -> Journey:
     speed = math.dist(start, goal.border) / steps
     around = draw(st.booleans())
     low, high = (tuple(place + side * 0.25 for place in start) for side in (-1, 1))
-    place = ir.Anywhere(region(ir.Box(low, high)), SPAN) if around else ir.Exactly(start, SPAN)
+    place = ir.InitialSet(SPAN, region=region(ir.Box(low, high))) if around else ir.InitialSet(SPAN, start)
     agents = tuple(
         replace(agent, radius=Metres(goal.radius), dynamics=ir.SingleIntegrator(speed), start=place)
         for agent in mission.agents
@@ -238,7 +238,7 @@ def test_a_goal_just_out_of_reach_is_found(journey: Journey, kind: str) -> None:
     mission = journey.mission
     size, agents = len(mission.agents), mission.agents
     # Circles are bounded from outside, so "just" is a centimetre here; a volume is cut in slices, which miss more.
-    assume(isinstance(agents[0].start, ir.Exactly) and mission.dimension == 2)
+    assume(agents[0].start.point is not None and mission.dimension == 2)
     slower = ir.SingleIntegrator((journey.away - 0.01) / mission.steps)
     mission = replace(mission, agents=tuple(replace(agent, dynamics=slower) for agent in agents))
     window = ir.Window(Steps(0), mission.steps, SPAN)
@@ -251,10 +251,10 @@ def test_a_goal_just_out_of_reach_is_found(journey: Journey, kind: str) -> None:
 @given(journeys())
 def test_a_finish_is_out_of_reach_only_where_it_is(journey: Journey) -> None:
     mission = journey.mission
-    finish = ir.Exactly(journey.goal.border, SPAN)
+    finish = ir.InitialSet(SPAN, journey.goal.border)
     agents = tuple(replace(agent, finish=finish) for agent in mission.agents)
     assert TOO_FAR not in codes_of(replace(mission, agents=agents))
-    if isinstance(agents[0].start, ir.Exactly):
+    if agents[0].start.point is not None:
         assert isinstance(agents[0].dynamics, ir.SingleIntegrator)
         slower = ir.SingleIntegrator(agents[0].dynamics.speed * 0.99)
         agents = tuple(replace(agent, dynamics=slower) for agent in agents)

@@ -200,7 +200,7 @@ def pushed_between(mission: ir.Mission, trace: Trace, agent: int, step: int) -> 
 
 
 def elsewhere_at_last(mission: ir.Mission, trace: Trace, agent: int, step: int) -> Expected:
-    place = ir.Exactly(tuple((trace.position[agent, -1] + JUST).tolist()), SPAN)
+    place = ir.InitialSet(SPAN, tuple((trace.position[agent, -1] + JUST).tolist()))
     return limited(mission, agent, finish=place), trace, of("finish", agent), STEPS
 
 

@@ -40,11 +40,11 @@ def ended(draw: st.DrawFn, first: Operator | None = None) -> tuple[ir.Mission, C
     mission = mission_of(size, steps, ir.Requirement("asked", ir.OfAgent(0, case.formula, SPAN), SPAN))
     agents = []
     for agent in mission.agents:
-        start: ir.Place = ir.Exactly(tuple(position[agent.index, 0].tolist()), SPAN)
-        finish: ir.Place | None = ir.Exactly(tuple(position[agent.index, -1].tolist()), SPAN)
+        start: ir.InitialSet = ir.InitialSet(SPAN, tuple(position[agent.index, 0].tolist()))
+        finish: ir.InitialSet | None = ir.InitialSet(SPAN, tuple(position[agent.index, -1].tolist()))
         if draw(st.booleans()):
             position[agent.index, 0] = draw(st.tuples(st.sampled_from([0.0, 0.5, 1.0]), st.sampled_from([0.0, 1.5])))
-            start = ir.Anywhere(BASE, SPAN)
+            start = ir.InitialSet(SPAN, region=BASE)
         if draw(st.booleans()):
             finish = None
         agents.append(replace(agent, start=start, finish=finish))

@@ -155,7 +155,7 @@ def test_no_run_keeps_a_resource_of_which_check_says_that_it_runs_out(data: st.D
     formula = ir.AtLeastOf("every", size, team, data.draw(st.sampled_from([kept, both])), SPAN)
     mission = mission_of(size, steps, ir.Requirement("asked", formula, SPAN))
     agents = tuple(
-        replace(agent, start=ir.Exactly(track[agent.index][0], SPAN), dynamics=ir.SingleIntegrator(3.0))
+        replace(agent, start=ir.InitialSet(SPAN, track[agent.index][0]), dynamics=ir.SingleIntegrator(3.0))
         for agent in mission.agents
     )
     mission = replace(mission, agents=agents, resources=(resource,))

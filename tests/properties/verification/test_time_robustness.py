@@ -103,7 +103,7 @@ def test_agents_with_momentum_are_late_as_others_are(seed: int) -> None:
 def test_who_is_at_its_finish_early_may_be_late_by_as_much() -> None:
     way = [[1.0, 1.0], [2.0, 1.0], [3.0, 1.0], [3.0, 1.0], [3.0, 1.0]]
     mission = mission_of([[1.0, 1.0]], 4)
-    finish = ir.Exactly((3.0, 1.0), SPAN)
+    finish = ir.InitialSet(SPAN, (3.0, 1.0))
     mission = replace(mission, agents=(replace(mission.agents[0], finish=finish),))
     (delay,) = compare(mission, NOTHING, straight([way]))
     assert (delay.tolerated, delay.breaks, delay.subject, delay.at) == (2.0, "finish", "drone[0]", 4.0)
@@ -142,7 +142,7 @@ def test_a_delay_beyond_what_was_looked_at_stays_open_but_one_that_is_asked_for_
 def test_a_plan_that_does_not_tolerate_what_is_asked_does_not_pass() -> None:
     way = [[1.0, 1.0], [2.0, 1.0], [3.0, 1.0], [3.0, 1.0]]
     mission = mission_of([[1.0, 1.0]], 3)
-    finish = ir.Exactly((3.0, 1.0), SPAN)
+    finish = ir.InitialSet(SPAN, (3.0, 1.0))
     mission = replace(mission, agents=(replace(mission.agents[0], finish=finish),))
     for steps, passes in ((1, True), (2, False)):
         asked = replace(mission, tolerances=(ir.Tolerance((0,), Steps(steps), SPAN),))

@@ -18,7 +18,6 @@ from missionc.base.trace import Array, Trace
 from missionc.base.units import Seconds
 from missionc.compiler import driver
 from missionc.compiler.results import Verified
-from missionc.ir import Exactly
 from tests.support.transport_missions import costs_and_demand
 
 pytestmark = pytest.mark.usefixtures("coarse_covers")
@@ -52,7 +51,7 @@ def motion(costs: Costs, seed: int = 0) -> Array:
     position = np.random.default_rng(seed).uniform((1, 1), (5, 4), shape)
     for agent in costs.mission.agents:
         for place, step in ((agent.start, 0), (agent.finish, -1)):
-            if isinstance(place, Exactly):
+            if place is not None and place.point is not None:
                 position[agent.index, step] = place.point
     return costs.splines.through(position)
 

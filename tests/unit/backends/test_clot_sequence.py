@@ -56,7 +56,7 @@ def coupled(
     assert checked.mission is not None, checked.findings
     assert checked.kernel is not None
     points = [
-        agent.start.point if isinstance(agent.start, ir.Exactly) else (dock[0] + 0.3 * agent.index, dock[1])
+        agent.start.point if agent.start.point is not None else (dock[0] + 0.3 * agent.index, dock[1])
         for agent in checked.mission.agents
     ]
     return couplings(checked.mission, checked.kernel, np.array(points), nearest)

@@ -305,7 +305,8 @@ def test_radius_and_altitude_have_defaults() -> None:
     assert (agent.radius, agent.altitude, agent.finish) == (0.1, 1.0, None)
     agent = agents(team(f"radius 5 cm altitude 2 m {MOVES} start in goal finish in goal"))[2]
     assert (agent.radius, agent.altitude) == (0.05, 2.0)
-    assert isinstance(agent.finish, ir.Anywhere)
+    assert agent.finish is not None
+    assert agent.finish.region is not None
     assert agent.finish.region.name == "goal"
 
 
@@ -372,7 +373,7 @@ def test_the_limit_on_agents_is_on_all_teams_together() -> None:
 
 def places(written: str, size: int) -> list[ir.Vector]:
     found = [agent.start for agent in agents(team(f"{MOVES} start {written}", size))]
-    return [place.point for place in found if isinstance(place, ir.Exactly)]
+    return [place.point for place in found if place is not None and place.point is not None]
 
 
 def test_places_on_a_line_include_both_ends() -> None:

@@ -296,8 +296,8 @@ def places(where: Flags, mission: ir.Mission | None = None, kind: CellsOfKind | 
 
 def at(start: tuple[float, float], finish: tuple[float, float] | None = None) -> ir.Mission:
     mission = corridor()
-    agent = replace(mission.agents[0], start=ir.Exactly(start, SPAN))
-    return replace(mission, agents=(replace(agent, finish=None if finish is None else ir.Exactly(finish, SPAN)),))
+    agent = replace(mission.agents[0], start=ir.InitialSet(SPAN, start))
+    return replace(mission, agents=(replace(agent, finish=None if finish is None else ir.InitialSet(SPAN, finish)),))
 
 
 def test_who_starts_at_a_point_is_in_no_cell_that_is_away_from_it() -> None:
@@ -320,7 +320,7 @@ def test_who_finishes_at_a_point_is_in_no_cell_too_far_from_it_before() -> None:
 def test_who_starts_in_a_region_is_near_it() -> None:
     mission = corridor()
     region = ir.Region("left", ir.Box((0.0, 0.0), (1.5, 1.0)), SPAN)
-    agent = replace(mission.agents[0], start=ir.Anywhere(region, SPAN))
+    agent = replace(mission.agents[0], start=ir.InitialSet(SPAN, region=region))
     mission = replace(mission, agents=(agent,))
     assert places(absent({0: [2, 3]}), mission) == []
     assert places(absent({0: [1]}), mission) == ["drone[0] may be in cell 1 at step 0"]

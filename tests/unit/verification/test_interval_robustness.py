@@ -40,10 +40,10 @@ RADIO = ir.Proximity("radio", Metres(2.0), (0, 1, 2), SPAN)
 def mission(agents: int = 3) -> ir.Mission:
     """The first goes from (0.5, 0.5) to (1.5, 0.5), the second is in the yard first, the third comes to (1, 1.5)."""
     made = replace(mission_of(agents, 4), step=Seconds(0.5))
-    places: list[tuple[ir.Place, ir.Place | None]] = [
-        (ir.Exactly((0.5, 0.5), SPAN), ir.Exactly((1.5, 0.5), SPAN)),
-        (ir.Anywhere(YARD, SPAN), None),
-        (ir.Exactly((1.0, 1.0), SPAN), ir.Exactly((1.0, 1.5), SPAN)),
+    places: list[tuple[ir.InitialSet, ir.InitialSet | None]] = [
+        (ir.InitialSet(SPAN, (0.5, 0.5)), ir.InitialSet(SPAN, (1.5, 0.5))),
+        (ir.InitialSet(SPAN, region=YARD), None),
+        (ir.InitialSet(SPAN, (1.0, 1.0)), ir.InitialSet(SPAN, (1.0, 1.5))),
     ]
     everybody = [*places, *[places[2]] * (agents - 3)]
     return replace(
@@ -155,7 +155,7 @@ def test_routes_in_metres_are_known_where_all_places_are_points() -> None:
     assert of(Route(RADIO, All(()), third, 0.0, 1.0), 0)[0] == [ANYTHING, ANYTHING]
     # Of the beginning alone, where the first and the third come to points and the second is one then.
     fixed = mission()
-    point = replace(fixed.agents[1], start=ir.Exactly((1.0, 0.5), SPAN))
+    point = replace(fixed.agents[1], start=ir.InitialSet(SPAN, (1.0, 0.5)))
     fixed = replace(fixed, agents=(fixed.agents[0], point, fixed.agents[2]))
     known = of(Route(RADIO, All(()), third, 0.0, 1.0), 0, known=intervals(fixed))[0]
     assert known == [pytest.approx((1 - math.sqrt(0.5),) * 2), ANYTHING]

@@ -30,8 +30,8 @@ def check(*path: Place, lanes: Lanes = ROADMAP, start: Place | None = None, fini
     mission = mission_of([list(path[0])], len(path) - 1, step=0.5)
     agent = replace(
         mission.agents[0],
-        start=ir.Anywhere(WORLD, SPAN) if start is None else ir.Exactly(start, SPAN),
-        finish=None if finish is None else ir.Exactly(finish, SPAN),
+        start=ir.InitialSet(SPAN, region=WORLD) if start is None else ir.InitialSet(SPAN, start),
+        finish=None if finish is None else ir.InitialSet(SPAN, finish),
     )
     mission = replace(mission, agents=(agent,), solve=replace(mission.solve, roadmap=lanes))
     (found,) = check_lanes_kept(mission, straight([[list(each) for each in path]], 0.5))

@@ -26,8 +26,8 @@ def check(name: str, agent: int, margin: float, tolerance: float, passed: bool, 
 def test_a_start_and_a_finish_are_at_a_point_or_in_a_region() -> None:
     first, second = MISSION.agents
     agents = (
-        replace(first, start=ir.Anywhere(BASE, SPAN), finish=ir.Anywhere(BASE, SPAN)),
-        replace(second, finish=ir.Exactly((3.0, 3.5), SPAN)),
+        replace(first, start=ir.InitialSet(SPAN, region=BASE), finish=ir.InitialSet(SPAN, region=BASE)),
+        replace(second, finish=ir.InitialSet(SPAN, (3.0, 3.5))),
     )
     assert check_places(replace(MISSION, agents=agents), straight(PATHS, 0.5)) == [
         check("start", 0, 1.0, 1e-9, True, 0.0, "in `base`"),

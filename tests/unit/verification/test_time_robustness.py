@@ -72,7 +72,7 @@ def test_where_nothing_is_asked_anybody_may_be_late_to_the_end() -> None:
 
 def test_a_finish_is_kept_up_to_the_wait_at_it() -> None:
     mission, trace = ALONE
-    finish = replace(mission.agents[0], finish=ir.Exactly((4.0, 5.0), SPAN))
+    finish = replace(mission.agents[0], finish=ir.InitialSet(SPAN, (4.0, 5.0)))
     assert delays((replace(mission, agents=(finish,)), trace)) == (
         Delay("drone[0]", 1.5, False, "finish", "drone[0]", 3.0, ("drone[0]",)),
     )

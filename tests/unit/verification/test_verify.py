@@ -75,7 +75,7 @@ def test_a_start_elsewhere_is_refused() -> None:
 def test_a_start_outside_its_region_is_refused_and_one_on_the_border_passes() -> None:
     region = ir.Region("base", ir.Box((1.0, 0.0), (2.0, 4.0)), SPAN)
     mission = pair()
-    agents = tuple(replace(agent, start=ir.Anywhere(region, SPAN)) for agent in mission.agents)
+    agents = tuple(replace(agent, start=ir.InitialSet(SPAN, region=region)) for agent in mission.agents)
     assert verify(replace(mission, agents=agents), NOTHING, straight(PAIR)).passed
     left = straight(np.asarray(PAIR) - [1e-6, 0.0])
     assert failing(verify(replace(mission, agents=agents), NOTHING, left)) == {"start"}
@@ -83,7 +83,7 @@ def test_a_start_outside_its_region_is_refused_and_one_on_the_border_passes() ->
 
 def test_a_finish_that_is_missed_is_refused() -> None:
     mission = pair()
-    agents = tuple(replace(agent, finish=ir.Exactly((3.0, 1.0), SPAN)) for agent in mission.agents)
+    agents = tuple(replace(agent, finish=ir.InitialSet(SPAN, (3.0, 1.0))) for agent in mission.agents)
     certificate = verify(replace(mission, agents=agents), NOTHING, straight(PAIR))
     assert [check.subject for check in certificate.failures] == ["drone[1]"]
     assert certificate.failures[0].at == 2.0

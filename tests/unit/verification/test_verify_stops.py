@@ -111,7 +111,7 @@ def test_it_ends_where_the_plan_begins_and_at_rest(changes: list[tuple[int, int,
 def test_nobody_ends_where_a_start_that_is_no_point_begins() -> None:
     first, second = MISSION.agents
     field = ir.Region("field", ir.Ball((1.0, 1.0, 1.0), 1.0), first.span)
-    anywhere = replace(first, start=ir.Anywhere(field, first.span))
+    anywhere = replace(first, start=ir.InitialSet(first.span, region=field))
     own = found(replace(MISSION, agents=(anywhere, second)), *map(standing, STARTS))[("stop", "drone[0]")]
     assert (own.margin, own.passed) == (-np.inf, False)
 
@@ -200,9 +200,7 @@ def test_a_stop_that_leaves_the_world_between_the_steps_fails() -> None:
 
 def test_a_stop_in_the_plane_keeps_its_altitude() -> None:
     flat = mission_of([(1.0, 1.0), (4.0, 1.0)], 4)
-    stops = [
-        standing((*agent.start.point, agent.altitude)) for agent in flat.agents if isinstance(agent.start, ir.Exactly)
-    ]
+    stops = [standing((*agent.start.point, agent.altitude)) for agent in flat.agents if agent.start.point is not None]
     assert not failing(found(flat, *stops))
     stops[0].coefficients[:, 2, 0] = -1.0
     assert failing(found(flat, *stops)) == {"stop altitude"}

@@ -41,7 +41,7 @@ def flown() -> dict[str, Pieces]:
     for agent in MISSION.agents:
         coefficients = np.zeros((2, 4, 8))
         for piece in (0, 1):
-            coefficients[piece, :, 0] = [*agent.start.point, 0.25 * piece] if isinstance(agent.start, ir.Exactly) else 0
+            coefficients[piece, :, 0] = [*agent.start.point, 0.25 * piece] if agent.start.point is not None else 0
             coefficients[piece, 1, 0] += piece
             coefficients[piece, (1, 3), 1] = 0.25, 0.0625
         files[agent.name] = Pieces(np.array([4.0, 4.0]), coefficients)
@@ -117,12 +117,12 @@ def test_the_mission_of_a_way_is_to_be_there_at_its_end_at_rest() -> None:
     made = way_mission(own, Stage.OUT, WAY, 6.0, 3, 1.5)
     assert (made.name, made.step, made.steps) == ("made_out", 2.0, 3)
     assert [agent.start for agent in made.agents] == [
-        ir.Exactly((1.0, 1.0, 0.5), SPAN),
-        ir.Exactly((4.0, 1.0, 0.7), SPAN),
+        ir.InitialSet(SPAN, (1.0, 1.0, 0.5)),
+        ir.InitialSet(SPAN, (4.0, 1.0, 0.7)),
     ]
     assert [agent.finish for agent in made.agents] == [
-        ir.Exactly((2.0, 1.0, 1.5), SPAN),
-        ir.Exactly((3.0, 1.0, 1.6), SPAN),
+        ir.InitialSet(SPAN, (2.0, 1.0, 1.5)),
+        ir.InitialSet(SPAN, (3.0, 1.0, 1.6)),
     ]
     assert [agent.yaw for agent in made.agents] == [ir.Fixed(0.1), ir.Fixed(0.2)]
     assert [agent.begins for agent in made.agents] == [(), ()]
@@ -156,7 +156,7 @@ def test_nothing_else_is_asked_of_a_way() -> None:
 def test_the_way_of_a_plane_mission_is_flown_at_the_height_where_it_begins() -> None:
     made = way_mission(mission_of([(1.0, 1.0), (4.0, 1.0)], 4), Stage.OUT, WAY, 6.0, 3, 1.5)
     assert [agent.altitude for agent in made.agents] == [0.5, 0.7]
-    assert [agent.start for agent in made.agents] == [ir.Exactly((1.0, 1.0), SPAN), ir.Exactly((4.0, 1.0), SPAN)]
+    assert [agent.start for agent in made.agents] == [ir.InitialSet(SPAN, (1.0, 1.0)), ir.InitialSet(SPAN, (4.0, 1.0))]
 
 
 def boxes(stage: Stage) -> dict[str, ir.Obstacle]:

@@ -20,7 +20,7 @@ import numpy as np
 from missionc.backends.clot.optimise.pursuit import followed, pursued
 from missionc.base.trace import Array, Flags, Indices, Trace
 from missionc.geometry.dynamics import turn_in_step
-from missionc.ir import Exactly, Mission
+from missionc.ir import Mission
 
 SPARE = 3
 """Control points beyond the number of steps, so that every argument reads three; those nobody needs stay put."""
@@ -162,18 +162,18 @@ class Splines:
         return result
 
 
-def splines(mission: Mission, steps: int | None = None) -> Splines:
-    """The motions of a mission's agents; of a single configuration where ``steps`` is 0."""
-    count = mission.steps if steps is None else steps
+def splines(mission: Mission) -> Splines:
+    """The motions of a mission's agents."""
+    count = mission.steps
     smooth = np.array([agent.dynamics.has_momentum for agent in mission.agents]) & (count > 0)
     points = np.arange(count + SPARE)
     fixed = np.zeros((len(mission.agents), count + SPARE), dtype=np.bool_)
     for agent in mission.agents:
         second = bool(smooth[agent.index])
         fixed[agent.index] = points > count + second
-        if count and isinstance(agent.start, Exactly):
+        if count and agent.start.point is not None:
             fixed[agent.index, : 1 + second] = True
-        if count and isinstance(agent.finish, Exactly):
+        if count and agent.finish is not None and agent.finish.point is not None:
             fixed[agent.index, count : count + 1 + second] = True
         if count and agent.course:
             fixed[agent.index] = True
@@ -185,9 +185,9 @@ def pinned(mission: Mission, made: Splines, control: Array) -> Array:
     result = control.copy()
     for agent in mission.agents:
         ends = 1 + int(made.smooth[agent.index])
-        if isinstance(agent.start, Exactly):
+        if agent.start.point is not None:
             result[agent.index, :ends] = agent.start.point
-        if isinstance(agent.finish, Exactly):
+        if agent.finish is not None and agent.finish.point is not None:
             result[agent.index, made.steps :] = agent.finish.point
     return result
 
@@ -206,7 +206,7 @@ def trace(mission: Mission, made: Splines, control: Array) -> Trace:
     position, velocity = position.copy(), velocity.copy()
     for agent in mission.agents:
         for place, step in ((agent.start, 0), (agent.finish, -1)):
-            if isinstance(place, Exactly):
+            if place is not None and place.point is not None:
                 position[agent.index, step] = place.point
         if made.steps and not agent.dynamics.has_momentum:
             velocity[agent.index] = _velocity(position[agent.index], made.step)

@@ -24,8 +24,9 @@ from missionc.backends.clot.settings import Spare, Weights, clot_settings
 from missionc.base.trace import Array, Indices
 from missionc.geometry.dynamics import speeds
 from missionc.geometry.required_separation import SpacingTable
-from missionc.ir import Anywhere, Mission
 from missionc.ir import Box as BoxShape
+from missionc.ir import Mission
+from missionc.ir.agents import ends_by_region
 from missionc.ir.distances.signed_distance import signed_distance
 
 OBSTACLES, SEPARATION = "obstacles", "separation"
@@ -82,24 +83,19 @@ class Costs:
 
     def ends(self) -> Iterator[Group]:
         """Starts and finishes that are regions: the centre is in them."""
-        for last, step in ((False, 0), (True, self.splines.steps)):
-            if self.splines.steps == 0:
-                continue
-            by_region: dict[object, list[int]] = {}
-            for agent in self.mission.agents:
-                place = agent.finish if last else agent.start
-                if isinstance(place, Anywhere):
-                    by_region.setdefault(place.region, []).append(agent.index)
-            for agents in by_region.values():
-                place = self.mission.agents[agents[0]].finish if last else self.mission.agents[agents[0]].start
-                assert isinstance(place, Anywhere)
-                shape = place.region.shape
-                index = np.array(agents)
+        if self.splines.steps == 0:
+            return
+        for name, step, ends in (
+            ("start", 0, self.mission.starts),
+            ("finish", self.splines.steps, self.mission.finishes),
+        ):
+            for region, there in ends_by_region(ends).items():
+                index = np.array([agent.index for agent, _ in there])
                 where = self.splines.position(index, np.full(len(index), step), np.zeros(len(index)))
                 yield Group(
-                    "finish" if last else "start",
+                    name,
                     (where,),
-                    lambda point, shape=shape: signed_distance(torch, shape, point) + self.spare.task,
+                    lambda point, shape=region.shape: signed_distance(torch, shape, point) + self.spare.task,
                     self.weights.task,
                     self.spare.task,
                 )

@@ -14,7 +14,7 @@ import numpy as np
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.own_state_residuals import flag_pieces
 from missionc.base.trace import Array, Flags
-from missionc.ir import Compare, Exactly, Flagged, Inside, Level, Mission, Resource
+from missionc.ir import Compare, Flagged, Inside, Level, Mission, Resource
 from missionc.ir.kernel.nodes import Always, At, Atom, Node
 from missionc.ir.kernel.walk import postorder
 from missionc.ir.language.margins.resources import within
@@ -37,7 +37,7 @@ def _refills(mission: Mission, resources: list[Resource], position: Array) -> It
     for resource in resources:
         for refill in resource.refills:
             for agent in resource.agents:
-                pinned = isinstance(mission.agents[agent].start, Exactly)
+                pinned = mission.agents[agent].start.point is not None
                 for first, last in _stretches(np.asarray(within(refill.region, position[agent]))):
                     if first < last and (first > 0 or not pinned):
                         yield At(agent, Always(Atom(Inside(refill.region, False)), first, last))

@@ -38,7 +38,6 @@ from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags, Indices, Trace
 from missionc.geometry.dynamics import can_wait, turn_in_step
 from missionc.geometry.required_separation import SpacingTable
-from missionc.ir import Anywhere, Exactly
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.analysis import about_whom
 from missionc.ir.kernel.nodes import Atom, Node, UntilNode, WindowNode
@@ -220,7 +219,7 @@ class _Calm:
             settings.top * gain,
             1 + smooth,
             made.steps + smooth if made.rest is None else made.rest,
-            any(isinstance(each.finish, Exactly) for each in agents),
+            any(each.finish is not None and each.finish.point is not None for each in agents),
             forbidden,
             stops,
         )
@@ -334,8 +333,8 @@ class _Calm:
                 away = np.linalg.norm((nodes[number] - position[other][:, None]) * self.metric[agent, other], axis=2)
                 allowed &= away >= self.apart[agent, other] - ROUNDING
             finish = mission.agents[agent].finish
-            if isinstance(finish, Anywhere):
-                allowed[:, -1] &= signed_distance(np, finish.region.shape, nodes[number]) <= 0
+            if finish is not None and finish.region is not None:
+                allowed[:, -1] &= signed_distance(np, finish.shape, nodes[number]) <= 0
         return allowed
 
 

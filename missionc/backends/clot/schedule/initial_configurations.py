@@ -18,7 +18,7 @@ from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags
 from missionc.geometry.polylines import at_length, at_shares
 from missionc.geometry.required_separation import SpacingTable
-from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
+from missionc.ir import Mission, Predicate, Region
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom
 from missionc.ir.pair_ranges import all_ranges
@@ -272,9 +272,8 @@ class FirstGuesses:
                 for agent_index, region in appointment.visit.regions:
                     before = regions.get(agent_index)
                     regions[agent_index] = region if before is None else self.places.both(before, region)
-        for agent in self.mission.agents:
-            place = agent.start if step == 0 else agent.finish if step == self.steps else None
-            if isinstance(place, Anywhere):
+        for agent, place in self.mission.ends_at(step):
+            if place.region is not None:
                 regions[agent.index] = place.region
         for agent_index, region in regions.items():
             if agent_index in self.toured:
@@ -367,9 +366,8 @@ class FirstGuesses:
 
     def _exact(self, step: int) -> dict[int, Array]:
         points = {agent: tour[step] for agent, tour in self.toured.items()}
-        for agent in self.mission.agents:
-            place = agent.start if step == 0 else agent.finish if step == self.steps else None
-            if isinstance(place, Exactly):
+        for agent, place in self.mission.ends_at(step):
+            if place.point is not None:
                 points[agent.index] = np.array(place.point)
         return points
 

@@ -34,7 +34,7 @@ from missionc.backends.clot.schedule.visits import NO_TOURS, Appointment, KeyFra
 from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.polylines import at_shares, length, split
-from missionc.ir import Anywhere, Graph, Inside, Mission, Predicate
+from missionc.ir import Graph, Inside, Mission, Predicate
 from missionc.ir.kernel.nodes import At, Atom
 from missionc.ir.pair_ranges import range_of
 
@@ -171,9 +171,8 @@ class _KeyFrames(FirstGuesses):
         """Everything that holds at a step, and the places of starts and finishes that are regions."""
         here = [hold for hold in self._holds() if hold.timeless and hold.low <= step <= hold.high]
         roots = [At(hold.agent, hold.node) for hold in here]
-        for agent in self.mission.agents:
-            place = agent.start if step == 0 else agent.finish if step == self.steps else None
-            if isinstance(place, Anywhere):
+        for agent, place in self.mission.ends_at(step):
+            if place.region is not None:
                 roots.append(At(agent.index, Atom(Inside(place.region, False))))
         choices = {
             (each.node, each.agent, 0): each.part for each in self.schedule.decisions if each.low <= step <= each.high

@@ -46,7 +46,7 @@ from missionc.backends.clot.schedule.timetable import (
 from missionc.backends.clot.schedule.visits import Appointment, Escort, Key, Schedule, Visit, schedule_of
 from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
-from missionc.ir import Anywhere, Exactly, Mission, Predicate, Region
+from missionc.ir import InitialSet, Mission, Predicate, Region
 from missionc.ir.kernel.nodes import Node
 
 VAST = 0.5
@@ -370,8 +370,8 @@ class Scheduler(Timetable):
         loose = self.tied.isdisjoint(agent for each in come for agent in each.agents)
         return loose and bool(sets) and all(each is not None and each.share <= VAST for each in sets)
 
-    def _place(self, place: Exactly | Anywhere) -> Array:
-        return np.array(place.point) if isinstance(place, Exactly) else self.places.centre(place.region)
+    def _place(self, place: InitialSet) -> Array:
+        return np.array(place.point) if place.region is None else self.places.centre(place.region)
 
     def _regions(self, holds: tuple[Hold, ...]) -> dict[int, Region]:
         """Where holds want their agents, those that are about places."""

@@ -24,7 +24,7 @@ from missionc.backends.clot.settings import clot_settings
 from missionc.base.trace import Array
 from missionc.geometry.polylines import length
 from missionc.geometry.required_separation import SpacingTable
-from missionc.ir import Anywhere, Exactly, Inside, Mission, Region
+from missionc.ir import Agent, InitialSet, Inside, Mission
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom
 
@@ -83,13 +83,11 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
     """Where each agent stays, in the order of time; the first is where it starts, and at the last it stays."""
     wanted: list[list[tuple[Stop, GoalSet | None]]] = []
     for each in mission.agents:
-        match each.start:
-            case Exactly(point):
-                wanted.append([(Stop(0, 0, np.array(point)), None)])
-            case Anywhere(region):
-                goal = goals.of(each.index, (_inside(region),))
-                assert goal is not None
-                wanted.append([(Stop(0, 0, goal.points.mean(axis=0)), goal)])
+        if each.start.point is not None:
+            wanted.append([(Stop(0, 0, np.array(each.start.point)), None)])
+        else:
+            goal = _goal(goals, each, each.start)
+            wanted.append([(Stop(0, 0, goal.points.mean(axis=0)), goal)])
     for appointment in sorted(schedule.appointments, key=lambda each: each.step):
         begin, end = appointment.step, min(appointment.step + appointment.visit.lasts, mission.steps)
         for place in appointment.places:
@@ -97,21 +95,19 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
                 wanted[place.agent] += [(Stop(begin, begin, place.point), None), (Stop(end, end, place.leaves), None)]
                 continue
             there = Stop(begin, end, place.point), place.goal
-            if begin == 0 and isinstance(mission.agents[place.agent].start, Exactly):
+            if begin == 0 and mission.agents[place.agent].start.point is not None:
                 there = replace(wanted[place.agent][0][0], end=end), None  # it is there already
             wanted[place.agent].append(there)
     last = mission.steps
     for each in mission.agents:
         own = wanted[each.index]
-        match each.finish:
-            case Exactly(point):
-                own.append((Stop(last, last, np.array(point)), None))
-            case Anywhere(region):
-                goal = goals.of(each.index, (_inside(region),))
-                assert goal is not None
-                own.append((Stop(last, last, goals.way(goal, each.index, own[-1][0].point)[0]), goal))
-            case None:
-                own[-1] = replace(own[-1][0], end=last), own[-1][1]
+        if each.finish is None:
+            own[-1] = replace(own[-1][0], end=last), own[-1][1]
+        elif each.finish.point is not None:
+            own.append((Stop(last, last, np.array(each.finish.point)), None))
+        else:
+            goal = _goal(goals, each, each.finish)
+            own.append((Stop(last, last, goals.way(goal, each.index, own[-1][0].point)[0]), goal))
     stops: list[list[Stop]] = [[] for _ in mission.agents]
     everyone = np.arange(len(mission.agents))
     apart = SpacingTable.of(mission).between(everyone[:, None], everyone)
@@ -119,8 +115,8 @@ def _stops(mission: Mission, schedule: Schedule, goals: GoalSets) -> list[list[S
         apart[first, second] = apart[second, first] = max(least, apart[first, second])
     apart += clot_settings(mission).schedule.tour_clearance
     order = [(stop.begin, agent, stop, goal) for agent, own in enumerate(wanted) for stop, goal in own]
-    for _, agent, stop, goal in sorted(order, key=lambda each: each[:2]):
-        stops[agent].append(stop if goal is None else _beside(agent, stop, goal, stops, apart))
+    for _, agent, stop, wish in sorted(order, key=lambda each: each[:2]):
+        stops[agent].append(stop if wish is None else _beside(agent, stop, wish, stops, apart))
     return stops
 
 
@@ -129,12 +125,17 @@ def _shaken(mission: Mission, position: Array, generator: np.random.Generator) -
     shaken = 0.1  # share of a body and of the separation that a tour is moved by
     for agent in mission.agents:
         aside = generator.uniform(-1, 1, mission.dimension) * shaken * (agent.radius + mission.separation)
-        begin, end = (int(isinstance(place, Exactly)) for place in (agent.start, agent.finish))
+        begin = int(agent.start.point is not None)
+        end = int(agent.finish is not None and agent.finish.point is not None)
         position[agent.index, begin : mission.steps + 1 - end] += aside
 
 
-def _inside(region: Region) -> Atom:
-    return Atom(Inside(region, False))
+def _goal(goals: GoalSets, agent: Agent, end: InitialSet) -> GoalSet:
+    """The goal of an agent that starts, or finishes, in a region."""
+    assert end.region is not None
+    goal = goals.of(agent.index, (Atom(Inside(end.region, False)),))
+    assert goal is not None
+    return goal
 
 
 def _beside(agent: int, stop: Stop, goal: GoalSet, stops: list[list[Stop]], apart: Array) -> Stop:

@@ -22,7 +22,7 @@ from missionc.backends.smt.settings import smt_settings
 from missionc.base.trace import Array
 from missionc.geometry.dynamics import States, steer
 from missionc.geometry.sampling import bounds
-from missionc.ir import Agent, Anywhere, Exactly, Mission
+from missionc.ir import Agent, Mission
 from missionc.ir.distances.signed_distance import signed_distance
 
 
@@ -71,8 +71,8 @@ def build_prm(
     whole = unroll(agent.dynamics, nodes, edges, mission.step, one_way=True)
     states, moves = len(whole.states), len(whole.moves)
     begins = np.arange(len(start))
-    if isinstance(agent.start, Anywhere):
-        begins = np.flatnonzero(np.asarray(signed_distance(np, agent.start.region.shape, position)) <= 0)
+    if agent.start.region is not None:
+        begins = np.flatnonzero(np.asarray(signed_distance(np, agent.start.shape, position)) <= 0)
     return Roadmap(
         agents=(agent.index,),
         position=whole.states.position,
@@ -91,10 +91,10 @@ def build_prm(
 def _start_set(ground: Ground, agent: Agent, generator: np.random.Generator) -> Array:
     """Samples of the set that the agent may start from: (samples, dim), metres."""
     settings = smt_settings(ground.mission).paper
-    if isinstance(agent.start, Exactly):
+    if agent.start.point is not None:
         point = np.array([agent.start.point])
         return point[ground.is_free(point)]
-    shape = agent.start.region.shape
+    shape = agent.start.shape
     low, high = bounds(shape, ground.mission.world)
     points = _draw(ground, np.array(low), np.array(high), settings.start_samples * settings.draws, generator)
     return points[np.asarray(signed_distance(np, shape, points)) <= 0][: settings.start_samples]

@@ -17,7 +17,7 @@ from missionc.base.trace import Array
 from missionc.geometry.dynamics import SLACK, States, can_wait, steer, turn_in_step
 from missionc.geometry.lane_room import SAME, joined_to, positions
 from missionc.geometry.straight_runs import straight_runs
-from missionc.ir import Exactly, Lanes
+from missionc.ir import Lanes
 from missionc.ir.lower.flyable_steps import BETWEEN_RESTS, flown_way, step_limits
 
 ROUNDING = 1e-9
@@ -45,8 +45,8 @@ def lane_roadmap(
     names = [node.name for node in lanes.nodes]
     ways = [(lane.source, lane.target, _slowest(lanes.length(lane), lane.speed, lane.duration)) for lane in lanes.lanes]
     for agent in ground.agents:
-        for place in (agent.start, agent.finish):
-            if not isinstance(place, Exactly) or place.point in places:
+        for place in agent.ends:
+            if place.point is None or place.point in places:
                 continue
             node = joined_to(mission, agent, lanes, place.point)
             if node is None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeAlias, assert_never
+from typing import TypeAlias
 
 import numpy as np
 
@@ -24,12 +24,12 @@ from missionc.base.memory import reserve
 from missionc.base.trace import Array, Flags, Indices
 from missionc.geometry.clearance import clear_of_movers, clear_places
 from missionc.geometry.dynamics import Motions, States, motions_between
-from missionc.ir import Agent, Anywhere, Beacon, Exactly, Facing, Lanes, Mission, Place
+from missionc.ir import Agent, Beacon, Facing, InitialSet, Lanes, Mission
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import Atom, Kernel
 from missionc.ir.kernel.walk import postorder
 
-__all__ = ["NoRoadmap", "Roadmap", "build_geodesic_roadmaps", "build_lane_roadmaps", "build_roadmaps", "whole_moves"]
+__all__ = ["Indices", "NoRoadmap"]
 
 OwnRoadmap: TypeAlias = tuple[States, Edges, tuple[str, ...], tuple[Way, ...] | None]
 """Nodes, edges, the names of the nodes, and the ways of vehicles."""
@@ -241,17 +241,14 @@ def _build(
     )
 
 
-def _may_be(ground: Ground, place: Place | None, step: int, states: States) -> Flags:
+def _may_be(ground: Ground, place: InitialSet | None, step: int, states: States) -> Flags:
     """Which states, (states,), an agent at that place may be in at that step: at rest there, and clear."""
-    match place:
-        case None:
-            return np.ones(len(states), dtype=bool)
-        case Exactly(point, _):
-            there = np.all(states.position == point, axis=1)
-        case Anywhere(region, _):
-            there = np.asarray(signed_distance(np, region.shape, states.position)) <= 0
-        case _:
-            assert_never(place)
+    if place is None:
+        return np.ones(len(states), dtype=bool)
+    if place.point is not None:
+        there = np.all(states.position == place.point, axis=1)
+    else:
+        there = np.asarray(signed_distance(np, place.shape, states.position)) <= 0
     clear = clear_places(ground.mission, states.position, ground.margin, (step,))[0]
     return np.asarray(there & clear & np.all(states.velocity == 0, axis=1))
 
@@ -290,16 +287,10 @@ def _useful(whole: Unrolled, starts: list[Flags], ending: Flags, steps: int) -> 
         reached = after
 
 
-def _written(place: Place | None) -> str:
-    match place:
-        case Anywhere(region, _):
-            return f"`{region.name}`"
-        case Exactly(point, _):
-            return f"({', '.join(f'{coordinate:g}' for coordinate in point)})"
-        case None:
-            return "the world"
-        case _:
-            assert_never(place)
+def _written(place: InitialSet) -> str:
+    if place.region is not None:
+        return f"`{place.region.name}`"
+    return f"({', '.join(f'{coordinate:g}' for coordinate in place.point or ())})"
 
 
 def whole_moves(roadmaps: tuple[Roadmap, ...]) -> int:

@@ -21,7 +21,7 @@ from missionc.base.trace import Array, Flags
 from missionc.geometry.clearance import ROUNDING, Solid, clear_of, clear_places, standing_solids
 from missionc.geometry.sampling import far_apart, packed, points_in, scatter
 from missionc.geometry.vectors import distinct
-from missionc.ir import Agent, Anywhere, Exactly, Mission, Region, Vector
+from missionc.ir import Agent, Mission, Region, Vector
 from missionc.ir.distances.signed_distance import signed_distance
 
 
@@ -131,7 +131,7 @@ def _named_places(ground: Ground) -> Array | NoRoadmap:
     points: dict[tuple[float, ...], None] = {}
     for agent in ground.agents:
         for place, step in ((agent.start, 0), (agent.finish, ground.mission.steps)):
-            if isinstance(place, Exactly):
+            if place is not None and place.point is not None:
                 points[place.point] = None
                 if not ground.is_free_at(step, np.array([place.point]))[0]:
                     return NoRoadmap(_is_taken(agent, place.point, step, ground))
@@ -143,7 +143,7 @@ def _crowds(ground: Ground) -> list[Crowd]:
     crowds: dict[tuple[int, int], Crowd] = {}
     for agent in ground.agents:
         for place, step in ((agent.start, 0), (agent.finish, ground.mission.steps)):
-            if isinstance(place, Anywhere):
+            if place is not None and place.region is not None:
                 crowd = crowds.setdefault((step, id(place.region)), Crowd(step, place.region, []))
                 crowd.agents.append(agent)
     return list(crowds.values())

@@ -168,7 +168,7 @@ def _team(pieces: Pieces, places: Places, team: ast.Team) -> Iterator[Json]:
             continue
         kind = "start" if isinstance(item, ast.Start) else "finish"
         at = [agent.start if kind == "start" else agent.finish for agent in agents]
-        points = [list(place.point[:2]) for place in at if isinstance(place, ir.Exactly) and known(place.point)]
+        points = [list(place.point[:2]) for place in at if place and place.point and known(place.point)]
         pieced = list(pieces.team(item.places))
         region = item.places.region.text if isinstance(item.places, ast.InRegion) else ""
         if pieced or points or region:
