@@ -345,6 +345,19 @@ def test_of_until_the_moments_that_a_planned_motion_rules_out_are_left_out_unles
     assert left_open(both, known, team(mission), (0,), late).parts == both.parts, "never in base"
 
 
+def test_of_a_visit_by_some_agent_those_are_left_out_who_are_planned_and_miss_it() -> None:
+    mission, kernel = checked(
+        TRIO + "require it: (some drone: eventually[0, 3 s] goal) or (some drone: eventually[0, 3 s] base)\n"
+    )
+    roots = [wanted.formula for wanted in build(kernel).requirements]
+    (visit,) = about(roots, frozenset({0, 1}), {}, as_whole=True)
+    assert isinstance(visit, kernel_nodes.Any)
+    away, there = parked(mission, [(4.5, 4.5)]), parked(mission, [(6.0, 4.0)])
+    asked = {part.agent for part in left_open(visit, visit, team(mission), (0,), away).parts}
+    assert asked == {1}
+    assert len(left_open(visit, visit, team(mission), (0,), there).parts) == 3, "only the place that is missed"
+
+
 # -------------------------------------------------------------- probes, checks
 
 
@@ -392,13 +405,15 @@ def test_first_motions_with_targets_end_where_the_key_frames_do_and_stay_from_th
     begun = TransportRun(mission, kernel, Options(), Budget(time.monotonic() + 60)).begun(0, np.random.default_rng(0))
     start, end = begun.key[0], begun.key[-1]
     key = (start, replace(end, step=6), end)
-    first = FirstMotions(mission, key, None, None, Geodesics(mission), 1.5, follows=True, targets=True)
+    first = FirstMotions(mission, key, None, None, Geodesics(mission), 1.5, follows=True, targets=frozenset({1}))
     beside = (0, begun.motion[0] + 0.3)
     drawn = first.of(1, beside, 16, torch.Generator().manual_seed(0))
     assert np.abs(drawn[:, 0].numpy() - start.position[1]).max() < 1e-5
     assert np.abs(drawn[:, 6:].numpy() - end.position[1]).max() < 1e-5
     assert np.linalg.norm(drawn[:, 4].numpy() - end.position[1], axis=-1).min() > 0.02
     assert first.fixed(1).tolist() == [True] + [False] * mission.steps, "a target is no finish"
+    free = first.of(0, None, 16, torch.Generator().manual_seed(0))
+    assert np.linalg.norm(free[:, -1].numpy() - end.position[0], axis=-1).min() > 0.02, "who has none ends anywhere"
 
 
 def small_round(in_one_batch: bool) -> list[list[Candidate]]:

@@ -180,11 +180,16 @@ def test_of_the_agents_a_node_is_offered_the_least_tried_comes_first() -> None:
     assert sorted(agent for _, agent in run.select()[2:]) == [0, 2]
 
 
-def test_as_printed_a_node_is_expanded_by_one_agent_in_a_round_the_first_offered_of_the_least_tried() -> None:
+def test_as_printed_a_node_is_expanded_by_one_agent_in_a_round() -> None:
     run = search(answers((0, 0.5, True)), 4, replace(DEFAULT, wide=9, narrow=9, printed=True))
-    run.offers = lambda _: (3, 1, 2, 0)
-    run.tree.tries[0] = {3: 1}
-    assert run.select() == [(0, 1)]
+    assert {tuple(run.select()) for _ in range(40)} == {((0, agent),) for agent in range(4)}
+
+
+def test_of_the_least_tried_agents_one_of_the_lowest_rank_comes_first() -> None:
+    run = search(answers((0, 0.5, True)), 4, replace(DEFAULT, wide=1, narrow=1))
+    run.ranks = (1, 0, 1, 2)
+    run.tree.tries[0] = {1: 1}
+    assert {run.select()[0][1] for _ in range(20)} == {0, 2}
 
 
 def test_successes_do_not_raise_a_value_without_end() -> None:

@@ -276,22 +276,27 @@ class Expansion:
         printed = self.preset.search.printed
         if printed:
             shares = tuple(1.0 if root in kept else weights.later for root, _ in goals)
-            forms = tuple(self._spelled(root, form, others, planned) for root, form in goals)
+            forms = tuple(self._spelled(root, form, agent, others, planned) for root, form in goals)
             weights = replace(weights, limits=weights.bodies)
         return ProbeCost(self.mission, self.team, agent, others, forms, self.probed, weights, reward, shares, printed)
 
     def _spelled(
-        self, root: kernel.Node, form: kernel.Node, others: tuple[int, ...], planned: Tensor | None
+        self, root: kernel.Node, form: kernel.Node, agent: int, others: tuple[int, ...], planned: Tensor | None
     ) -> kernel.Node:
-        """A goal with ``until`` spelled out, less the moments of its end that those who are planned rule out.
+        """A goal with ``until`` spelled out; of a disjunction, less the parts that those who are planned rule out.
 
-        By the mean, a moment that they miss by little is worth more than one that only this agent can still make good.
+        By the mean, a moment of an end that they miss by little is worth more than one that only this agent can still
+        make good; and a region that they pass by hides that this agent comes nearer to it. Who has a target leaves
+        such a region to others.
         """
+        may_be_lost = isinstance(form, kernel.Until) or agent not in self.first.targets
         before = dict(self._goals(frozenset(others), None, False)).get(root, form)
         spelled, known = spelled_out((form, before), self.mission.steps)
-        if planned is None or not others or not (isinstance(spelled, kernel.Any) and isinstance(form, kernel.Until)):
+        if planned is None or not others or not may_be_lost:
             return spelled
-        return left_open(spelled, known, self.team, others, planned) if isinstance(known, kernel.Any) else spelled
+        if not (isinstance(spelled, kernel.Any) and isinstance(known, kernel.Any)):
+            return spelled
+        return left_open(spelled, known, self.team, others, planned)
 
     def _margins(self, crowd: Crowd, own: Tensor, as_whole: bool) -> tuple[Tensor, Tensor]:
         """By how much candidates hold, whatever those do who are still to come, (batch,), metres; and what they are

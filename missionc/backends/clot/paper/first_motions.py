@@ -31,8 +31,8 @@ class FirstMotions:
     guide: of the mission, for ways round what stands still.
     deviation: of the prior half-way between two ends, metres.
     follows: without a sketch, half of the candidates of an agent with a parent are drawn around the parent's motion.
-    targets: everybody has a target, where the last key frame has it, and stays there from the first key frame on that
-        has it there too.
+    targets: the agents with a target, where the last key frame has them, and where they stay from the first key frame
+        on that has them there too.
     """
 
     mission: Mission
@@ -42,7 +42,7 @@ class FirstMotions:
     geodesics: Geodesics
     deviation: float
     follows: bool = False
-    targets: bool = False
+    targets: frozenset[int] = frozenset()
 
     def fixed(self, agent: int) -> Tensor:
         """Which waypoints keep their place, (steps + 1,): the first; the last where the mission has a finish."""
@@ -78,13 +78,13 @@ class FirstMotions:
 
     def _ends(self, agent: int) -> bool:
         """Whether the agent has a place to end at."""
-        return self.targets or self.mission.agents[agent].finish is not None
+        return agent in self.targets or self.mission.agents[agent].finish is not None
 
     def _arrival(self, agent: int) -> int:
-        """The step from which on the agent stays where it ends; the last where there are no targets."""
+        """The step from which on the agent stays where it ends; the last where it has no target."""
         arrival: int = self.mission.steps
         end = self.key[-1].position[agent]
-        for frame in reversed(self.key if self.targets else ()):
+        for frame in reversed(self.key if agent in self.targets else ()):
             if np.linalg.norm(frame.position[agent] - end) > self.mission.agents[agent].radius:
                 return arrival
             arrival = max(2, frame.step)

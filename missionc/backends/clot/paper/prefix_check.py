@@ -7,6 +7,7 @@ Source:
 from __future__ import annotations
 
 import math
+from itertools import chain
 
 import torch
 from torch import Tensor
@@ -17,6 +18,7 @@ from missionc.backends.clot.optimise.free_distance import Surroundings
 from missionc.backends.clot.paper.probe_cost import kept_from
 from missionc.backends.clot.torch_device import places
 from missionc.ir import Mission
+from missionc.ir.kernel.analysis import about_whom
 from missionc.ir.kernel.nodes import Any, Node
 from missionc.ir.kernel.walk import postorder
 
@@ -71,12 +73,28 @@ def left_open(choice: Any, known: Any, team: Team, agents: tuple[int, ...], plan
     """A disjunction without the parts that are lost whatever the others do; all of it where nothing is left.
 
     Args:
-        known: the same, part by part, about the planned agents alone; what fails in all of the batch is lost.
+        known: the same, part by part, about the planned agents alone; or ``choice`` itself, where only the parts that
+            nobody else matters to are known. What fails in all of the batch is lost.
         agents: mission indices of the planned agents, and their motions, (batch, agents, steps, dim), metres.
     """
-    worth = goal_margins(team, agents[-1], agents[:-1], planned[:, -1], planned[:, :-1], known.parts)
-    held = (worth > 0.0).any(dim=1).tolist()
-    return Any(tuple(part for part, holds in zip(choice.parts, held, strict=True) if holds) or choice.parts)
+    parts, same = _parts(choice), _parts(known)
+    if len(parts) != len(same):
+        return choice
+    count = len(team.mission.agents)
+    others, about = [agent for agent in range(count) if agent not in agents], about_whom(same, count)
+    alone = known is not choice
+    decided = [number for number, part in enumerate(same) if alone or not about[part][others, 0].any()]
+    decisive = tuple(same[number] for number in decided)
+    worth = goal_margins(team, agents[-1], agents[:-1], planned[:, -1], planned[:, :-1], decisive)
+    lost = {number for number, holds in zip(decided, (worth > 0.0).any(dim=1).tolist(), strict=True) if not holds}
+    return Any(tuple(part for number, part in enumerate(parts) if number not in lost) or parts)
+
+
+def _parts(choice: Node) -> tuple[Node, ...]:
+    """Of a disjunction, and of the disjunctions in it."""
+    if not isinstance(choice, Any):
+        return (choice,)
+    return tuple(chain.from_iterable(map(_parts, choice.parts)))
 
 
 def _body_margin(

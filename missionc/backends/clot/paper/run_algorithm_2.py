@@ -72,6 +72,7 @@ def run_algorithm_2(
         best = max(best, margin) if planned == most else best
         budget.listen(Progress("search", attempt, planned=(most, agents), margin=best))
 
+    targets = _targets(begun, mission) if preset.search.printed else frozenset()
     first = FirstMotions(
         mission,
         begun.key,
@@ -80,7 +81,7 @@ def run_algorithm_2(
         geodesics,
         preset.deviation * scale(mission),
         follows=preset.search.printed,
-        targets=preset.search.printed,
+        targets=targets,
     )
     coupled = couplings(mission, kernel, starts, nearest=preset.search.printed)
     expansion = Expansion(
@@ -98,8 +99,7 @@ def run_algorithm_2(
         candidates = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
         together = sorted(candidates, key=lambda one: one.cost)[:most]
         return Searched(tuple(each.trajectory for each in together), most, best, 1, len(candidates))
-    ways = np.linalg.norm(begun.key[-1].position - starts, axis=1)
-    offers = _offers(preset, coupled, starts, ways)
+    offers = _offers(preset, coupled, starts)
     if resume is None:
         search = TreeSearch(agents, offers, expansion, preset.search, generator)
     else:
@@ -107,6 +107,9 @@ def run_algorithm_2(
             search = from_arrays(resume.arrays, resume.text, agents, offers, expansion, preset.search)
         except UNUSABLE as wrong:
             raise UnusableSnapshot(str(wrong)) from wrong
+    # Who has the longest way to a target, in tenths of the world's width, has the least choice.
+    ways = np.linalg.norm(begun.key[-1].position - starts, axis=1) / scale(mission)
+    search.ranks = tuple(-round(float(ways[agent])) if agent in targets else 0 for agent in range(agents))
 
     def stop() -> bool:
         """Whether to end; what is known by now is kept where not, for a round that was cut short is no part of it."""
@@ -121,16 +124,15 @@ def run_algorithm_2(
     return Searched(cheapest, most, best, search.rounds, len(solutions))
 
 
-def _offers(preset: Preset, coupled: Couplings, starts: Array, ways: Array) -> Offers:
-    """Who may be planned next; a fixed sequence begins with the agent nearest to the middle of all.
-
-    Args:
-        ways: how far each agent's place in the last key frame is from its start, (agents,), metres. Where ``printed``,
-            who has the longest way is offered first, for it has the least choice.
-    """
-    if preset.order is SequenceChoice.SEARCHED and preset.search.printed:
-        return lambda planned: sorted(coupled.valid_agents(planned), key=lambda agent: -ways[agent])
+def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
+    """Who may be planned next; a fixed sequence begins with the agent nearest to the middle of all."""
     if preset.order is SequenceChoice.SEARCHED:
-        return coupled.next_agents
+        return coupled.valid_agents if preset.search.printed else coupled.next_agents
     middle = np.linalg.norm(starts - starts.mean(axis=0), axis=1)
     return in_order(coupled.breadth_first(int(middle.argmin())))
+
+
+def _targets(begun: WarmStart, mission: Mission) -> frozenset[int]:
+    """Who has to be somewhere, or in a formation, for some time that lasts to the end."""
+    visits = [each.visit for each in begun.schedule.appointments if each.step + each.visit.lasts >= mission.steps]
+    return frozenset().union(*(visit.agents for visit in visits if visit.lasts > 0))

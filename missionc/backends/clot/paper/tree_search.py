@@ -100,7 +100,8 @@ class TreeSearch:
     ``agents`` is how many there are to plan. ``rounds`` counts selections,
     ``expansions`` local optimisations, ``pruned`` how often a node lost an
     agent because a similar node had failed with it; ``first`` is the number of
-    expansions at the first solution, None before it.
+    expansions at the first solution, None before it. ``ranks`` has a number for
+    each agent: of those least tried, the lowest is next; empty, if all are alike.
 
     Source:
         [clot] Algorithm 2.
@@ -116,6 +117,7 @@ class TreeSearch:
     expansions: int = 0
     pruned: int = 0
     first: int | None = None
+    ranks: tuple[int, ...] = ()
     _offered: dict[frozenset[int], tuple[int, ...]] = field(default_factory=dict)
 
     def run(self, deadline: float = math.inf, stop: Callable[[], bool] = lambda: False) -> TreeSearchResult:
@@ -160,9 +162,9 @@ class TreeSearch:
     def select(self) -> list[tuple[int, int]]:
         """The nodes to expand next, each with the agent to expand it by; several of few nodes where not ``printed``.
 
-        The best by (9); of the agents a node is offered, the least tried, and among equals
-        the one offered first where ``printed``, else one by lot. How many nodes goes from
-        ``wide`` to ``narrow`` with the progress of the best one.
+        The best by (9); of the agents a node is offered, the least tried, of these the lowest
+        of ``ranks``, and among equals one by lot. How many nodes goes from ``wide`` to
+        ``narrow`` with the progress of the best one.
 
         Source:
             [clot] IV-C.1 (I), IV-C.2, Algorithm 2 lines 3 to 7.
@@ -223,13 +225,16 @@ class TreeSearch:
         queues: dict[int, list[int]] = {}
         for node in ranked:
             agents = [agent for agent in self._offers(node) if self._may(node, agent)]
-            last_first = agents[::-1] if self.settings.printed else self.generator.permutation(agents).tolist()
-            queues[node] = sorted(last_first, key=lambda agent: self.tree.tries[node].get(agent, 0), reverse=True)
+            shuffled = self.generator.permutation(agents).tolist()
+            queues[node] = sorted(shuffled, key=lambda agent: self._turn(node, agent), reverse=True)
             yield node, queues[node].pop()
         while not self.settings.printed and any(queues.values()):
             for node, queue in queues.items():
                 if queue:
                     yield node, queue.pop()
+
+    def _turn(self, node: int, agent: int) -> tuple[int, int]:
+        return self.tree.tries[node].get(agent, 0), self.ranks[agent] if self.ranks else 0
 
     def _between(self, at_root: int, at_end: int, node: int) -> int:
         """From one number to the other, by the progress of a node that is not a leaf."""
