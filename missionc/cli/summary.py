@@ -67,7 +67,7 @@ def _details(outcome: Verified, step: Seconds) -> list[str]:
         *judgement_lines(outcome.plan.judgements, step),
         *_several(outcome.report),
         *(f"note: {note}" for note in outcome.report.notes),
-        f"{counted(len(certificate.checks), 'check')} passed, the tightest of each kind",
+        f"{counted(len(certificate.checks), 'check')} passed; the smallest margin of each kind",
         *margin_lines(certificate),
         *between_lines(certificate.between),
         *delay_lines(certificate.delays),
@@ -85,7 +85,7 @@ def alternative_lines(alternatives: list[AlternativeRow]) -> list[str]:
         [f"margin {decimals(each.margin)} m" for each in alternatives],
     ]
     wide = [max(map(len, column)) for column in columns]
-    lines = [f"{counted(len(alternatives), 'plan')} that differ{'' if len(alternatives) > 1 else 's'}, the best first"]
+    lines = [f"{counted(len(alternatives), 'plan')} that differ{'' if len(alternatives) > 1 else 's'}, best first"]
     for number, each in enumerate(alternatives):
         figures = "  ".join(f"{column[number]:>{width}}" for column, width in zip(columns, wide, strict=True))
         lines += [f"  {figures}", *(f"     {words}" for words in each.differs)]
@@ -107,10 +107,10 @@ def _several(report: Report) -> list[str]:
 
 def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
     """The best candidate of a search that found no plan, requirement by requirement, and what else it breaks."""
-    lines = [f"{name}: the closest attempt (not a plan)", *judgement_lines(best.requirements, step)]
+    lines = [f"{name}: the closest infeasible candidate", *judgement_lines(best.requirements, step)]
     faults = best.worst_faults()
     width = max((len(fault.what) for fault in faults), default=0)
-    return [*lines, *(f"  {fault.what:<{width}}  broken  {_amount(fault, step)}" for fault in faults)]
+    return [*lines, *(f"  {fault.what:<{width}}  violated  {_amount(fault, step)}" for fault in faults)]
 
 
 def monitored_lines(monitored: Monitored) -> list[str]:
@@ -151,8 +151,8 @@ def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
     others = sum(each.tolerated == least.tolerated for each in delays) - 1
     who = f"{least.agent}{f' and {others} more' if others else ''}"
     much = f"{'at least ' if least.open else ''}{least.tolerated:g} s"
-    why = f"; one step more breaks {least.broken}" if least.breaks else ""
-    return [f"tolerated delay: {much} of {who}, everybody else on time{why}"]
+    why = f"; one more step violates {least.broken}" if least.breaks else ""
+    return [f"delay tolerance: {much} for {who}, all others on time{why}"]
 
 
 def folder_lines(files: Iterable[str]) -> list[str]:

@@ -97,7 +97,7 @@ class Between(Record):
 
 
 class Delay(Record):
-    """By how much an agent may be late, everybody else on time, while the plan keeps all that is asked.
+    """By how much an agent may be late, all others on time, while the plan keeps all that is asked.
 
     ``tolerated`` are seconds: late by any number of steps up to that, nothing breaks. One step more breaks the check
     called ``breaks`` of ``subject``, at the time ``at``, by ``agents``; where that is empty nothing was seen to break:

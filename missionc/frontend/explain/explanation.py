@@ -315,7 +315,7 @@ def _growths(mission: ir.Mission) -> list[str]:
 def _tolerances(mission: ir.Mission) -> list[str]:
     """By how much which agents may be late."""
     return [
-        f"any one of {names(each.agents, mission)}, everybody else on time, may be late by up to "
+        f"any one of {names(each.agents, mission)}, all others on time, may be late by up to "
         f"{seconds(mission, each.steps)}: nothing that is asked breaks"
         for each in mission.tolerances
     ]

@@ -63,7 +63,7 @@ def check_tolerances(mission: Mission, delays: tuple[Delay, ...]) -> Iterator[Ch
     for index, steps in sorted(tolerated_steps(mission).items()):
         delay, asked = delays[index], steps * float(mission.step)
         margin = round(delay.tolerated / mission.step) - steps
-        detail = f"late by up to {asked:g} s, everybody else on time, it breaks nothing"
+        detail = f"late by up to {asked:g} s, all others on time, it violates nothing"
         if margin < 0:
             detail = f"late by {delay.tolerated + mission.step:g} s it breaks {delay.broken}"
         passed = margin >= 0

@@ -134,7 +134,7 @@ def test_the_best_candidate_is_told_requirement_by_requirement() -> None:
     assert all(each.robustness <= 0 and each.step is not None for each in failing)
     assert all(f"`{each.name}`" in found.outcome.statement for each in failing)
     lines = compiled_lines(found, "", Seconds(1.0), verbose=True)
-    assert lines[0] == "together: the closest attempt (not a plan)"
+    assert lines[0] == "together: the closest infeasible candidate"
     assert [line.split()[0] for line in lines[1:5]] == ["visit", "link", "row", "never"]
     document = compiled_document(found, "", [])
     assert document["outcome"] == "undecided"
@@ -240,7 +240,7 @@ def test_what_else_a_candidate_breaks_is_told_once_for_each_kind() -> None:
     assert {fault.what for fault in best.worst_faults()} == {"its start", "an obstacle", "separation"}
     lines = attempt_lines("together", best, mission.step)
     assert [line for line in lines if line.startswith("  separation")] == [
-        "  separation   broken  margin -0.200 m  at 0 s by drone[0], drone[1]"
+        "  separation   violated  margin -0.200 m  at 0 s by drone[0], drone[1]"
     ]
 
 

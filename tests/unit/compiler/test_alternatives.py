@@ -224,7 +224,7 @@ def test_the_command_says_what_differs(tmp_path: Path) -> None:
     command = ["compile", str(tmp_path / "a.mission"), "--alternatives", "2", "-o", str(tmp_path / "out")]
     said = CliRunner().invoke(commands, command)
     assert said.exit_code == 0
-    assert "2 plans that differ, the best first" in said.output
+    assert "2 plans that differ, best first" in said.output
     assert "instead of" in said.output
     as_json = CliRunner().invoke(commands, [*command, "--force", "--format", "json"])
     document = json.loads(as_json.output)

@@ -131,7 +131,7 @@ def test_the_longest_delay_that_is_asked_of_an_agent_counts() -> None:
     assert list(check_tolerances(mission, found)) == [
         Check(
             "delay", "drone[0]", 0.5, "s", 0.0, True, None, ("drone[0]",),
-            "late by up to 1 s, everybody else on time, it breaks nothing",
+            "late by up to 1 s, all others on time, it violates nothing",
         ),
         Check(
             "delay", "drone[1]", -0.5, "s", 0.0, False, 2.5, ("drone[1]", "drone[0]"),
