@@ -17,7 +17,10 @@ BACKENDS = ROOT / "missionc" / "backends"
 DOCS = ROOT / "docs"
 PAGES = {DOCS / "transport.md": BACKENDS / "clot", DOCS / "roadmaps.md": BACKENDS / "smt"}
 """Each page, with the package it is about."""
-SHARED = (BACKENDS, ROOT / "missionc" / "geometry", ROOT / "missionc" / "ir" / "lower")
+SHARED = (
+    BACKENDS,
+    *(ROOT / "missionc" / room for room in ("planning", "planning/progression", "geometry", "ir/lower")),
+)
 """What the pages may name beside it."""
 TEXTS = {page: page.read_text(encoding="utf-8") for page in PAGES}
 LANGUAGE = (DOCS / "language.md").read_text(encoding="utf-8")

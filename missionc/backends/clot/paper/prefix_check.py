@@ -74,7 +74,7 @@ def left_open(choice: Any, known: Any, team: Team, agents: tuple[int, ...], plan
 
     Args:
         known: the same, part by part, about the planned agents alone; or ``choice`` itself, where only the parts that
-            nobody else matters to are known. What fails in all of the batch is lost.
+            no other agent matters to are known. What fails in all of the batch is lost.
         agents: mission indices of the planned agents, and their motions, (batch, agents, steps, dim), metres.
     """
     parts, same = _parts(choice), _parts(known)
@@ -91,7 +91,7 @@ def left_open(choice: Any, known: Any, team: Team, agents: tuple[int, ...], plan
 
 
 def _parts(choice: Node) -> tuple[Node, ...]:
-    """Of a disjunction, and of the disjunctions in it."""
+    """The parts of a disjunction, and of the disjunctions in it."""
     if not isinstance(choice, Any):
         return (choice,)
     return tuple(chain.from_iterable(map(_parts, choice.parts)))

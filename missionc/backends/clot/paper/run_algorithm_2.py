@@ -133,6 +133,6 @@ def _offers(preset: Preset, coupled: Couplings, starts: Array) -> Offers:
 
 
 def _targets(begun: WarmStart, mission: Mission) -> frozenset[int]:
-    """Who has to be somewhere, or in a formation, for some time that lasts to the end."""
+    """Agents that have to be somewhere, or in a formation, for a time that lasts to the end."""
     visits = [each.visit for each in begun.schedule.appointments if each.step + each.visit.lasts >= mission.steps]
     return frozenset().union(*(visit.agents for visit in visits if visit.lasts > 0))
