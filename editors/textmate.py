@@ -300,7 +300,12 @@ class Declared:
 _OF_FILE = (
     _match(_any(("origin",)) + r"(?=\s*\()", "keyword.other.part"),
     _match(_any(("layer",)) + r'(?=\s*")', "keyword.other.part"),
-    _after(_any(("unknown",)) + r"(?=\s+free\b)", "keyword.other.part", _FREE, "variable.other"),
+    _after(
+        _any(("unknown",)) + r"(?=\s+(?!(?:origin|layer|named|height|within)\b)[A-Za-z_])",
+        "keyword.other.part",
+        _FREE,
+        "variable.other",
+    ),
     _after(_any(("named",)), "keyword.other.part", _FREE, "variable.other"),
     _match(_NO_NAME + _any(("height",)) + _AMOUNT_FOLLOWS, "keyword.other.measure"),
     _match(_any(("within",)) + _AMOUNT_FOLLOWS, "variable.other.property"),
@@ -314,7 +319,7 @@ _DECLARED = {
     "time": Declared(
         "keyword.other.part",
         _any(("step",)),
-        (_after(",", "punctuation.separator", _any(("horizon",)), "keyword.other.part"),),
+        (_after(",", "punctuation.separator", _any(("horizon",)) + r"(?!\s*[,)\]])", "keyword.other.part"),),
     ),
     "world": Declared(),
     "region": Declared("entity.name.type.region", body=(_include("shape"),)),

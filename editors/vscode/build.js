@@ -32,7 +32,7 @@ async function build() {
     legalComments: "none",
     logLevel: "warning",
   });
-  const styles = [path.join(__dirname, "..", "..", "missionc", "cli", "studio", "assets", "studio.css"), path.join(__dirname, "map", "map.css")];
+  const styles = [path.join(__dirname, "..", "..", "missionc", "tools", "studio", "assets", "studio.css"), path.join(__dirname, "map", "map.css")];
   fs.writeFileSync(path.join(OUT, "map.css"), styles.map((file) => fs.readFileSync(file, "utf8")).join("\n"));
   const packages = new Set(Object.keys(metafile.inputs).flatMap((file) => /^.*node_modules\/(?:@[^/]+\/)?[^/]+/.exec(file) ?? []));
   fs.writeFileSync(path.join(OUT, "LICENSES.txt"), [...packages].sort().map(licence).join("\n\n"));

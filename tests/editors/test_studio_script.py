@@ -13,7 +13,7 @@ import pytest
 from tests.support.npm import ROOT, fetch, npm
 
 FOLDER = ROOT / "editors" / "studio"
-ASSETS = ROOT / "missionc" / "cli" / "studio" / "assets"
+ASSETS = ROOT / "missionc" / "tools" / "studio" / "assets"
 
 
 def digest() -> str:
@@ -57,7 +57,7 @@ def test_drags_come_out_as_an_author_would_write_them() -> None:
 @pytest.mark.slow
 def test_the_sources_build_the_script_that_is_here(tmp_path: Path) -> None:
     folder = shutil.copytree(FOLDER, tmp_path / "editors" / "studio", ignore=shutil.ignore_patterns("node_modules"))
-    built = tmp_path / "missionc" / "cli" / "studio" / "assets"
+    built = tmp_path / "missionc" / "tools" / "studio" / "assets"
     built.mkdir(parents=True)
     fetch(folder, "ci")
     node = shutil.which("node")

@@ -214,7 +214,7 @@ def replanned(tmp_path: Path, patch: str = "") -> Replanned:
     if changed is not None:
         changed.write_text(patch)
     flown = flown_until(folder, 2.0)
-    return replan_folder(folder, flown, changed, ("drone[0]",), {}, (), Seconds(6.0), 0, (), Limits())
+    return replan_folder(folder, flown, changed, ("drone[0]",), {}, (), Seconds(10.0), 0, (), Limits())
 
 
 def test_a_plan_is_kept_with_its_way_home(tmp_path: Path) -> None:

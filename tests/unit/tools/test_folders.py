@@ -73,7 +73,7 @@ def test_a_plan_is_simulated_with_the_words_of_the_command_line() -> None:
     assert simulated.trials.trial.disturbance.mass == 0.05
     with pytest.raises(TypeError, match="`simulate` has no parameter `mass`; it has wind, mass_error"):
         missionc.simulate(compiled(), mass=5)
-    with pytest.raises(ValueError, match="`mass_error` is a number from 0 to 50"):
+    with pytest.raises(ValueError, match="`mass_error` needs a number from 0 to 50, not 51"):
         missionc.simulate(compiled(), mass_error=51)
     with pytest.raises(ValueError, match="`engine` is one of"):
         missionc.simulate(compiled(), engine="kite")
