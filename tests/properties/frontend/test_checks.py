@@ -20,6 +20,7 @@ from missionc.compiler.driver import check
 from missionc.frontend.checks.check_horizons import check_horizons
 from missionc.frontend.checks.check_requirements import check_requirements
 from missionc.frontend.checks.check_world import check_world
+from missionc.ir.language.operator import Bounds
 from missionc.ir.language.operators import by_name
 from missionc.ir.language.walk_formulas import formulas_bottom_up
 from missionc.ir.lower.expand import expand
@@ -86,6 +87,12 @@ def overruns(formula: ir.Formula, step: int, last: int) -> bool:
     if step > last:
         return True
     match formula:
+        case ir.Apply(operator, operands, ir.Window(low, int(high))) if operator.bounds is Bounds.PAST:
+            asked = range(max(0, step - high), step - low + 1)
+            held = range(asked.start + 1, step + 1) if operator.name == "since" and asked else range(0)
+            return any(overruns(operands[-1], at, last) for at in asked) or any(
+                overruns(operands[0], at, last) for at in held
+            )
         case ir.Apply(operator, operands, ir.Window(low, high)):
             until = last if high is None else step + high
             if until > last or step + low > last:
@@ -95,11 +102,15 @@ def overruns(formula: ir.Formula, step: int, last: int) -> bool:
             return any(overruns(operands[-1], at, last) for at in asked) or any(
                 overruns(operands[0], at, last) for at in held
             )
+        case ir.Apply(_, (body,), ir.Period(period)):
+            return step + period > last or any(overruns(body, at, last) for at in range(step, last + 1))
         case ir.Apply(operator, operands):
             at = step + (operator.name == "next")
             return any(overruns(operand, at, last) for operand in operands)
         case ir.AtLeastOf() | ir.OfAgent():
             return overruns(formula.body, step, last)
+        case ir.Without():
+            return any(overruns(case, step, last) for case in formula.cases)
         case _:
             return False
 
