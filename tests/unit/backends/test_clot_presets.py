@@ -180,6 +180,17 @@ def test_published_presets_take_as_many_trajectories_as_published_on_a_gpu_and_s
     assert fewer_samples(preset(name, 24), 24, "cpu") is None
 
 
+def test_of_many_joint_motions_the_three_cheapest_are_returned(monkeypatch: pytest.MonkeyPatch) -> None:
+    mission, kernel = checked(OPEN)
+    run = TransportRun(mission, kernel, Options(preset="mpot", samples=8), Budget(time.monotonic() + 3600))
+    rng = np.random.default_rng(0)
+    begun = run.begun(0, rng)
+    found = [Candidate(begun.motion + cost, cost, True) for cost in (4.0, 1.0, 3.0, 0.0, 2.0)]
+    monkeypatch.setattr(Expansion, "together", lambda self, samples, seed: found)
+    motions = run.searched(preset("mpot", 8), begun, rng, 0, None)
+    assert [float((motion - begun.motion).mean()) for motion in motions] == pytest.approx([0.0, 1.0, 2.0], abs=1e-9)
+
+
 def test_the_papers_preset_shares_its_trajectories_among_the_nodes_of_a_round() -> None:
     for way in (preset("paper"), preset("paper", 40), preset("paper", None, "cuda")):
         search = way.search

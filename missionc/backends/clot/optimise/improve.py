@@ -78,7 +78,7 @@ def shorten(
 
 
 def duration(made: Trace) -> int:
-    """After how many steps nobody moves any more."""
+    """The number of steps after which no agent moves."""
     return made.lasts
 
 

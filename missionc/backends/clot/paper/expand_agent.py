@@ -289,14 +289,12 @@ class Expansion:
         make good; and a region that they pass by hides that this agent comes nearer to it. Who has a target leaves
         such a region to others.
         """
-        may_be_lost = isinstance(form, kernel.Until) or agent not in self.first.targets
         before = dict(self._goals(frozenset(others), None, False)).get(root, form)
         spelled, known = spelled_out((form, before), self.mission.steps)
-        if planned is None or not others or not may_be_lost:
-            return spelled
-        if not (isinstance(spelled, kernel.Any) and isinstance(known, kernel.Any)):
-            return spelled
-        return left_open(spelled, known, self.team, others, planned)
+        may_be_lost = isinstance(form, kernel.Until) or agent not in self.first.targets
+        if isinstance(spelled, kernel.Any) and isinstance(known, kernel.Any) and may_be_lost and others:
+            return spelled if planned is None else left_open(spelled, known, self.team, others, planned)
+        return spelled
 
     def _margins(self, crowd: Crowd, own: Tensor, as_whole: bool) -> tuple[Tensor, Tensor]:
         """By how much candidates hold, whatever those do who are still to come, (batch,), metres; and what they are

@@ -140,7 +140,7 @@ class FirstMotions:
     def _from_prior(self, agent: int, samples: int, generator: torch.Generator, still: bool = False) -> Tensor:
         """Drawn from the prior, every candidate with a deviation of its own; ``still``: their deviations alone."""
         at_once = 1 << 13  # candidates that are drawn in one call, which no limit of time can interrupt.
-        # Half-way between two ends at rest, T steps apart, the prior deviates by so much times T^1.5 accelerations.
+        # Half-way between two ends at rest, T steps apart, the prior deviates by this multiple of T^1.5 accelerations.
         midway = 0.072
         if samples > at_once:
             blocks = [min(at_once, samples - done) for done in range(0, samples, at_once)]

@@ -80,10 +80,11 @@ def left_open(choice: Any, known: Any, team: Team, agents: tuple[int, ...], plan
     parts, same = _parts(choice), _parts(known)
     if len(parts) != len(same):
         return choice
-    count = len(team.mission.agents)
-    others, about = [agent for agent in range(count) if agent not in agents], about_whom(same, count)
-    alone = known is not choice
-    decided = [number for number, part in enumerate(same) if alone or not about[part][others, 0].any()]
+    decided = list(range(len(same)))
+    if known is choice:
+        count = len(team.mission.agents)
+        others, about = [agent for agent in range(count) if agent not in agents], about_whom(same, count)
+        decided = [number for number in decided if not about[same[number]][others, 0].any()]
     decisive = tuple(same[number] for number in decided)
     worth = goal_margins(team, agents[-1], agents[:-1], planned[:, -1], planned[:, :-1], decisive)
     lost = {number for number, holds in zip(decided, (worth > 0.0).any(dim=1).tolist(), strict=True) if not holds}

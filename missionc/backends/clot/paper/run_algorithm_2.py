@@ -60,7 +60,7 @@ def run_algorithm_2(
     Source:
         [clot] Algorithm 2; V-A.3 (I) and (II) for presets without a search.
     """
-    most = 3  # joint motions that are returned, the cheapest
+    returned = 3  # joint motions, the cheapest
     agents = len(mission.agents)
     starts = begun.key[0].position
     most, best = (0, -np.inf) if resume is None else (resume.planned, resume.margin)
@@ -97,7 +97,7 @@ def run_algorithm_2(
     )
     if preset.order is SequenceChoice.TOGETHER:
         candidates = expansion.together(preset.search.many_samples, int(generator.integers(2**63)))
-        together = sorted(candidates, key=lambda one: one.cost)[:most]
+        together = sorted(candidates, key=lambda one: one.cost)[:returned]
         return Searched(tuple(each.trajectory for each in together), most, best, 1, len(candidates))
     offers = _offers(preset, coupled, starts)
     if resume is None:
@@ -120,7 +120,7 @@ def run_algorithm_2(
 
     with expansion.spread(processes):
         solutions = search.run(budget.deadline, stop).solutions
-    cheapest = tuple(solution.trajectories for solution in solutions[:most])
+    cheapest = tuple(solution.trajectories for solution in solutions[:returned])
     return Searched(cheapest, most, best, search.rounds, len(solutions))
 
 

@@ -51,7 +51,7 @@ def near(mission: Mission) -> float:
 
 
 def freed(choices: Choices, graph: Kernel, come_to: Attempt) -> Choices:
-    """The choices without those of requirements that a motion violates: when and by whom is chosen anew."""
+    """The choices without those of requirements that a motion violates: their times and agents are chosen again."""
     names = {each.name for each in come_to.violated}
     free = set(postorder(wanted.formula for wanted in graph.requirements if wanted.name in names))
     return {key: chosen for key, chosen in choices.items() if key[0] not in free}

@@ -161,7 +161,7 @@ Routes: TypeAlias = dict[int, Array]
 """The routes, (corners, dim) in metres, by which agents come from the key frame before, where that is decided."""
 
 NO_TOURS: Mapping[int, Array] = MappingProxyType({})
-"""Where nobody is on a tour of their own."""
+"""No agent on a tour of its own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

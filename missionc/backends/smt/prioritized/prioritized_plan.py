@@ -58,7 +58,7 @@ class ShorterMakespan:
 
     @property
     def best(self) -> int:
-        """After how many steps nobody moves any more."""
+        """The number of steps after which no agent moves."""
         return duration(self.states)
 
     def find(self) -> None:
