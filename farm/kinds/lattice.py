@@ -9,7 +9,7 @@ import numpy as np
 
 from farm.referees import engines
 from farm.trial import MISSION, Broken, Case, Kind
-from missionc.backends.offers import OFFERS
+from missionc.backends.registry import BACKENDS
 from missionc.cli.exit_status import Status
 from missionc.compiler import driver
 from tests.support.every_command import codes, said
@@ -20,7 +20,7 @@ SECONDS = "2"
 
 def draw(generator: np.random.Generator) -> Case:
     seed = int(generator.integers(2**31))
-    backend = str(generator.choice(["auto", "auto", *OFFERS.built_in]))
+    backend = str(generator.choice(["auto", "auto", *BACKENDS.built_in]))
     return Case({MISSION: Small(seed).text}, {"seed": seed, "backend": backend})
 
 

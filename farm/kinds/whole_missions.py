@@ -12,7 +12,7 @@ import numpy as np
 
 from farm.referees import engines, second_reading
 from farm.trial import MISSION, Broken, Case, Kind
-from missionc.backends.offers import OFFERS
+from missionc.backends.registry import BACKENDS
 from missionc.base.diagnostics.code import BEYOND_HORIZON
 from missionc.base.source import Source
 from missionc.cli.exit_status import Status
@@ -58,7 +58,7 @@ def carry_out(case: Case, folder: Path) -> str:
     replies = [engines.Reply("auto", ended.outcome, frozenset(ended.codes), out)]
     if wishes["backends"]:
         replies += [
-            _asked(name, mission, folder / name) for name in OFFERS.built_in if name == "smt" or find_spec("torch")
+            _asked(name, mission, folder / name) for name in BACKENDS.built_in if name == "smt" or find_spec("torch")
         ]
     for each in replies[1:]:
         _holds(each, mission, wishes["seed"])

@@ -112,27 +112,32 @@ def discard_plan(planned: Planned) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """What a run may use, and whom it tells.
+    """Limits of a run, and the functions that it calls.
 
     Args:
-        deadline: on the clock of ``time.monotonic``.
-        keep: is given what is needed to take the run up again, as it goes on.
-        found: is given each plan that a run goes on to make better.
-        enough: says what every plan comes to at least where one comes to so much, steps of ``minimize duration`` or
-            metres of ``minimize distance``: a search for a better one ends there. It may take seconds at first.
-        resume: what another run of the same mission, seed and options has kept.
-        work: units of ``work`` after which a search that is tried before another ends.
-        urgent: whether somebody is in flight who waits for it: what is found soonest comes first.
+        deadline: end of the run on the clock of ``time.monotonic``, seconds.
+        memory_bytes: memory that the run may use.
+        seed: of the random numbers.
+        limits: sizes that a mission must not exceed.
+        on_progress: called with each progress report.
+        on_snapshot: called with each state from which the run can be resumed.
+        on_incumbent: called with each plan that the run then tries to improve.
+        lower_bound: given a value of the objective (steps of ``minimize duration``, metres of ``minimize distance``),
+            returns a proven lower bound that is at most this value. The search for a better plan ends if both are
+            equal. The first call may take seconds.
+        resume: snapshot of a run with the same mission, seed and options.
+        work: units of ``work`` after which the run ends because another search follows.
+        urgent: True if vehicles in flight wait for the plan: the first plan is returned.
     """
 
     deadline: float
     memory_bytes: int = 8 << 30
     seed: int = 0
     limits: Limits = field(default_factory=Limits)
-    listen: Callable[[Progress], None] = ignore
-    keep: Callable[[Snapshot], None] = discard_snapshot
-    found: Callable[[Planned], object] = discard_plan
-    enough: Callable[[float], float] = no_bound
+    on_progress: Callable[[Progress], None] = ignore
+    on_snapshot: Callable[[Snapshot], None] = discard_snapshot
+    on_incumbent: Callable[[Planned], object] = discard_plan
+    lower_bound: Callable[[float], float] = no_bound
     resume: Snapshot | None = None
     work: float = math.inf
     urgent: bool = False
@@ -362,7 +367,7 @@ Straighten: TypeAlias = Callable[[Mission, Kernel, Planned, Budget], Planned]
 
 
 class Backend(Protocol):
-    """One way to plan. What it offers is in ``offers.OFFERS``, a table that loads no solver.
+    """One way to plan. What it offers is in ``registry.BACKENDS``, a table that loads no solver.
 
     ``refutes``: it may find a mission impossible; else it searches until it has a plan, or its time is up.
     """

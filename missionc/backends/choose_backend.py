@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from typing import assert_never
 
 from missionc.backends.features import Feature
-from missionc.backends.offers import AUTO, OFFERS
+from missionc.backends.registry import AUTO, BACKENDS
 from missionc.base.diagnostics.code import CANNOT_EXPRESS, NO_BACKEND
 from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Diagnostic, Label
@@ -55,13 +55,13 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
     """The backend that the mission or the command line names, or else all that offer what it needs."""
     wanted = forced or mission.solve.backend
     required = needs(mission)
-    offers = dict(OFFERS.items_built_in())
+    offers = dict(BACKENDS.items_built_in())
     try:
-        named = None if wanted == AUTO else OFFERS.get(wanted)
+        named = None if wanted == AUTO else BACKENDS.get(wanted)
     except ExtensionError as error:
         return None, [extension_error(error, mission.solve.span if wanted == mission.solve.backend else None)]
     offers |= {wanted: named} if named else {}
-    able = [name for name, offer in offers.items() if all(need.feature in offer.features for need in required)]
+    able = [name for name, spec in offers.items() if all(need.feature in spec.features for need in required)]
     if wanted == AUTO and not able:
         return None, [_none_can(mission, required)]
     if wanted != AUTO and wanted not in able:
@@ -73,7 +73,9 @@ def choose_backend(mission: Mission, forced: str | None) -> tuple[Choice | None,
 def _in_order(able: list[str], required: tuple[Need, ...]) -> tuple[str, ...]:
     """Who takes the first turn, and who the next: those first that a feature is best given to, who repeats one last."""
     asked = {need.feature for need in required}
-    return tuple(sorted(able, key=lambda name: (OFFERS[name].repeats in able, OFFERS[name].leads.isdisjoint(asked))))
+    return tuple(
+        sorted(able, key=lambda name: (BACKENDS[name].subsumes in able, BACKENDS[name].preferred_for.isdisjoint(asked)))
+    )
 
 
 def needs(mission: Mission) -> tuple[Need, ...]:
@@ -176,7 +178,7 @@ def _restless(mission: Mission) -> list[str]:
 
 
 def _missing(name: str, required: tuple[Need, ...]) -> list[Need]:
-    offered = OFFERS[name].features if name in OFFERS else frozenset()
+    offered = BACKENDS[name].features if name in BACKENDS else frozenset()
     return [need for need in required if need.feature not in offered]
 
 
@@ -210,7 +212,7 @@ def _change(able: list[str]) -> str:
 def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
     """One label for each construct in the way, with the backends it rules out."""
     ruled = [
-        (need, [name for name, offer in OFFERS.items_built_in() if need.feature not in offer.features])
+        (need, [name for name, spec in BACKENDS.items_built_in() if need.feature not in spec.features])
         for need in required
     ]
     labels = [
@@ -250,7 +252,7 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
     else:
         why = "it offers all the mission needs"
     lines = [f"backend{'s' if len(chosen) > 1 else ''}: {', '.join(chosen)}", f"because {why}"]
-    for name in OFFERS.built_in:
+    for name in BACKENDS.built_in:
         if name not in chosen:
             lines.extend(_not_taken(name, required, chosen))
     lines.append("the mission needs:" if required else "the mission needs nothing special")

@@ -1,4 +1,4 @@
-"""Features that a mission may need, and the offer in which a backend says which of them it has.
+"""Features of missions, and the description of a backend that lists those it plans.
 
 Values only: nothing here loads a solver.
 """
@@ -44,23 +44,24 @@ EVERYTHING = frozenset(Feature) - {Feature.RESTLESS_DURATION, Feature.PAST_BELOW
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
-    """A backend as it is known before it is loaded.
+class BackendSpec:
+    """Description of a backend before it is loaded.
 
     Args:
-        name: after ``solve with`` and ``--backend``.
-        features: all that a mission it plans may need.
-        options: the names of those of ``Options`` that change a plan of it.
-        checkpoints: whether a run of it can be put aside and taken up again.
-        home: where it is, ``module:attribute``; or it itself.
-        package: what has to be installed to load it; empty for nothing.
-        extra: the extra of this package that installs that.
-        repeats: the backend whose attempts it makes as well; where that takes turns in a portfolio, it comes last and
-            has one turn.
-        weighs: whether what it makes least of is so over all options at once, and not of one that it chose before.
-        presets: values of the option ``preset`` that it plans by. A backend without that option plans by them if no
-            other backend is asked.
-        leads: features with which it takes the first turn in a portfolio, whatever the order of the table.
+        name: the word after ``solve with`` and ``--backend``.
+        features: the features of missions that the backend can plan.
+        options: names of the fields of ``Options`` that affect its plans.
+        checkpoints: True if a run can be saved and resumed.
+        home: the backend, or where to load it from, as ``module:attribute``.
+        package: the package that the backend imports; empty if it needs none.
+        extra: the extra of missionc that installs ``package``.
+        subsumes: the name of a backend whose attempts this one repeats. In a portfolio with that backend, this one
+            goes last and has one turn.
+        optimises_globally: True if the backend minimises over all options of a disjunction together, False if it
+            chooses an option first.
+        presets: values of the option ``preset`` that the backend accepts. Without the option ``preset``, it accepts
+            them only if it is the only backend.
+        preferred_for: features of missions for which the backend takes the first turn in a portfolio.
     """
 
     name: str
@@ -70,7 +71,7 @@ class Offer:
     home: object
     package: str = ""
     extra: str = ""
-    repeats: str = ""
-    weighs: bool = False
-    leads: frozenset[Feature] = frozenset()
+    subsumes: str = ""
+    optimises_globally: bool = False
+    preferred_for: frozenset[Feature] = frozenset()
     presets: frozenset[str] = frozenset()

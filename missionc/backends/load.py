@@ -9,12 +9,12 @@ from importlib.util import find_spec
 from typing import cast
 
 from missionc.backends.api import Backend, Report, Straighten
-from missionc.backends.clot.offer import CLOT
-from missionc.backends.features import Offer
-from missionc.backends.offers import OFFERS
+from missionc.backends.clot.spec import CLOT
+from missionc.backends.features import BackendSpec
 from missionc.backends.options import DESCRIBED, Options
 from missionc.backends.portfolio.backend import Engine, PortfolioBackend
-from missionc.backends.smt.offer import SMT
+from missionc.backends.registry import BACKENDS
+from missionc.backends.smt.spec import SMT
 from missionc.base.diagnostics.code import EXTRA_MISSING, NOT_ITS_FLAG
 from missionc.base.diagnostics.defect import extension_error
 from missionc.base.diagnostics.model import Diagnostic
@@ -45,43 +45,42 @@ def load_engines(
     options = options or Options()
     try:
         raise_taken()
-        offers = [OFFERS[name] for name in names]
+        offers = [BACKENDS[name] for name in names]
     except ExtensionError as error:
         return extension_error(error)
-    wrong = {offer.name: _not_its_flag(offer, options, checkpoint, len(offers) == 1) for offer in offers}
-    hear = [offer for offer in offers if wrong[offer.name] is None]
-    lacking = {offer.name: _package_missing(offer) for offer in hear}
-    there = [offer for offer in hear if lacking[offer.name] is None][: 1 if checkpoint else None]
+    wrong = {spec.name: _not_its_flag(spec, options, checkpoint, len(offers) == 1) for spec in offers}
+    hear = [spec for spec in offers if wrong[spec.name] is None]
+    lacking = {spec.name: _package_missing(spec) for spec in hear}
+    there = [spec for spec in hear if lacking[spec.name] is None][: 1 if checkpoint else None]
     if not there:
         return next(said for said in (lacking if hear else wrong).values() if said is not None)
     flagged = any(each.refused and getattr(options, each.name) != each.default for each in DESCRIBED.values())
     at_once = len(there) == 1 or flagged
-    backends = {offer.name: _loaded(offer) for offer in there if at_once or not offer.package}
+    backends = {spec.name: _loaded(spec) for spec in there if at_once or not spec.package}
     missing = [said for backend in backends.values() if (said := backend.missing(options)) is not None]
     if missing:
         return missing[0]
-    absent = [OFFERS[name] for name, said in lacking.items() if said is not None]
+    absent = [BACKENDS[name] for name, said in lacking.items() if said is not None]
     if len(there) == 1 and not absent:
         return backends[there[0].name]
     engines = tuple(
-        Engine(offer.name, partial(_loaded, offer), any(each.name == offer.repeats for each in there))
-        for offer in there
+        Engine(spec.name, partial(_loaded, spec), any(each.name == spec.subsumes for each in there)) for spec in there
     )
     return PortfolioBackend(engines, _would_help(absent))
 
 
-def _would_help(absent: list[Offer]) -> tuple[str, ...]:
+def _would_help(absent: list[BackendSpec]) -> tuple[str, ...]:
     """What is said of engines that are not installed."""
-    extras = dict.fromkeys(offer.extra for offer in absent)
+    extras = dict.fromkeys(spec.extra for spec in absent)
     return tuple(
-        f"{' and '.join(f'`{offer.name}`' for offer in absent if offer.extra == extra)} could be asked too: "
+        f"{' and '.join(f'`{spec.name}`' for spec in absent if spec.extra == extra)} could be asked too: "
         f"`pip install 'missionc[{extra}]'`"
         for extra in extras
     )
 
 
-def _loaded(offer: Offer) -> Backend:
-    return cast(Backend, resolved(offer.home) if isinstance(offer.home, str) else offer.home)
+def _loaded(spec: BackendSpec) -> Backend:
+    return cast(Backend, resolved(spec.home) if isinstance(spec.home, str) else spec.home)
 
 
 def plans_on_roadmaps(engine: str) -> bool:
@@ -110,46 +109,46 @@ def load_repair(motion: Trace, found: Report | None = None) -> Backend | None:
     return repair
 
 
-def _not_its_flag(offer: Offer, options: Options, checkpoint: bool, alone: bool) -> Diagnostic | None:
+def _not_its_flag(spec: BackendSpec, options: Options, checkpoint: bool, alone: bool) -> Diagnostic | None:
     """The first flag that is for other backends and may not be passed over.
 
     Args:
         alone: no other backend is asked.
     """
-    every = [each for _, each in OFFERS.items_built_in()]
-    if checkpoint and not offer.checkpoints:
-        return _for_others("--checkpoint` or `--resume", [each.name for each in every if each.checkpoints], offer)
+    every = [each for _, each in BACKENDS.items_built_in()]
+    if checkpoint and not spec.checkpoints:
+        return _for_others("--checkpoint` or `--resume", [each.name for each in every if each.checkpoints], spec)
     for each in DESCRIBED.values():
         value = getattr(options, each.name)
-        if each.refused and value != each.default and not _hears(offer, each.name, value, alone):
+        if each.refused and value != each.default and not _hears(spec, each.name, value, alone):
             hear = [other.name for other in every if _hears(other, each.name, value, alone=True)]
-            return _for_others(" ".join(each.words(options)), hear, offer)
+            return _for_others(" ".join(each.words(options)), hear, spec)
     return None
 
 
-def _hears(offer: Offer, name: str, value: object, alone: bool) -> bool:
+def _hears(spec: BackendSpec, name: str, value: object, alone: bool) -> bool:
     """Whether an option of this value changes how a backend plans."""
     if name == "preset":
-        return value in offer.presets and (alone or name in offer.options)
-    return name in offer.options
+        return value in spec.presets and (alone or name in spec.options)
+    return name in spec.options
 
 
-def _for_others(flag: str, names: list[str], offer: Offer) -> Diagnostic:
+def _for_others(flag: str, names: list[str], spec: BackendSpec) -> Diagnostic:
     others = all_listed([f"`{name}`" for name in names])
     return Diagnostic(
         NOT_ITS_FLAG,
-        f"`{flag}` is for {others}, and this mission goes to `{offer.name}`",
+        f"`{flag}` is for {others}, and this mission goes to `{spec.name}`",
         None,
         help=f"leave it out, or plan with `--backend {names[0]}`, where the mission allows it",
     )
 
 
-def _package_missing(offer: Offer) -> Diagnostic | None:
-    if not offer.package or find_spec(offer.package) is not None:
+def _package_missing(spec: BackendSpec) -> Diagnostic | None:
+    if not spec.package or find_spec(spec.package) is not None:
         return None
     return Diagnostic(
         EXTRA_MISSING,
-        f"the backend `{offer.name}` needs the package {offer.package}, which is not installed",
+        f"the backend `{spec.name}` needs the package {spec.package}, which is not installed",
         None,
-        help=f"install it with `pip install 'missionc[{offer.extra}]'`, or try `--backend {OFFERS.built_in[0]}`",
+        help=f"install it with `pip install 'missionc[{spec.extra}]'`, or try `--backend {BACKENDS.built_in[0]}`",
     )

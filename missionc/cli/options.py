@@ -13,8 +13,8 @@ from typing import Any, TypeVar, assert_never
 import click
 from click.shell_completion import CompletionItem
 
-from missionc.backends.offers import AUTO, OFFERS
 from missionc.backends.options import DESCRIBED, Described, OneOf, Real, Switch, Whole
+from missionc.backends.registry import AUTO, BACKENDS
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.deadline import DEFAULT_TIME_LIMIT
 from missionc.base.diagnostics.suggest import nearest
@@ -328,7 +328,7 @@ memory_limit = click.option(
     help="Memory limit of the compiler and its solver; 512 means 512 MB.",
 )
 
-backend = of_registry("--backend", "backend", OFFERS, AUTO, AUTO)
+backend = of_registry("--backend", "backend", BACKENDS, AUTO, AUTO)
 
 vehicle = click.option(
     "--vehicle",

@@ -65,7 +65,7 @@ class BoundSide:
         if not isinstance(ahead, Kernel) or now >= self.budget.deadline or stop_requested():
             return least
         until = now + BOUND.time * (self.budget.deadline - now)
-        short = replace(self.budget, deadline=until, work=BOUND.work, keep=discard_snapshot, resume=None)
+        short = replace(self.budget, deadline=until, work=BOUND.work, on_snapshot=discard_snapshot, resume=None)
         try:
             return least_duration(self.mission, ahead, least, lasts, short, Account(), self.options.solver)
         except MemoryError:

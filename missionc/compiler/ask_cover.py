@@ -55,7 +55,11 @@ class CoverSide:
             now = time.monotonic()
             until = now + COVERS.time * max(0.0, self.budget.deadline - now)
             budget = replace(
-                self.budget, deadline=until, work=self.account.work + work, keep=api.discard_snapshot, resume=None
+                self.budget,
+                deadline=until,
+                work=self.account.work + work,
+                on_snapshot=api.discard_snapshot,
+                resume=None,
             )
             self.asked = work
             before = self.account.work
@@ -79,12 +83,12 @@ class CoverSide:
 
         def found(plan: api.Planned) -> object:
             self.planned = True
-            return budget.found(plan)
+            return budget.on_incumbent(plan)
 
         meanwhile = (
             () if self.options.captures else [(units, partial(self._meanwhile, work)) for units, work in COVERS.during]
         )
-        turns = backend.turns(mission, kernel, self.options, replace(budget, found=found))
+        turns = backend.turns(mission, kernel, self.options, replace(budget, on_incumbent=found))
         outcome = run_to_end(turns, budget, meanwhile)
         self.log.searched(backend.name, outcome, attempt)
         no_room = isinstance(outcome, api.NotFound) and outcome.reason is api.Reason.MEMORY

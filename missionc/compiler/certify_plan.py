@@ -99,7 +99,7 @@ def certify_plan(
         from missionc.geometry.slow_down import slowed
 
         trace = slowed(mission, trace)
-    budget.listen(Progress("verify"))
+    budget.on_progress(Progress("verify"))
     with watch.stage("verify"):
         certificate = verify(mission, kernel, trace)
         whole = whole_checks(checked.rest, trace)
@@ -122,7 +122,7 @@ def certify_plan(
     verified = Plan(
         mission.name, planner, budget.seed, trace, certificate.judgements, proven, report.solved, runs, ground
     )
-    budget.listen(Progress("emit"))
+    budget.on_progress(Progress("emit"))
     with watch.stage("emit"):
         cut_short = report.cut_short.value if report.cut_short else ""
         provenance = Provenance(

@@ -82,7 +82,7 @@ def with_checkpoints(
     def put_aside(snapshot: Snapshot) -> None:
         keep(to_bytes(snapshot, run))
 
-    return replace(budget, keep=put_aside, resume=snapshot)
+    return replace(budget, on_snapshot=put_aside, resume=snapshot)
 
 
 def unusable(name: str, wrong: UnusableSnapshot) -> Diagnostic:

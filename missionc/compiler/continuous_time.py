@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from missionc.backends.api import Budget, discard_snapshot
 from missionc.backends.load import load_repair
-from missionc.backends.offers import is_published
+from missionc.backends.registry import is_published
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.code import NOT_TOLERATED
 from missionc.base.signals import stop_requested
@@ -109,7 +109,7 @@ def _failing(compiled: Compiled) -> frozenset[str]:
 
 def _limited(first: Compiled, budget: Budget, throughout: ContinuousTime, began: float) -> Budget:
     """What further plans may take: all that is left where one is required, little where it is wanted."""
-    quiet = replace(budget, keep=discard_snapshot, resume=None)
+    quiet = replace(budget, on_snapshot=discard_snapshot, resume=None)
     if not isinstance(first.outcome, Verified) or throughout is not ContinuousTime.WANTED:
         return quiet
     now = time.monotonic()

@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, Any
 from missionc.backends import api
 from missionc.backends.choose_backend import Choice
 from missionc.backends.load import load_engines as load_backend
-from missionc.backends.offers import OFFERS, is_published, named
 from missionc.backends.options import Options
+from missionc.backends.registry import BACKENDS, is_published, named
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.deadline import DEFAULT_TIME_LIMIT, last_call
 from missionc.base.diagnostics.model import Diagnostic
@@ -88,12 +88,12 @@ def ask_backend(
     def listen(progress: api.Progress) -> None:
         nonlocal now
         now = progress
-        budget.listen(progress)
+        budget.on_progress(progress)
         incumbent.look()
 
     explain_limit = request.explain_limit
     until = _to_search(budget.deadline, to_draw(explain_limit) if backend.refutes else explain_limit)
-    asked_of = replace(budget, deadline=until, listen=listen, found=incumbent.found)
+    asked_of = replace(budget, deadline=until, on_progress=listen, on_incumbent=incumbent.found)
     search = partial(plan_with_margin, backend, mission, kernel, request.options, asked_of)
     work = partial(search, covers=covers, speed_fraction=request.speed_fraction, log=request.log)
     try:
@@ -334,7 +334,7 @@ def _plan_by_all(checked: Checked, request: PlanRequest) -> Compiled:
     reserved = reserved_time(len(mission.agents), mission.steps, left, has_risen(mission))
     whole = replace(run_budget, deadline=run_budget.deadline - reserved)
     bound = BoundSide(mission, kernel, options, whole)
-    whole = replace(whole, enough=bound.enough)
+    whole = replace(whole, lower_bound=bound.enough)
 
     def certified(
         planned: api.Planned, stages: Stopwatch, bound: BoundSide | None, runs: tuple[StageRun, ...]
@@ -429,7 +429,7 @@ def weighs_options(mission: Mission, planned: api.Planned, choice: Choice) -> bo
 
     A schedule estimates lengths, and its ways see nothing of obstacles that move.
     """
-    offer = OFFERS.get(planned.report.engine or choice.backend)
+    spec = BACKENDS.get(planned.report.engine or choice.backend)
     moving = any(not obstacle.constant for obstacle in mission.obstacles)
     asked = mission.objective is not Objective.NONE or moving
-    return asked and offer is not None and not offer.weighs and planned.report.cut_short is None
+    return asked and spec is not None and not spec.optimises_globally and planned.report.cut_short is None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from missionc.backends.options import ROADMAP_PRESETS
 from missionc.backends.roadmap_graph import RoadmapGraph
-from missionc.backends.smt.offer import SMT
+from missionc.backends.smt.spec import SMT
 from missionc.base.diagnostics.code import NO_ROADMAP
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.memory import limited

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from missionc.backends.api import Impossible, NotFound, Planned, Reason, Scope
 from missionc.backends.choose_backend import choose_backend
-from missionc.backends.offers import AUTO, OFFERS
+from missionc.backends.registry import AUTO, BACKENDS
 from missionc.base.diagnostics import code as codes
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.units import Seconds
@@ -190,7 +190,7 @@ MOST_LATE = 4
 
 def not_verified(certificate: Certificate, backend: str) -> Diagnostic:
     """Report a plan that verification rejects: a defect of the compiler, or of an extension whose backend found it."""
-    ours = backend in OFFERS.built_in
+    ours = backend in BACKENDS.built_in
     return Diagnostic(
         codes.NOT_VERIFIED if ours else codes.REJECTED_PLAN,
         "a plan was found, but it does not pass verification: a defect of the compiler"

@@ -93,7 +93,7 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
     for stage, way in ways_of(mission, flown).items():
         if not way.needed:
             continue
-        budget.listen(Progress("emit", detail=f"the way {stage.value}"))
+        budget.on_progress(Progress("emit", detail=f"the way {stage.value}"))
         own = _plan(mission, stage, way, budget, left)
         if isinstance(own, Diagnostic):
             return own
@@ -108,7 +108,7 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
 
 def _safe_end(mission: Mission, files: Mapping[str, str], budget: Budget, ways: Ways = NO_WAYS) -> WholeFlight:
     """The safe ends of a flight with its ways, which were verified."""
-    budget.listen(Progress("emit", detail="safe ends"))
+    budget.on_progress(Progress("emit", detail="safe ends"))
     whole, before, risen = as_one(mission, files, ways)
     stops = safe_ends(mission, whole, before, risen)
     judged = verify_safe_end(mission, whole, before, risen, stops)
@@ -162,7 +162,14 @@ def _on_roadmaps(mission: Mission, stage: Stage, way: Way, budget: Budget) -> It
         asked = way_mission(mission, stage, way, steps * step, steps, speed)
         asked = replace(asked, clearance=Metres(asked.clearance + clear), separation=Metres(asked.separation + apart))
         deadline = min(budget.deadline, time.monotonic() + SEARCH)
-        own = replace(budget, deadline=deadline, keep=discard_snapshot, resume=None, found=discard_plan, listen=ignore)
+        own = replace(
+            budget,
+            deadline=deadline,
+            on_snapshot=discard_snapshot,
+            resume=None,
+            on_incumbent=discard_plan,
+            on_progress=ignore,
+        )
         outcome = plan_with_margin(backend, asked, NOTHING_REQUIRED, Options(), own)
         if isinstance(outcome, Planned):
             yield outcome.trace.position, steps * step

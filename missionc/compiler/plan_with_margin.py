@@ -77,7 +77,7 @@ def _tolerant(
         roomy = with_room_for_delays(pace, share)
         if share and has_errors(check_world(roomy, early)):
             continue
-        short = replace(_short(budget, SEARCH.work), found=api.discard_plan)
+        short = replace(_short(budget, SEARCH.work), on_incumbent=api.discard_plan)
         ahead = log.within(log.stage, ", ".join(filter(None, (log.attempt, f"{share:.0%} of the room for delays"))))
         outcome = _plan_with_margin(backend, roomy, early, options, short, ahead)
         if isinstance(outcome, api.Planned) and verify(mission, kernel, outcome.trace).passed:
@@ -127,12 +127,12 @@ def _plan_with_margin(
     planned = tries(wanted, paces, margin, speed_fraction)
     soonest: api.Planned | None = None
     if budget.urgent:
-        first = _planned(backend, wanted, kernel, options, replace(budget, found=api.discard_plan))
+        first = _planned(backend, wanted, kernel, options, replace(budget, on_incumbent=api.discard_plan))
         log.searched(backend.name, first, LAST_TRY)
         if not isinstance(first, api.Planned):
             return first  # with a margin there is no plan then either
         soonest, planned = first, urgent_tries(wanted, paces, margin, backend.name)
-        budget.found(_noted(first, margin, 0.0) if margin > 0 else first)
+        budget.on_incumbent(_noted(first, margin, 0.0) if margin > 0 else first)
     for each in planned:
         tight = tightened(each.mission, kernel, Metres(each.margin * margin))
         fastest = with_flyable_speeds(room, SEARCH.speeds[-1]) if each.mission is not room else room
@@ -158,7 +158,7 @@ def _short(budget: api.Budget, work: float) -> api.Budget:
     scarce = SEARCH.scarce_time if left < SEARCH.scarce else SEARCH.time
     share = SEARCH.urgent_time if budget.urgent else scarce
     deadline = budget.deadline - (1 - share) * left
-    return replace(budget, deadline=deadline, work=work, keep=api.discard_snapshot, resume=None)
+    return replace(budget, deadline=deadline, work=work, on_snapshot=api.discard_snapshot, resume=None)
 
 
 def _too_large(ahead: TooLarge, room: int) -> str:

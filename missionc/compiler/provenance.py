@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, assert_never
 
-from missionc.backends.offers import AUTO, OFFERS, is_published
 from missionc.backends.options import DESCRIBED, Described, Options, Recorded
+from missionc.backends.registry import AUTO, BACKENDS, is_published
 from missionc.backends.setting import flag_of
 from missionc.base.source import Source
 from missionc.compiler.front_end import Checked
@@ -63,7 +63,7 @@ def given(checked: Checked, options: Options) -> tuple[tuple[str, Option], ...]:
     options = replace(options, stretch=max(options.stretch, checked.stretch))
     engines = checked.choice.engines if checked.choice is not None else ()
     hears = frozenset({"preset"} if is_published(engines, options) else ()).union(
-        *(OFFERS[name].options for name in engines)
+        *(BACKENDS[name].options for name in engines)
     )
     named = [(each.name, each.text(options)) for each in DESCRIBED.values() if _is_recorded(each, options, hears)]
     named.extend([("backend", AUTO)] if len(engines) > 1 else [])

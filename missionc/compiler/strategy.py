@@ -22,10 +22,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from missionc.backends.clot.offer import CLOT
+from missionc.backends.clot.spec import CLOT
 from missionc.backends.load import plans_on_roadmaps
-from missionc.backends.offers import OFFERS, is_published
 from missionc.backends.portfolio.backend import FIRST, LONGER
+from missionc.backends.registry import BACKENDS, is_published
 from missionc.base.continuous_time import ContinuousTime
 from missionc.base.diagnostics.model import has_errors
 from missionc.base.units import Metres
@@ -395,7 +395,7 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
     tolerant = (("delays not tolerated", "continuous time"),) if mission.tolerances else ()
     failed = "the other engines search" if several else "the answer: a defect of the compiler"
     yield Stage("verify", "always", (), (("passed", NEXT), ("failed", failed), *tolerant))
-    if not OFFERS[choice.engines[0]].weighs and mission.objective is not Objective.NONE:
+    if not BACKENDS[choice.engines[0]].optimises_globally and mission.objective is not Objective.NONE:
         better = (("always", f"{NEXT}, with the better plan by the objective"),)
         limit = f"at most {COMPARISON.most} plans, {_work(COMPARISON)} in all"
         yield Stage("options", f"if the engine chose options by an estimate; {limit}", ("other choices",), better)

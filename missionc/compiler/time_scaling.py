@@ -48,7 +48,7 @@ def plan_with_time_scaling(
         now = time.monotonic()
         if stop_requested() or now >= until:
             break
-        more = replace(budget, deadline=now + (until - now) / 2, keep=discard_snapshot, resume=None)
+        more = replace(budget, deadline=now + (until - now) / 2, on_snapshot=discard_snapshot, resume=None)
         slower = replace(request, speed_fraction=speed_fraction)
         log = request.log.within("time scaling", f"{speed_fraction:.0%} of the vehicles' speed")
         retry = plan(checked, replace(slower, budget=more, log=log))

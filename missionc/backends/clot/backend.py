@@ -288,11 +288,11 @@ class TransportRun:
         if reached.final:
             return made
         defer_stop()
-        self.budget.found(Planned(made, self.account.report()))
+        self.budget.on_incumbent(Planned(made, self.account.report()))
         self.keep(number, reached=reached)
         self.tell("improve", number)
         with self.account.stage("improve"):
-            wanted, enough = self.wanted(reached.choices, made.position), self.budget.enough
+            wanted, enough = self.wanted(reached.choices, made.position), self.budget.lower_bound
             better = improve(
                 control, made, self.mission, self.kernel, self.graph, *wanted, self.accepted, self.in_time, enough
             )
@@ -351,13 +351,13 @@ class TransportRun:
 
     def keep(self, number: int, search: Searching | None = None, reached: Reached | None = None) -> None:
         """Puts aside what is known by now, unless something was cut short since."""
-        if self.late or self.budget.keep is discard_snapshot:
+        if self.late or self.budget.on_snapshot is discard_snapshot:
             return
         nearest = None if self.best is None else self.best.nearest
         far = None if self.furthest is None else self.furthest.rank
         work = self.account.work if search is None else self.work_before
         state = State(number, nearest, far, tuple(self.account.notes), work, self.beside, search, reached)
-        self.budget.keep(to_snapshot(state, self.graph))
+        self.budget.on_snapshot(to_snapshot(state, self.graph))
 
     def take_up(self, state: State) -> None:
         """Goes back to where another run was."""
@@ -391,7 +391,7 @@ class TransportRun:
         """Where planning is; ``margin`` is that of the candidate at hand, metres."""
         best = max(margin, -np.inf if self.best is None else -self.best.nearest.shortfall)
         margin_so_far = None if best == -np.inf else best
-        self.budget.listen(Progress(stage, number + 1, iteration=iteration, margin=margin_so_far))
+        self.budget.on_progress(Progress(stage, number + 1, iteration=iteration, margin=margin_so_far))
 
     def not_found(self, reason: Reason) -> NotFound:
         best = None if self.best is None else self.best.attempt

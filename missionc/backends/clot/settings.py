@@ -7,7 +7,7 @@ from enum import Enum, auto
 from functools import lru_cache
 from typing import ClassVar
 
-from missionc.backends.clot.offer import CLOT
+from missionc.backends.clot.spec import CLOT
 from missionc.backends.setting import Pairs, own_values, setting, with_values
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Mission

@@ -45,11 +45,11 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
     """A plan from a roadmap, straighter where that is a plan too; while it is made the plan is there as it was."""
     if mission.steps < 2 or planned.report.cut_short or not attempt(mission, kernel, planned.trace).is_plan:
         return planned
-    budget.found(planned)
+    budget.on_incumbent(planned)
     account = Account()
 
     def in_time() -> bool:
-        budget.listen(Progress("straighten"))
+        budget.on_progress(Progress("straighten"))
         return time.monotonic() < budget.deadline and not stop_requested()
 
     with account.stage("straighten"), one_thread(), enough_memory():

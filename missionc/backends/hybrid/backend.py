@@ -243,10 +243,10 @@ class Run:
             asked = replace(
                 budget,
                 seed=seed,
-                listen=api.ignore,
-                found=api.discard_plan,
-                enough=api.no_bound,
-                keep=api.discard_snapshot,
+                on_progress=api.ignore,
+                on_incumbent=api.discard_plan,
+                lower_bound=api.no_bound,
+                on_snapshot=api.discard_snapshot,
                 resume=None,
                 work=discrete,
             )

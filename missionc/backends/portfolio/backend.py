@@ -135,8 +135,8 @@ class Run:
         told = replace(
             budget,
             work=math.inf,
-            listen=lambda progress: budget.listen(replace(progress, engine=self.name)),
-            found=lambda plan: budget.found(self.named(plan)),
+            on_progress=lambda progress: budget.on_progress(replace(progress, engine=self.name)),
+            on_incumbent=lambda plan: budget.on_incumbent(self.named(plan)),
         )
         self.search = search = backend.turns(self.mission, self.kernel, self.options, told)
         next(search)

@@ -22,7 +22,6 @@ from missionc.backends.smt.encode.clauses import Clauses, TooLarge
 from missionc.backends.smt.encode.lower_motion import all_ways
 from missionc.backends.smt.encode.metric_bounds import bounded_above, measured_goals, without_metres
 from missionc.backends.smt.lift import lift
-from missionc.backends.smt.offer import SMT
 from missionc.backends.smt.paced_run import PacedRun, Pausing
 from missionc.backends.smt.prioritized.prioritized_plan import PrioritizedPlan
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
@@ -39,6 +38,7 @@ from missionc.backends.smt.sat.proof import certify
 from missionc.backends.smt.sat.solve import Solvers, Stopped, Unsatisfiable
 from missionc.backends.smt.sat.solver_process import is_over
 from missionc.backends.smt.shorten.improve import improve
+from missionc.backends.smt.spec import SMT
 from missionc.backends.smt.subset_questions import SubsetQuestions, infeasible_alone
 from missionc.backends.smt.undecided import FEW, nearest, under_way
 from missionc.backends.work import CLAUSE, CLAUSE_CONFLICT, QUESTION, run_to_end
@@ -126,7 +126,7 @@ class Run(PacedRun):
             granted = self.account.work + self.settings.work.shortest_paths
             self.most = math.inf if attempt.sampled else granted
             with self.solvers() as solvers:
-                self.budget.listen(Progress("roadmap", attempt.number, f"{attempt.nodes} nodes"))
+                self.budget.on_progress(Progress("roadmap", attempt.number, f"{attempt.nodes} nodes"))
                 what = f"a roadmap of {attempt.nodes} nodes" if attempt.sampled else "a roadmap of shortest ways"
                 self.layer, self.planner, self.problem = f"building {what}", None, None
                 with self.account.stage("roadmap"):
@@ -170,12 +170,17 @@ class Run(PacedRun):
         left, tried = max(self.settings.work.sooner, self.account.work), 1
         for attempt in others:
             lasts = planned.trace.lasts
-            if left <= 0 or self.budget.enough(lasts) >= lasts or is_over(self.budget.deadline) or stop_requested():
+            if (
+                left <= 0
+                or self.budget.lower_bound(lasts) >= lasts
+                or is_over(self.budget.deadline)
+                or stop_requested()
+            ):
                 break
             defer_stop()
-            self.budget.found(planned)
-            self.budget.listen(Progress("improve", tried, f"{lasts} steps; are fewer enough on another roadmap?"))
-            budget = replace(self.budget, work=left, found=discard_plan)
+            self.budget.on_incumbent(planned)
+            self.budget.on_progress(Progress("improve", tried, f"{lasts} steps; are fewer enough on another roadmap?"))
+            budget = replace(self.budget, work=left, on_incumbent=discard_plan)
             run = Run(self.mission, self.given, replace(self.options, brief=True), budget)
             other = run_to_end(run.turns((attempt,)), budget)
             left -= other.report.work
@@ -328,7 +333,7 @@ class Run(PacedRun):
         """
         kernel, account = self.kernel, self.account
         everyone = frozenset(range(len(self.mission.agents)))
-        self.budget.listen(Progress("lower", max(len(self.tried), 1), f"{len(everyone)} agents"))
+        self.budget.on_progress(Progress("lower", max(len(self.tried), 1), f"{len(everyone)} agents"))
         goals = kernel.goals
         self.layer = "lowering the requirements of all agents to clauses"
 
@@ -341,7 +346,7 @@ class Run(PacedRun):
         search.proves = not self.measured
         required = lowered.goals[: len(kernel.requirements)]
         core: tuple[int, ...] = ()
-        self.budget.listen(Progress("solve"))
+        self.budget.on_progress(Progress("solve"))
         result = search.find(required, self.effort(search))
         while isinstance(result, Stopped) and result.paused:
             if self.account.work >= self.most:
@@ -354,10 +359,10 @@ class Run(PacedRun):
             account.solved = (Solved(solvers.answered, self.mission.names),)
             if kernel.preferences or self.mission.objective is not Objective.NONE:
                 defer_stop()
-                self.budget.found(
+                self.budget.on_incumbent(
                     Planned(lift(result.states, problem.motion.own_roadmaps, self.mission), account.report())
                 )
-            result = improve(result, kernel, lowered.goals, search, self.budget.enough)
+            result = improve(result, kernel, lowered.goals, search, self.budget.lower_bound)
             account.solved = (Solved(solvers.answered, self.mission.names),)
             if solvers.cut:
                 account.cut()

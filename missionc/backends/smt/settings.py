@@ -6,7 +6,7 @@ from dataclasses import field
 from functools import lru_cache
 
 from missionc.backends.setting import Pairs, own_values, setting, with_values
-from missionc.backends.smt.offer import SMT
+from missionc.backends.smt.spec import SMT
 from missionc.base.late_dataclass import dataclass
 from missionc.ir import Mission
 

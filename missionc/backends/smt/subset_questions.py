@@ -84,7 +84,9 @@ class SubsetQuestions:
     def __post_init__(self) -> None:
         settings = smt_settings(self.mission).work
         self.mission = replace(self.mission, objective=Objective.NONE)
-        self.budget = replace(self.budget, found=discard_plan, enough=no_bound)  # a plan of less is none of the mission
+        self.budget = replace(
+            self.budget, on_incumbent=discard_plan, lower_bound=no_bound
+        )  # a plan of less is none of the mission
         self.most = self.account.work + max(settings.conflict, settings.conflict_share * self.account.work)
         self.longest = sum(self.account.seconds.values()) / max(1, len(self.roadmaps))
 

@@ -15,7 +15,7 @@ from missionc.cli.exit_status import Status, say
 from missionc.cli.options import form_flag
 
 HOMES = (
-    "missionc.backends.offers",
+    "missionc.backends.registry",
     "missionc.cli.command_names",
     "missionc.flight.simulation.trial_bounds",
     "missionc.frontend.resolve.called_predicates",

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import click
 
-from missionc.backends.offers import OFFERS
+from missionc.backends.registry import BACKENDS
 from missionc.base.diagnostics.code import NAME_NOT_ALLOWED, OUTPUT_EXISTS
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.limits import Limits
@@ -68,9 +68,9 @@ def _list(form: str) -> Status:
 def _next(target: Path, template: Template) -> list[str]:
     """What to run now, and what to install for it."""
     lines = ["next"]
-    offer = OFFERS[_backend(template)]
-    if offer.package and find_spec(offer.package) is None:
-        lines.append(f"  pip install 'missionc[{offer.extra}]'    # what plans it rests on {offer.package}")
+    spec = BACKENDS[_backend(template)]
+    if spec.package and find_spec(spec.package) is None:
+        lines.append(f"  pip install 'missionc[{spec.extra}]'    # what plans it rests on {spec.package}")
     return [
         *lines,
         f"  missionc check {target}",
@@ -80,7 +80,7 @@ def _next(target: Path, template: Template) -> list[str]:
 
 
 def _needs(template: Template) -> str:
-    extra = OFFERS[_backend(template)].extra
+    extra = BACKENDS[_backend(template)].extra
     return f" Needs the extra `{extra}`." if extra else ""
 
 

@@ -7,7 +7,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from missionc.backends.offers import OFFERS
+from missionc.backends.registry import BACKENDS
 from missionc.base.diagnostics.code import OUTPUT_EXISTS
 from missionc.base.diagnostics.render import counts, render_text
 from missionc.cli.browser import said
@@ -19,7 +19,7 @@ from missionc.cli.watch.planner_process import Ended, Planner
 from missionc.cli.watch.watched_missions import Missions, heading
 from missionc.output.folder.file_names import REPORT
 
-FIRST = OFFERS.built_in[0]
+FIRST = BACKENDS.built_in[0]
 """The backend to make ready for, as long as nothing is known of the mission."""
 
 

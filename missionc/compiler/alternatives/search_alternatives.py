@@ -95,7 +95,7 @@ def plan_restricted(
         work: units of it that the backend may spend.
         moment: when it is interrupted, on the clock of ``time.monotonic``.
     """
-    short = replace(budget, work=work, keep=discard_snapshot, resume=None, found=discard_plan)
+    short = replace(budget, work=work, on_snapshot=discard_snapshot, resume=None, on_incumbent=discard_plan)
     narrower = restriction.applied(mission, kernel)
     return within(moment, partial(plan_with_margin, backend, *narrower, options, short))
 

@@ -217,7 +217,7 @@ class Explaining:
     def solve(self, edit: Edit, part: float) -> Tried:
         """The variant checked from its text on, planned in that part of all the time, and verified."""
         self.count += 1
-        self.budget.listen(api.Progress("explain", self.count, edit.says))
+        self.budget.on_progress(api.Progress("explain", self.count, edit.says))
         variant = self.variant(edit)
         if variant is None:
             return Tried("wrong")
@@ -246,10 +246,10 @@ class Explaining:
             self.budget,
             deadline=min(self.budget.deadline, now + LONGEST * part * (self.budget.deadline - self.begin)),
             work=part * self.units,
-            listen=api.ignore,
-            keep=api.discard_snapshot,
+            on_progress=api.ignore,
+            on_snapshot=api.discard_snapshot,
             resume=None,
-            enough=api.no_bound,
+            lower_bound=api.no_bound,
         )
         came = plan_with_margin(self.backend, mission, kernel, self.options, budget)
         self.spent += max(CHECKED, came.report.work)

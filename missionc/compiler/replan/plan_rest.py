@@ -23,8 +23,8 @@ from missionc.backends.acceptance import attempt
 from missionc.backends.api import Backend, Budget, Impossible
 from missionc.backends.choose_backend import choose_backend
 from missionc.backends.load import load_engines, load_repair, load_roadmaps, load_straighten
-from missionc.backends.offers import OFFERS
-from missionc.backends.smt.offer import SMT
+from missionc.backends.registry import BACKENDS
+from missionc.backends.smt.spec import SMT
 from missionc.base.limits import Limits
 from missionc.base.trace import Array, Trace
 from missionc.compiler import driver
@@ -104,7 +104,7 @@ def get_ready(flying: Flying) -> None:
     choice, _ = choose_backend(flying.checked.valid_mission, None)
     for engine in choice.engines if choice else ():
         load_engines((engine,))
-        if engine in OFFERS:
+        if engine in BACKENDS:
             load_straighten(engine)
     load_repair(flying.trace)
     import missionc.backends.smt.backend

@@ -17,7 +17,7 @@ from textwrap import wrap
 
 from missionc import ir
 from missionc.backends.choose_backend import Choice, needs_of
-from missionc.backends.offers import OFFERS
+from missionc.backends.registry import BACKENDS
 from missionc.base.figures import counted
 from missionc.base.late_dataclass import Record
 from missionc.base.source import Turn
@@ -199,7 +199,7 @@ def _explained(mission: ir.Mission, goal: ir.Requirement | ir.Preference) -> Exp
         steps_ahead([goal.formula])[goal.formula].total,
         max((span.looks for span in spans), default=0),
         tuple(need.feature.value for need in required),
-        tuple(name for name, offer in OFFERS.items_built_in() if features <= offer.features),
+        tuple(name for name, spec in BACKENDS.items_built_in() if features <= spec.features),
         traps_of(goal.formula),
         goal.span.turns,
     )

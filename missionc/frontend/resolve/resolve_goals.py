@@ -9,7 +9,7 @@ import math
 from dataclasses import replace
 
 from missionc import ir
-from missionc.backends.offers import AUTO, OFFERS
+from missionc.backends.registry import AUTO, BACKENDS
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Diagnostic, Label
 from missionc.base.source import Span
@@ -94,8 +94,8 @@ def resolve_objective(context: Context, minimize: ast.Minimize | None) -> ir.Obj
 def resolve_solve(context: Context, solve: ast.Solve | None) -> ir.SolveWith:
     if solve is None:
         return ir.SolveWith()
-    if solve.backend.text != AUTO and solve.backend.text not in OFFERS:
-        unknown_word(context, solve.backend, (AUTO, *OFFERS), "`solve with`", "backend")
+    if solve.backend.text != AUTO and solve.backend.text not in BACKENDS:
+        unknown_word(context, solve.backend, (AUTO, *BACKENDS), "`solve with`", "backend")
     settings = known_settings(context, solve.settings, (*OPTIONS, CONNECTIVITY, ROADMAP), "`solve with`")
     options = []
     connectivity = ir.Connectivity.BOTTLENECK

@@ -16,7 +16,7 @@ from itertools import pairwise
 from lsprotocol import types
 
 from missionc import ir
-from missionc.backends.offers import AUTO, OFFERS
+from missionc.backends.registry import AUTO, BACKENDS
 from missionc.base.limits import Limits
 from missionc.base.source import Source, Span
 from missionc.base.units import UNITS, Dimension
@@ -297,7 +297,7 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
     elif before.word in ("start", "finish"):
         yield from ((name, "how places are given") for name in ("line", "grid"))
     elif before.word == "with" and first == "solve":
-        yield from ((name, "a backend") for name in (AUTO, *OFFERS))
+        yield from ((name, "a backend") for name in (AUTO, *BACKENDS))
     elif before.word == "minimize":
         yield from ((goal.value, "a goal") for goal in ir.Objective if goal is not ir.Objective.NONE)
     elif before.kind == "=" and first == "formation":

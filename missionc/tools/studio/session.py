@@ -25,7 +25,7 @@ from lsprotocol.converters import get_converter
 from pygls.exceptions import JsonRpcException
 
 from missionc import Diagnostic, Limits, Source
-from missionc.backends.offers import OFFERS
+from missionc.backends.registry import BACKENDS
 from missionc.base.diagnostics.code import OUTPUT_EXISTS, UNREADABLE
 from missionc.base.diagnostics.defect import defect
 from missionc.base.diagnostics.render import counts
@@ -321,7 +321,7 @@ class Session:
         names = [item.name.text for item in text.outline.declarations if isinstance(item, ast.MissionName)]
         choice = text.found.choice if text.found else None
         self._compiled = text
-        backend = choice.backend if choice else OFFERS.built_in[0]
+        backend = choice.backend if choice else BACKENDS.built_in[0]
         self._compilation.start(text.source, names[0] if names else "mission", backend)
         return {}
 

@@ -7,8 +7,8 @@ import pytest
 from missionc.backends.choose_backend import Choice, choose_backend, needs
 from missionc.backends.features import Feature
 from missionc.backends.load import load
-from missionc.backends.offers import OFFERS
 from missionc.backends.options import Options
+from missionc.backends.registry import BACKENDS
 from missionc.base.diagnostics.code import CANNOT_EXPRESS, EXTRA_MISSING, NO_BACKEND
 from missionc.base.diagnostics.model import Diagnostic
 from tests.support.check_findings import found, meant, only, text, words
@@ -167,12 +167,12 @@ def test_every_feature_is_found_at_its_first_words() -> None:
 
 def test_transport_offers_all_but_hops_lanes_and_what_no_backend_does() -> None:
     nobody = {Feature.RESTLESS_DURATION, Feature.PAST_BELOW_METRES, Feature.EXTENSION_RULES}
-    assert set(Feature) - OFFERS["clot"].features == {Feature.HOPS, Feature.LANES} | nobody
+    assert set(Feature) - BACKENDS["clot"].features == {Feature.HOPS, Feature.LANES} | nobody
 
 
 def test_hybrid_offers_all_that_transport_does_and_hops() -> None:
-    assert list(OFFERS.built_in) == ["smt", "clot", "hybrid"]
-    assert OFFERS["hybrid"].features == OFFERS["clot"].features | {Feature.HOPS}
+    assert list(BACKENDS.built_in) == ["smt", "clot", "hybrid"]
+    assert BACKENDS["hybrid"].features == BACKENDS["clot"].features | {Feature.HOPS}
 
 
 @pytest.mark.parametrize(

@@ -170,7 +170,7 @@ def test_planning_takes_one_thread_and_gives_the_others_back(three_threads: None
 
     planner = load.load(backend)
     assert not isinstance(planner, Diagnostic)
-    planner.plan(mission, kernel, Options(), Budget(time.monotonic() + 3, listen=listen))
+    planner.plan(mission, kernel, Options(), Budget(time.monotonic() + 3, on_progress=listen))
     assert set(heard) == {1}
     assert torch.get_num_threads() == 3
 

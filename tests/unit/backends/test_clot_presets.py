@@ -39,9 +39,9 @@ from missionc.backends.clot.paper.tree_search import Candidate
 from missionc.backends.clot.run.presets import PRESETS, fewer_samples, preset
 from missionc.backends.clot.schedule.geodesics import Geodesics
 from missionc.backends.clot.settings import ProbeWeights
-from missionc.backends.offers import is_published
 from missionc.backends.options import OWN_PRESETS, Options
 from missionc.backends.options import TRANSPORT_PRESETS as NAMES
+from missionc.backends.registry import is_published
 from missionc.base.diagnostics.code import NOT_ITS_FLAG
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.source import Source
@@ -136,7 +136,7 @@ def test_no_time_ends_a_search() -> None:
 def test_the_listener_hears_how_many_robots_are_planned() -> None:
     mission, kernel = checked(PAIR)
     heard: list[Progress] = []
-    BACKEND.plan(mission, kernel, Options(preset="search"), Budget(time.monotonic() + 60, listen=heard.append))
+    BACKEND.plan(mission, kernel, Options(preset="search"), Budget(time.monotonic() + 60, on_progress=heard.append))
     searching = [each for each in heard if each.stage == "search"]
     assert (searching[0].planned, searching[-1].planned) == ((1, 2), (2, 2))
     assert all(each.margin is not None for each in searching)

@@ -7,8 +7,8 @@ from dataclasses import fields
 import pytest
 
 from missionc.backends.load import load
-from missionc.backends.offers import OFFERS
 from missionc.backends.options import DESCRIBED, OneOf, Options, Real, Recorded, Switch, Whole
+from missionc.backends.registry import BACKENDS
 from missionc.base.diagnostics.code import NOT_ITS_FLAG
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.cli.commands.compile import command
@@ -33,12 +33,12 @@ def test_every_option_is_described_and_has_a_flag_with_its_default() -> None:
 
 
 def test_every_option_is_one_that_some_backend_hears_of() -> None:
-    assert set().union(*(offer.options for _, offer in OFFERS.items_built_in())) == set(DESCRIBED)
+    assert set().union(*(spec.options for _, spec in BACKENDS.items_built_in())) == set(DESCRIBED)
 
 
 @pytest.mark.parametrize("name", [option.name for option in DESCRIBED.values() if option.refused])
 def test_an_option_for_others_is_refused_by_name(name: str) -> None:
-    deaf = next(offer.name for _, offer in OFFERS.items_built_in() if name not in offer.options)
+    deaf = next(spec.name for _, spec in BACKENDS.items_built_in() if name not in spec.options)
     finding = load(deaf, Options(**{name: OTHER[name]}))  # type: ignore[arg-type]
     assert isinstance(finding, Diagnostic)
     assert finding.code is NOT_ITS_FLAG

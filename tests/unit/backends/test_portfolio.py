@@ -82,7 +82,7 @@ class Scripted:
             yield work
             for piece in self.pieces:
                 self.wait()
-                budget.listen(Progress("working"))
+                budget.on_progress(Progress("working"))
                 self.log.append(self.name)
                 work += piece
                 yield work
@@ -234,7 +234,7 @@ def test_the_one_that_is_left_goes_on_within_the_work_of_the_try() -> None:
 
 def test_progress_names_the_engine_at_work() -> None:
     heard: list[str] = []
-    budget = Budget(deadline=1e12, listen=lambda progress: heard.append(progress.engine))
+    budget = Budget(deadline=1e12, on_progress=lambda progress: heard.append(progress.engine))
     asked(Scripted("smt", [FIRST], REFUSED, []), Scripted("clot", [1.0], PLAN, []), budget=budget)
     assert heard == ["smt", "clot"]
 

@@ -13,8 +13,8 @@ import pytest
 import missionc
 from missionc.backends.api import BackendExtension, Budget, NotFound, Outcome, Planned, Reason, Report
 from missionc.backends.features import Feature
-from missionc.backends.offers import OFFERS
 from missionc.backends.options import Options
+from missionc.backends.registry import BACKENDS
 from missionc.base.extensions import ExtensionError, Unfit, installed
 from missionc.base.trace import Trace
 from missionc.cli.app import main
@@ -86,7 +86,7 @@ def test_a_backend_object_plans_and_its_plan_is_verified(mission: Path) -> None:
     compiled = missionc.compile(mission, backend=Straight(0.75))
     assert isinstance(compiled.outcome, missionc.Verified)
     assert compiled.outcome.plan.backend == "straight"
-    assert "straight" not in OFFERS
+    assert "straight" not in BACKENDS
 
 
 def test_a_rejected_plan_names_the_backend_that_returned_it(mission: Path) -> None:

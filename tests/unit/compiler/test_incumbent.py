@@ -75,8 +75,8 @@ class Improving(OneTurn):
         self.then = then
 
     def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
-        budget.found(first_plan())
-        budget.listen(Progress("improve"))
+        budget.on_incumbent(first_plan())
+        budget.on_progress(Progress("improve"))
         return self.then(budget)
 
 

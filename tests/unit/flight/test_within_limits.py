@@ -178,7 +178,7 @@ def test_a_search_that_is_interrupted_gives_the_last_plan_it_had(
         def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
             found = plan(mission, kernel, options, replace(budget, deadline=time.monotonic() + FAR))
             assert isinstance(found, Planned)
-            budget.found(found)
+            budget.on_incumbent(found)
             work()
 
     monkeypatch.setattr(driver, "load_backend", lambda *_: Dawdling())
@@ -200,7 +200,7 @@ def test_a_backend_that_hears_of_the_memory_itself_keeps_its_last_plan_too(monke
         def plan(self, mission: Mission, kernel: Kernel, options: Options, budget: Budget) -> Outcome:
             found = plan(mission, kernel, options, budget)
             assert isinstance(found, Planned)
-            budget.found(found)
+            budget.on_incumbent(found)
             return NotFound(Reason.MEMORY, "there is no room for a better one", found.report)
 
     monkeypatch.setattr(driver, "load_backend", lambda *_: Sated())

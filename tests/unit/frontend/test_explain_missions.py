@@ -65,7 +65,7 @@ def explained(
     listen: Callable[[Progress], None] = ignore,
 ) -> Explained:
     refusal = Impossible(conflict, "on 40 nodes", Report(sizes=(("nodes", 40),)))
-    budget = Budget(time.monotonic() + 600, listen=listen)
+    budget = Budget(time.monotonic() + 600, on_progress=listen)
     return search_relaxations.explain(checked(text), refusal, backend, Options(), budget, Seconds(limit))
 
 

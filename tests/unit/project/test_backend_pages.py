@@ -10,15 +10,15 @@ import pytest
 
 from missionc.backends.clot.settings import Spare, Weights
 from missionc.backends.features import Feature
-from missionc.backends.offers import OFFERS
+from missionc.backends.registry import BACKENDS
 from tests.support.names_in_pages import ROOT, dotted, is_defined, is_there, module_files, modules, paths
 
-BACKENDS = ROOT / "missionc" / "backends"
+FOLDER = ROOT / "missionc" / "backends"
 DOCS = ROOT / "docs"
-PAGES = {DOCS / "transport.md": BACKENDS / "clot", DOCS / "roadmaps.md": BACKENDS / "smt"}
+PAGES = {DOCS / "transport.md": FOLDER / "clot", DOCS / "roadmaps.md": FOLDER / "smt"}
 """Each page, with the package it is about."""
 SHARED = (
-    BACKENDS,
+    FOLDER,
     *(ROOT / "missionc" / room for room in ("planning", "planning/progression", "geometry", "ir/lower")),
 )
 """What the pages may name beside it."""
@@ -106,9 +106,9 @@ def test_the_table_of_backends_says_what_each_offers() -> None:
     _, *names = (
         word.strip(" `") for word in next(re.finditer(r"^\| the mission has (.*) \|$", table, re.M))[0].split("|")[1:-1]
     )
-    assert names == list(OFFERS.built_in)
+    assert names == list(BACKENDS.built_in)
     rows = dict(re.findall(r"^\| (a .*?|an .*?|unicycle .*?|dynamics .*?|`minimize .*?) \| (.*) \|$", table, re.M))
     assert set(rows) == {feature.value for feature in Feature}
     for feature in Feature:
         said = dict(zip(names, rows[feature.value].split(" | "), strict=True))
-        assert said == {name: "yes" if feature in offer.features else "no" for name, offer in OFFERS.items_built_in()}
+        assert said == {name: "yes" if feature in spec.features else "no" for name, spec in BACKENDS.items_built_in()}

@@ -139,7 +139,7 @@ def test_nothing_but_its_module_and_one_other_names_it(row: str, word: str) -> N
 
 def test_a_flag_of_compile_is_named_where_its_row_says() -> None:
     named = modules_that_name("device", "missionc")
-    offers = {path for path in named if path.endswith("/offer.py")}
+    offers = {path for path in named if path.endswith("/spec.py")}
     assert offers
     told = {path for path in named - offers if not path.startswith("missionc/backends/clot/")}  # who it is for
     assert told == modules("a flag of `compile`")

@@ -149,7 +149,9 @@ def test_a_search_for_a_better_plan_ends_where_none_is(backend: str, objective: 
         return value
 
     assert not isinstance(engine, missionc.Diagnostic)
-    outcome = engine.plan(mission, kernel, Options(), Budget(time.monotonic() + 60, listen=said.append, enough=enough))
+    outcome = engine.plan(
+        mission, kernel, Options(), Budget(time.monotonic() + 60, on_progress=said.append, lower_bound=enough)
+    )
     assert isinstance(outcome, Planned)
     assert asked
     if backend == "smt":

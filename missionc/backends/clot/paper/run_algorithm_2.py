@@ -70,7 +70,7 @@ def run_algorithm_2(
         if planned > most:
             best, most = margin, planned
         best = max(best, margin) if planned == most else best
-        budget.listen(Progress("search", attempt, planned=(most, agents), margin=best))
+        budget.on_progress(Progress("search", attempt, planned=(most, agents), margin=best))
 
     targets = _targets(begun, mission) if preset.search.printed else frozenset()
     first = FirstMotions(

@@ -82,7 +82,9 @@ def run_parallel_attempts(
                 return
             yield each
 
-    with children(min(run.options.processes, len(numbers)), partial(_make, run, attempt), run.budget.listen) as workers:
+    with children(
+        min(run.options.processes, len(numbers)), partial(_make, run, attempt), run.budget.on_progress
+    ) as workers:
         for place, answer in workers.answers(drawn(), stop_requested):
             state = from_snapshot(answer.state, run.mission, run.graph)
             made[numbers[place]] = answer, state
@@ -106,7 +108,9 @@ def run_parallel_attempts(
 def _make(run: WorkerRun, attempt: MakeAttempt, number: int, say: Say) -> AttemptResult:
     """In the child."""
     run.best, run.late, run.account = None, False, Account()
-    run.budget = replace(run.budget, listen=ignore if run.budget.listen is ignore else say, keep=discard_snapshot)
+    run.budget = replace(
+        run.budget, on_progress=ignore if run.budget.on_progress is ignore else say, on_snapshot=discard_snapshot
+    )
     run.account.sizes["attempts"] = number + 1
     reached = attempt(number)
     best = run.best

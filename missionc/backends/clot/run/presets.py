@@ -27,8 +27,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 
-from missionc.backends.clot.offer import CLOT
 from missionc.backends.clot.settings import ClotSettings, Coupling, SearchSettings, TransportSettings, clot_settings
+from missionc.backends.clot.spec import CLOT
 from missionc.backends.options import Options
 from missionc.backends.setting import own_values, with_values
 from missionc.ir import Mission

@@ -46,7 +46,7 @@ def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart
     def not_found(reason: Reason, statement: str, best: Attempt | None = None) -> NotFound:
         return NotFound(reason, statement, account.report(), best)
 
-    budget.listen(Progress("roadmap"))
+    budget.on_progress(Progress("roadmap"))
     with account.stage("roadmap"):
         prms = build_prms(mission, np.random.default_rng(budget.seed))
     if isinstance(prms, NoRoadmap):
@@ -63,14 +63,14 @@ def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart
                 (one, other, colliding_moves(mission, prms[one], prms[other]).tolist())
                 for one, other in combinations(range(len(prms)), 2)
             ]
-    budget.listen(Progress("encode"))
+    budget.on_progress(Progress("encode"))
     answer = ask_solver(
         problem(specification, prms, links, collisions),
         left(budget.memory_bytes),
         budget.seed,
         budget.deadline,
         account,
-        lambda: budget.listen(Progress("solve")),
+        lambda: budget.on_progress(Progress("solve")),
     )
     if isinstance(answer, Stopped):
         return not_found(answer.reason, answer.detail)

@@ -66,7 +66,7 @@ class ShorterMakespan:
         settings = smt_settings(self.setting.mission).work
         account = self.setting.account
         made, before = account.work, self.best
-        least = self.least(int(self.setting.budget.enough(self.best)))
+        least = self.least(int(self.setting.budget.lower_bound(self.best)))
         self.most = account.work + max(settings.makespan, settings.makespan_share * made)
         self.descend(least)
         if self.affordable and self.best > least and self.attempt(self.best - 1, anew=True):
@@ -93,7 +93,7 @@ class ShorterMakespan:
             anew: all are planned from the beginning; else who is not late goes as before, unless pushed.
         """
         settings = smt_settings(self.setting.mission).prioritized
-        self.setting.budget.listen(Progress("improve", 0, f"{self.best} steps; are {steps} enough?"))
+        self.setting.budget.on_progress(Progress("improve", 0, f"{self.best} steps; are {steps} enough?"))
         late = frozenset(np.flatnonzero(rests_from(self.states) > steps).tolist())
         planner = self.planner_of(self.still(steps), self.most)
         planner.failures = settings.failures - settings.makespan_failures
@@ -221,9 +221,9 @@ class PrioritizedPlan:
             self.refused = planner.refused
             return None
         if better:
-            self.setting.budget.found(Planned(planner.trace(states), account.report()))
+            self.setting.budget.on_incumbent(Planned(planner.trace(states), account.report()))
         for goal in sorted(self.kernel.preferences, key=lambda goal: -(goal.weight or 0.0)):
-            self.setting.budget.listen(Progress("prefer", self.planner.rounds, f"`{goal.name}`"))
+            self.setting.budget.on_progress(Progress("prefer", self.planner.rounds, f"`{goal.name}`"))
             more = replace(required, requirements=(*required.requirements, goal))
             found = self.again(more, self.roadmaps)
             if found is None:

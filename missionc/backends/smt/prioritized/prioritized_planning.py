@@ -119,7 +119,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
         with self.setting.account.stage("calm"):
             chosen = frozenset(self.reservations.agents) - self.reservations.alone
             goals = [goal.formula for goal in self.kernel.requirements]
-            self.setting.budget.found(Planned(self.trace(whole.states), self.setting.account.report()))
+            self.setting.budget.on_incumbent(Planned(self.trace(whole.states), self.setting.account.report()))
             return shorten_paths(whole.states, chosen, goals, motion, mission)
 
     def trace(self, states: Indices) -> Trace:
@@ -225,7 +225,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
             return False
         parts = applicable_parts(self.requirements, self.named, guaranteed, before | batch)
         formulas = [*parts.values(), *self.requirements.excluded(before | batch)]
-        setting.budget.listen(Progress("lower", self.taken + 1, f"{len(before)} + {len(batch)} agents"))
+        setting.budget.on_progress(Progress("lower", self.taken + 1, f"{len(before)} + {len(batch)} agents"))
         with setting.account.stage("lower"):
             roadmaps = reservations.open_roadmaps()
             open_ways = Ways(roadmaps, self.requirements.never)

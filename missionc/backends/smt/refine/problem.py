@@ -75,5 +75,5 @@ class Setting:
             self.account.work += CLAUSE * clauses.count
             clauses.limit = self.budget.limits.clauses
         members = np.array(sorted(planned), dtype=np.int64)
-        search = LazyConstraints(self.mission, motion, members, clauses, solvers, self.account, self.budget.listen)
+        search = LazyConstraints(self.mission, motion, members, clauses, solvers, self.account, self.budget.on_progress)
         return Problem(motion, lowered, search)

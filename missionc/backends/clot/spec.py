@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from missionc.backends.features import EVERYTHING, Feature, Offer
+from missionc.backends.features import EVERYTHING, BackendSpec, Feature
 from missionc.backends.options import TRANSPORT_PRESETS
 
-CLOT = Offer(
+CLOT = BackendSpec(
     "clot",
     EVERYTHING - {Feature.HOPS, Feature.LANES},
     frozenset({"preset", "samples", "device", "margin", "processes", "stretch"}),
@@ -14,7 +14,7 @@ CLOT = Offer(
     package="torch",
     extra="clot",
     presets=frozenset(TRANSPORT_PRESETS),
-    leads=frozenset(
+    preferred_for=frozenset(
         {
             Feature.FORMATION,
             Feature.METRIC_LENGTH,

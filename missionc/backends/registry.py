@@ -1,23 +1,23 @@
-"""The registry of backends: those built in, a folder here and a word in this file each, and those of extensions."""
+"""Registry of the built-in backends and of those of extensions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from missionc.backends.clot.offer import CLOT
-from missionc.backends.features import Feature, Offer
-from missionc.backends.hybrid.offer import HYBRID
+from missionc.backends.clot.spec import CLOT
+from missionc.backends.features import BackendSpec, Feature
+from missionc.backends.hybrid.spec import HYBRID
 from missionc.backends.options import OWN_PRESETS, Options
-from missionc.backends.smt.offer import SMT
+from missionc.backends.smt.spec import SMT
 from missionc.base.extensions import Kind, Registry, Unfit
 
 
-def offer_of(name: str, backend: object) -> Offer:
-    """The offer of a ``BackendExtension``.
+def spec_of(name: str, backend: object) -> BackendSpec:
+    """Description of a ``BackendExtension``.
 
     Raises:
-        Unfit: it is none of this name.
+        Unfit: the object is no backend of this name.
     """
     features = getattr(backend, "features", None)
     if isinstance(backend, type) or not (callable(getattr(backend, "plan", None)) and isinstance(features, frozenset)):
@@ -26,16 +26,16 @@ def offer_of(name: str, backend: object) -> Offer:
         raise Unfit("its `features` hold something that is no `Feature`")
     if getattr(backend, "name", None) != name:
         raise Unfit(f"its `name` is not `{name}`")
-    return Offer(name, features, getattr(backend, "options", frozenset()), checkpoints=False, home=backend)
+    return BackendSpec(name, features, getattr(backend, "options", frozenset()), checkpoints=False, home=backend)
 
 
-OFFERS = Registry(Kind.BACKEND, {offer.name: offer for offer in (SMT, CLOT, HYBRID)}, offer_of)
+BACKENDS = Registry(Kind.BACKEND, {spec.name: spec for spec in (SMT, CLOT, HYBRID)}, spec_of)
 """Every backend. ``auto`` gives turns to those built in, in their order; one of an extension plans if it is named."""
 
 
 def is_published(engines: Sequence[str], options: Options) -> bool:
     """Whether the only backend plans by a method of its paper: its plan is taken or refused, and nothing is added."""
-    return len(engines) == 1 and options.preset in OFFERS[engines[0]].presets - set(OWN_PRESETS)
+    return len(engines) == 1 and options.preset in BACKENDS[engines[0]].presets - set(OWN_PRESETS)
 
 
 @contextmanager
@@ -50,7 +50,7 @@ def named(backend: str | object) -> Iterator[str]:
         yield backend
         return
     name = str(getattr(backend, "name", ""))
-    with OFFERS.lent(name, offer_of(name, backend)):
+    with BACKENDS.lent(name, spec_of(name, backend)):
         yield name
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from missionc.backends.features import EVERYTHING, Feature, Offer
+from missionc.backends.features import EVERYTHING, BackendSpec, Feature
 from missionc.backends.options import ROADMAP_PRESETS
 
-SMT = Offer(
+SMT = BackendSpec(
     "smt",
     EVERYTHING - {Feature.TOTAL_TOLERANCE, Feature.ENERGY},
     frozenset({"solver", "require_solver", "certify", "margin", "stretch"}),
     checkpoints=False,
     home="missionc.backends.smt.backend:BACKEND",
-    weighs=True,
+    optimises_globally=True,
     presets=frozenset(ROADMAP_PRESETS),
 )

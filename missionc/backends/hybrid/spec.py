@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from missionc.backends.clot.offer import CLOT
-from missionc.backends.features import Feature, Offer
-from missionc.backends.smt.offer import SMT
+from missionc.backends.clot.spec import CLOT
+from missionc.backends.features import BackendSpec, Feature
+from missionc.backends.smt.spec import SMT
 
-HYBRID = Offer(
+HYBRID = BackendSpec(
     "hybrid",
     CLOT.features | {Feature.HOPS},
     SMT.options | CLOT.options,
@@ -14,6 +14,6 @@ HYBRID = Offer(
     home="missionc.backends.hybrid.backend:BACKEND",
     package=CLOT.package,
     extra=CLOT.extra,
-    repeats=CLOT.name,
+    subsumes=CLOT.name,
     presets=CLOT.presets,
 )
