@@ -21,16 +21,21 @@ def spare(mission: Mission) -> Spare:
     """What margins of a mission are asked to have to spare."""
     standard = clot_settings(mission).spare
     least = standard.share * longest_step(mission)
-    return replace(standard, task=max(standard.task, least), bodies=max(standard.bodies, least))
+    return replace(standard, task=max(standard.task, least), bodies=max(standard.bodies, least), scaled=0.0)
 
 
-def with_room(mission: Mission) -> Spare:
-    """What they are asked for where there is room: more in a larger world, and of larger bodies."""
+def with_room(mission: Mission, share: float = 1.0) -> Spare:
+    """Margins that are wanted if there is room: wider ones in a larger world, and by their natural scales.
+
+    Args:
+        share: of those by their natural scales.
+    """
     least = spare(mission)
     low, high = np.array(mission.world.low), np.array(mission.world.high)
     extent = float((high - low)[:2].min())
     room = clot_settings(mission).spare.room * extent
-    return replace(least, task=max(least.task, room), bodies=max(least.bodies, room))
+    scaled = share * clot_settings(mission).spare.scaled
+    return replace(least, task=max(least.task, room), bodies=max(least.bodies, room), scaled=scaled)
 
 
 def longest_step(mission: Mission) -> float:

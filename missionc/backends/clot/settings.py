@@ -72,6 +72,7 @@ class PolishSettings:
     damping: float = setting(0.001, "", "against the length term, to begin with", 1e-9, 1000)
     settled: float = setting(0.01, "", "share of the cost that another step has to gain", 0, 1)
     enough: float = setting(0.9, "", "share of its spare that a margin may lack at the end", 0, 1)
+    wide_enough: float = setting(0.15, "", "the same of wide margins, those with a share of their natural scale", 0, 1)
     harder: float = setting(4.0, "", "weight of what is violated at rest, as a multiple of the one before", 1, 1000)
     hardest: float = setting(256.0, "", "weight of what is violated at most", 1)
     longest: float = setting(1.0, "m", "that a control point moves in one step", 1e-6, MOST)
@@ -93,6 +94,10 @@ class ShorteningSettings:
     straighten: int = setting(60_000, "numbers", "of control points, times steps, for a plan from a roadmap", 0)
     straighten_polish: int = setting(40, "iterations", "of a polish for more clearance", 0, 10_000)
     longer: float = setting(0.02, "", "share by which a plan with more clearance may be longer", 0, 10)
+    wider: float = setting(0.005, "", "least gain of the normalised margin for which a plan may be longer", 0, 1)
+    margin: float = setting(0.15, "", "normalised margin above which a plan is not made longer for more", 0, 1)
+    longer_margin: float = setting(0.1, "", "share by which a plan with a wider margin may be longer", 0, 10)
+    wide_tries: int = setting(3, "polishes", "for wider margins, each for half of the margins of the one before", 1, 20)
     restores: int = setting(3, "rounds", "in which agents that violate something are put back", 1, 1000)
     top: float = setting(0.97, "", "share of the top speed and acceleration that is used at most", 0.01, 1)
     retiming: int = setting(40_000_000, "numbers", "of nodes, times steps, times agents, for other paces", 0)
@@ -123,6 +128,7 @@ class Spare:
     links: float = setting(0.3, "m", "of a link that counts in full in lambda_2, if connectivity is judged by it")
     share: float = setting(0.02, "", "of the longest step, if that is more than `task` and `bodies`", 0, 10)
     room: float = setting(0.005, "", "of the narrower side of the world, for clearance where there is room", 0, 1)
+    scaled: float = setting(0.18, "", "of the natural scale of a margin, in the polish for wider margins", 0, 1)
 
 
 @dataclass(frozen=True, slots=True)

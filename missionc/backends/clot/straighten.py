@@ -24,7 +24,7 @@ from missionc.backends.clot.cost_weights import METRES, STRAIGHT, spare, with_ro
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
-from missionc.backends.clot.optimise.improve import as_many, duration, travelled
+from missionc.backends.clot.optimise.improve import as_many, duration, least_margin, travelled, widened
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
@@ -90,7 +90,8 @@ class _Straightened:
         least = spare(mission)
         if not self.consider(self.descended(start, least)):
             self.consider_wider(least)
-        self.consider_wider(with_room(mission))
+        self.consider_wider(with_room(mission, 0.0))
+        self.widen(least)
         self.stand(least)
 
     def steps(self, most: int) -> int:
@@ -114,13 +115,31 @@ class _Straightened:
         if (wider != self.control).any():
             self.consider(self.descended(wider, room))
 
+    def widen(self, room: Spare) -> None:
+        """Wider margins at little more length."""
+        iterations, steps = clot_settings(self.mission).shortening.straighten_polish, self.aim.steps
+        limits, costs = (self.steps(iterations), self.steps(steps)), self.costs(room)
+        self.control, self.best, _ = widened(
+            self.control, self.best, self.kernel, costs, self.demand, self.aim, *limits, self.accepted, self.go_on
+        )
+
+    def accepted(self, tried: Array) -> Trace | None:
+        """The motion of control points, if it is a plan."""
+        motion = trace(self.mission, self.made, tried)
+        return motion if attempt(self.mission, self.kernel, motion).is_plan else None
+
     def stand(self, room: Spare) -> None:
         """Lets those rest who need not move."""
+        before = least_margin(self.mission, self.kernel, self.best)
 
         def accept(tried: Array) -> Trace | None:
-            motion = trace(self.mission, self.made, tried)
-            is_plan = attempt(self.mission, self.kernel, motion).is_plan
-            return motion if is_plan and self.no_worse(motion) else None
+            motion = self.accepted(tried)
+            kept = motion is not None and self.no_worse(motion)
+            return (
+                motion
+                if kept and motion is not None and least_margin(self.mission, self.kernel, motion) >= before
+                else None
+            )
 
         control, best = self.control, self.best
         self.control, self.best = retime(control, best, self.demand, self.costs(room), accept, self.go_on)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missionc.backends.api import no_bound
-from missionc.backends.clot.cost_weights import AIMS, TIDY
+from missionc.backends.clot.cost_weights import AIMS, TIDY, Aim, with_room
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
@@ -24,6 +24,7 @@ from missionc.base.trace import Array, Trace
 from missionc.ir import Mission, Objective
 from missionc.ir.kernel.nodes import Kernel
 from missionc.verification.monitoring.monitor import monitor
+from missionc.verification.monitoring.normalised_margins import normalised_margins
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,11 +169,17 @@ def improve(
         better = motion is not None and as_many(mission, kernel, made, motion)
         if motion is not None and better and (measure is None or measure(motion) < measure(made)):
             control, made = tried, motion
+    aim = AIMS.get(mission.objective, (TIDY,))[-1]
+    control, made, costs = widened(
+        control, made, kernel, costs, full_demand, aim, settings.iterations, steps, accept, go_on
+    )
     best = made
+    least = least_margin(mission, kernel, best)
 
     def as_calm(tried: Array) -> Trace | None:
         motion = accept(tried)
         better = motion is not None and (measure is None or measure(motion) <= measure(best))
+        better = better and motion is not None and least_margin(mission, kernel, motion) >= least
         return motion if better and motion is not None and as_many(mission, kernel, best, motion) else None
 
     control, made = retime(control, made, full_demand, costs, as_calm, go_on)
@@ -180,6 +187,55 @@ def improve(
         unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
         notes.append(f"{measure(made):.6g} {unit} in all, {measure(before):.6g} {unit} before it was made less")
     return Improved(control, made, tuple(notes))
+
+
+def widened(
+    control: Array,
+    made: Trace,
+    kernel: Kernel,
+    costs: Costs,
+    demand: Demand,
+    aim: Aim,
+    iterations: int,
+    steps: int,
+    accept: Callable[[Array], Trace | None],
+    go_on: Callable[[], bool],
+) -> tuple[Array, Trace, Costs]:
+    """A plan with wider margins that is little longer, its motion, and its costs with these margins; or the same.
+
+    Args:
+        control: the plan's control points, (agents, points, dim), metres; ``made`` its motion.
+        iterations: of each polish; ``steps`` of each descent.
+        accept: the motion of control points, if it is a plan.
+    """
+    mission = costs.mission
+    settings, measure = clot_settings(mission).shortening, MEASURES.get(mission.objective, travelled)
+    before, lasts = least_margin(mission, kernel, made), int(mission.steps)
+    if mission.objective is Objective.DURATION:
+        lasts = duration(made)
+    weights = replace(costs.weights, length=aim.length, bend=aim.bend, metres=aim.metres)
+    for halvings in range(settings.wide_tries if before < settings.margin else 0):
+        if not go_on():
+            break
+        roomy = replace(costs, spare=with_room(mission, 0.5**halvings))
+        wide = polish(control, roomy, demand, iterations, go_on).control
+        tried = descend(wide, replace(roomy, weights=weights), demand, steps, aim.gain, aim.cuts, go_on)
+        motion = accept(tried)
+        if (
+            motion is not None
+            and least_margin(mission, kernel, motion) > before + settings.wider
+            and measure(motion) <= measure(made) * (1 + settings.longer_margin)
+            and duration(motion) <= lasts
+            and as_many(mission, kernel, made, motion)
+        ):
+            return tried, motion, roomy
+    return control, made, costs
+
+
+def least_margin(mission: Mission, kernel: Kernel, plan: Trace) -> float:
+    """The smallest normalised margin of a plan's requirements, as far as it counts: at most that of the settings."""
+    most = clot_settings(mission).shortening.margin
+    return min([most, *normalised_margins(mission, kernel.requirements, plan).values()])
 
 
 def travelled(made: Trace) -> float:

@@ -53,6 +53,7 @@ def polish(
         tell: is told, at each step, its number and the worst margin of the best motion so far, metres.
     """
     settings = clot_settings(costs.mission).polish
+    enough = settings.wide_enough if costs.spare.scaled > 0 else settings.enough
     least_damping, most_damping = 1e-6, 1e4
     eager, patient = 8, 4  # the active set is chosen at each of the first iterations, then at every few
     system = System(costs, control)
@@ -91,7 +92,7 @@ def polish(
                 demand = untangled
                 now = decided(now.control)
                 continue
-        if settled and now.filled < settings.enough:
+        if settled and now.filled < enough:
             break
         if settled:
             if penalty >= settings.hardest:

@@ -23,6 +23,7 @@ from missionc.backends.clot.optimise.own_state_residuals import flag_pieces, lev
 from missionc.backends.clot.optimise.residuals import Group
 from missionc.backends.clot.settings import Spare, Weights, clot_settings
 from missionc.base.trace import Array, Flags, Indices
+from missionc.geometry.natural_scale import natural_scale
 from missionc.ir import (
     Beacon,
     Compare,
@@ -94,7 +95,8 @@ class TaskCosts:
         """
         if not len(moments):
             return
-        spare = min(self.spare.task, formation.tolerance / 3) if holds else self.spare.task
+        wanted = self._spare(float(formation.tolerance))
+        spare = min(wanted, formation.tolerance / 3) if holds else wanted
         bound = formation.tolerance - spare if holds else formation.tolerance + spare
         position, _ = self.splines.states(control)
         errors = np.stack(
@@ -146,9 +148,10 @@ class TaskCosts:
             for what in ("radius", "altitude")
         )
         of_speed = predicate.is_of_speed or predicate.reads_heading
-        scale, spare = (
-            (made.step, clot_settings(self.mission).spare.task) if of_speed and made.steps else (1.0, self.spare.task)
-        )
+        natural = natural_scale(predicate, self.mission)
+        scale, spare = 1.0, self._spare(natural)
+        if of_speed and made.steps:
+            scale, spare = made.step, max(clot_settings(self.mission).spare.task, self.spare.scaled * natural)
 
         def shortfall(*points: Tensor) -> Tensor:
             measured = predicate.margin(_OfPoints(points, named, radius, altitude)) + 0.0 * points[0][:, 0]
@@ -163,12 +166,13 @@ class TaskCosts:
             return
         sign = 1.0 if together else -1.0
         pair = [self._at(links[:, end], links[:, 2]) for end in (0, 1)]
+        spare = self._spare(float(graph.radius))
         yield Group(
             f"link {graph.name}",
             tuple(pair),
-            lambda a, b: self.spare.task - sign * link_margin(graph, links[:, 0], links[:, 1], a, b, xp=torch),
+            lambda a, b: spare - sign * link_margin(graph, links[:, 0], links[:, 1], a, b, xp=torch),
             self.weights.task,
-            self.spare.task,
+            spare,
         )
 
     def _second_eigenvalue(self, graph: Graph, moments: Indices) -> Iterator[Group]:
@@ -269,6 +273,10 @@ class TaskCosts:
         position, _ = self.splines.states(control)
         members = position[agents][:, moments].swapaxes(0, 1)
         return np.asarray(link_margin(graph, agents[:, None], agents, members[:, :, None], members[:, None, :]))
+
+    def _spare(self, scale: float) -> float:
+        """Margin that is wanted of a predicate with this natural scale, metres."""
+        return max(self.spare.task, self.spare.scaled * scale) if np.isfinite(scale) else self.spare.task
 
     def _at(self, agent: Indices, step: Indices) -> Arguments:
         return self.splines.position(agent, step, np.zeros(len(agent)))
