@@ -78,6 +78,17 @@ def count_pieces(shape: Shape) -> tuple[int, int]:
             assert_never(shape)
 
 
+@lru_cache(maxsize=1024)
+def outer_half_spaces(shape: Shape) -> tuple[HalfSpace, ...]:
+    """Half spaces whose union is all that is not inside a shape; empty if there are none such.
+
+    The depth of a point inside a convex polyhedron is its least distance from them.
+    """
+    around = [piece[0] for piece in _pieces_around(shape) if len(piece) == 1]
+    found = tuple(part for part in around if isinstance(part, HalfSpace))
+    return found if len(found) == len(_pieces_around(shape)) else ()
+
+
 def _common(left: Pieces, right: Pieces) -> Pieces:
     return tuple(one + other for one in left for other in right)
 

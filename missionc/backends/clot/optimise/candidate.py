@@ -33,10 +33,9 @@ class Look:
     def total(self, penalty: float) -> float:
         return self.smoothness + penalty * self.amiss
 
-    @property
-    def rank(self) -> tuple[float, float]:
-        """The less, the better: what is wrong first, then what it costs."""
-        return max(self.shortfall, 0.0), self.total(1.0)
+    def rank(self, enough: float) -> tuple[float, float, float]:
+        """The less, the better: violations first, then margins that lack more than this share, then the cost."""
+        return max(self.shortfall, 0.0), max(self.filled - enough, 0.0), self.total(1.0)
 
 
 class System:

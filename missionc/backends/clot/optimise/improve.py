@@ -223,7 +223,7 @@ def widened(
         motion = accept(tried)
         if (
             motion is not None
-            and least_margin(mission, kernel, motion) > before + settings.wider
+            and least_margin(mission, kernel, motion) >= min(settings.margin, before + settings.wider)
             and measure(motion) <= measure(made) * (1 + settings.longer_margin)
             and duration(motion) <= lasts
             and as_many(mission, kernel, made, motion)

@@ -53,7 +53,8 @@ def polish(
         tell: is told, at each step, its number and the worst margin of the best motion so far, metres.
     """
     settings = clot_settings(costs.mission).polish
-    enough = settings.wide_enough if costs.spare.scaled > 0 else settings.enough
+    wide = costs.spare.scaled > 0
+    enough = settings.wide_enough if wide else settings.enough
     least_damping, most_damping = 1e-6, 1e4
     eager, patient = 8, 4  # the active set is chosen at each of the first iterations, then at every few
     system = System(costs, control)
@@ -81,7 +82,7 @@ def polish(
             now = ahead
             if done < eager or done % patient == 0 or settled:
                 now = decided(now.control)
-                if now.rank < best.rank:
+                if now.rank(enough if wide else np.inf) < best.rank(enough if wide else np.inf):
                     best = now
         else:
             damping = min(damping * 6, most_damping)

@@ -33,7 +33,9 @@ from missionc.ir import (
     Graph,
     Mission,
     Predicate,
+    Region,
 )
+from missionc.ir.distances.convex_pieces import outer_half_spaces
 from missionc.ir.kernel.nodes import RouteNode
 from missionc.ir.language.margins.connected import spanning_tree
 from missionc.ir.language.margins.formation import edge_error
@@ -138,6 +140,17 @@ class TaskCosts:
         if predicate.about_team:
             step = np.unique(step)
             agent = np.zeros_like(step)
+        beyond = outer_half_spaces(predicate.region.shape) if predicate.region is not None and holds else ()
+        sides = None
+        if beyond:  # each side by itself: the depth has no gradient that leads out of a corner
+            dim = self.mission.dimension
+            normals = [(*side.normal, *(0.0,) * (dim - len(side.normal))) for side in beyond]
+            every = np.repeat(np.arange(len(beyond)), len(agent))
+            sides = (
+                torch.tensor(normals)[every].double(),
+                torch.tensor([side.offset for side in beyond])[every].double(),
+            )
+            agent, step = np.tile(agent, len(beyond)), np.tile(step, len(beyond))
         arguments = [self._at(agent, step)]
         if predicate.reads_speed:
             arguments.append(made.velocity(agent, step))
@@ -154,7 +167,7 @@ class TaskCosts:
             scale, spare = made.step, max(clot_settings(self.mission).spare.task, self.spare.scaled * natural)
 
         def shortfall(*points: Tensor) -> Tensor:
-            measured = predicate.margin(_OfPoints(points, named, radius, altitude)) + 0.0 * points[0][:, 0]
+            measured = predicate.margin(_OfPoints(points, named, radius, altitude, sides)) + 0.0 * points[0][:, 0]
             lacking: Tensor = (spare - sign * measured) * scale
             return lacking
 
@@ -285,8 +298,16 @@ class TaskCosts:
 class _OfPoints(View):
     """Points that a predicate reads, (moments, dim) each: one's own, then one's velocity, then those of others."""
 
-    def __init__(self, points: tuple[Tensor, ...], others: list[int], radius: Tensor, altitude: Tensor) -> None:
+    def __init__(
+        self,
+        points: tuple[Tensor, ...],
+        others: list[int],
+        radius: Tensor,
+        altitude: Tensor,
+        sides: tuple[Tensor, Tensor] | None,
+    ) -> None:
         super().__init__(torch, points[0].shape[-1])
+        self.sides = sides
         self.points, self.others = points, others
         self.own_radius, self.own_altitude = radius, altitude
 
@@ -298,6 +319,13 @@ class _OfPoints(View):
 
     def velocity(self) -> Tensor:
         return self.points[1]
+
+    def outside(self, region: Region) -> Tensor:
+        if self.sides is None:
+            outside: Tensor = super().outside(region)
+            return outside
+        normal, offset = self.sides
+        return offset - (normal * self.own()).sum(dim=1)
 
     def facing(self, towards: float | Beacon, within: float) -> Tensor:
         return facing(self.own(), self.velocity(), towards, within)
