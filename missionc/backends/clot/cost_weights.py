@@ -21,7 +21,7 @@ def spare(mission: Mission) -> Spare:
     """What margins of a mission are asked to have to spare."""
     standard = clot_settings(mission).spare
     least = standard.share * longest_step(mission)
-    return replace(standard, task=max(standard.task, least), bodies=max(standard.bodies, least), scaled=0.0)
+    return replace(standard, task=max(standard.task, least), bodies=max(standard.bodies, least))
 
 
 def with_room(mission: Mission, share: float = 1.0) -> Spare:
@@ -34,7 +34,7 @@ def with_room(mission: Mission, share: float = 1.0) -> Spare:
     low, high = np.array(mission.world.low), np.array(mission.world.high)
     extent = float((high - low)[:2].min())
     room = clot_settings(mission).spare.room * extent
-    scaled = share * clot_settings(mission).spare.scaled
+    scaled = max(least.scaled, share * clot_settings(mission).shortening.wide)
     return replace(least, task=max(least.task, room), bodies=max(least.bodies, room), scaled=scaled)
 
 

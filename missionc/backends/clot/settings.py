@@ -97,6 +97,9 @@ class ShorteningSettings:
     wider: float = setting(0.005, "", "least gain of the normalised margin for which a plan may be longer", 0, 1)
     margin: float = setting(0.15, "", "normalised margin above which a plan is not made longer for more", 0, 1)
     longer_margin: float = setting(0.1, "", "share by which a plan with a wider margin may be longer", 0, 10)
+    wide: float = setting(
+        0.18, "", "share of the natural scale of a margin that a polish for wider margins aims at", 0, 1
+    )
     wide_tries: int = setting(3, "polishes", "for wider margins, each for half of the margins of the one before", 1, 20)
     restores: int = setting(3, "rounds", "in which agents that violate something are put back", 1, 1000)
     top: float = setting(0.97, "", "share of the top speed and acceleration that is used at most", 0.01, 1)
@@ -128,7 +131,7 @@ class Spare:
     links: float = setting(0.3, "m", "of a link that counts in full in lambda_2, if connectivity is judged by it")
     share: float = setting(0.02, "", "of the longest step, if that is more than `task` and `bodies`", 0, 10)
     room: float = setting(0.005, "", "of the narrower side of the world, for clearance where there is room", 0, 1)
-    scaled: float = setting(0.18, "", "of the natural scale of a margin, in the polish for wider margins", 0, 1)
+    scaled: float = setting(0.0, "", "of the natural scale of a margin, if that is more than `task`", 0, 1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,13 +24,13 @@ require second: rover[1]: eventually[0, 12 s] right and eventually[12 s, 24 s] l
 """
 
 
-@pytest.mark.parametrize("backend", ["smt", "clot"])
+@pytest.mark.parametrize("backend", ["auto", "clot"])
 @pytest.mark.parametrize("objective", ["", "minimize distance\n"])
 def test_the_smallest_margin_is_a_share_of_its_scale_at_a_tenth_more_length(backend: str, objective: str) -> None:
     found = {}
     for scaled in (0.0, 0.18):
         compiled = driver.compile(
-            Source("rounds.mission", ROUND + objective), backend=backend, settings={"clot.spare.scaled": str(scaled)}
+            Source("rounds.mission", ROUND + objective), backend=backend, settings={"clot.shortening.wide": str(scaled)}
         )
         assert isinstance(compiled.outcome, Verified), compiled.outcome
         trace, checked = compiled.outcome.plan.trace, compiled.checked

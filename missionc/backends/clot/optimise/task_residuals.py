@@ -140,9 +140,10 @@ class TaskCosts:
         if predicate.about_team:
             step = np.unique(step)
             agent = np.zeros_like(step)
-        beyond = outer_half_spaces(predicate.region.shape) if predicate.region is not None and holds else ()
+        by_side = predicate.region is not None and holds and self.spare.scaled > 0
+        beyond = outer_half_spaces(predicate.region.shape) if by_side and predicate.region else ()
         sides = None
-        if beyond:  # each side by itself: the depth has no gradient that leads out of a corner
+        if beyond:  # each side by itself: no gradient of the depth leads out of a corner
             dim = self.mission.dimension
             normals = [(*side.normal, *(0.0,) * (dim - len(side.normal))) for side in beyond]
             every = np.repeat(np.arange(len(beyond)), len(agent))
