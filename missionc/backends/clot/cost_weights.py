@@ -14,6 +14,7 @@ import numpy as np
 
 from missionc.backends.clot.settings import Spare, clot_settings
 from missionc.backends.setting import setting
+from missionc.geometry.natural_scale import body
 from missionc.ir import Mission, Objective
 
 
@@ -35,7 +36,8 @@ def with_room(mission: Mission, share: float = 1.0) -> Spare:
     extent = float((high - low)[:2].min())
     room = clot_settings(mission).spare.room * extent
     scaled = max(least.scaled, share * clot_settings(mission).shortening.wide)
-    return replace(least, task=max(least.task, room), bodies=max(least.bodies, room), scaled=scaled)
+    bodies = max(least.bodies, room, scaled * body(mission))
+    return replace(least, task=max(least.task, room), bodies=bodies, scaled=scaled)
 
 
 def longest_step(mission: Mission) -> float:

@@ -24,7 +24,7 @@ from missionc.backends.clot.cost_weights import METRES, STRAIGHT, spare, with_ro
 from missionc.backends.clot.optimise.control_points import splines, trace
 from missionc.backends.clot.optimise.convex_descent import descend
 from missionc.backends.clot.optimise.goal_terms import Demand
-from missionc.backends.clot.optimise.improve import as_many, duration, least_margin, travelled, widened
+from missionc.backends.clot.optimise.improve import Margins, as_many, duration, travelled, widened
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
 from missionc.backends.clot.optimise.own_state_stays import with_stays
@@ -130,19 +130,17 @@ class _Straightened:
 
     def stand(self, room: Spare) -> None:
         """Lets those rest who need not move."""
-        before = least_margin(self.mission, self.kernel, self.best)
+        costs, gain = self.costs(room), -clot_settings(self.mission).shortening.wider
+        before = Margins.of(self.kernel, costs, self.control, self.best)
 
         def accept(tried: Array) -> Trace | None:
             motion = self.accepted(tried)
-            kept = motion is not None and self.no_worse(motion)
-            return (
-                motion
-                if kept and motion is not None and least_margin(self.mission, self.kernel, motion) >= before
-                else None
-            )
+            if motion is None or not self.no_worse(motion):
+                return None
+            return motion if Margins.of(self.kernel, costs, tried, motion).wider(before, gain) else None
 
         control, best = self.control, self.best
-        self.control, self.best = retime(control, best, self.demand, self.costs(room), accept, self.go_on)
+        self.control, self.best = retime(control, best, self.demand, costs, accept, self.go_on)
 
     def consider(self, tried: Array) -> bool:
         """Takes a candidate over, without those who break something; whether all of it could be."""

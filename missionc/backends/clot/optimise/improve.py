@@ -173,14 +173,15 @@ def improve(
     control, made, costs = widened(
         control, made, kernel, costs, full_demand, aim, settings.iterations, steps, accept, go_on
     )
-    best = made
-    least = least_margin(mission, kernel, best)
+    best, margins = made, Margins.of(kernel, costs, control, made)
 
     def as_calm(tried: Array) -> Trace | None:
         motion = accept(tried)
-        better = motion is not None and (measure is None or measure(motion) <= measure(best))
-        better = better and motion is not None and least_margin(mission, kernel, motion) >= least
-        return motion if better and motion is not None and as_many(mission, kernel, best, motion) else None
+        if motion is None or not as_many(mission, kernel, best, motion):
+            return None
+        better = measure is None or measure(motion) <= measure(best)
+        kept = Margins.of(kernel, costs, tried, motion).wider(margins, -settings.wider)
+        return motion if better and kept else None
 
     control, made = retime(control, made, full_demand, costs, as_calm, go_on)
     if measure is not None and made is not before:
@@ -210,11 +211,10 @@ def widened(
     """
     mission = costs.mission
     settings, measure = clot_settings(mission).shortening, MEASURES.get(mission.objective, travelled)
-    before, lasts = least_margin(mission, kernel, made), int(mission.steps)
-    if mission.objective is Objective.DURATION:
-        lasts = duration(made)
+    lasts = duration(made) if mission.objective is Objective.DURATION else int(mission.steps)
     weights = replace(costs.weights, length=aim.length, bend=aim.bend, metres=aim.metres)
-    for halvings in range(settings.wide_tries if before < settings.margin else 0):
+    before = Margins.of(kernel, costs, control, made)
+    for halvings in range(settings.wide_tries if before.least < settings.margin else 0):
         if not go_on():
             break
         roomy = replace(costs, spare=with_room(mission, 0.5**halvings))
@@ -223,7 +223,7 @@ def widened(
         motion = accept(tried)
         if (
             motion is not None
-            and least_margin(mission, kernel, motion) >= min(settings.margin, before + settings.wider)
+            and Margins.of(kernel, costs, tried, motion).wider(before, settings.wider)
             and measure(motion) <= measure(made) * (1 + settings.longer_margin)
             and duration(motion) <= lasts
             and as_many(mission, kernel, made, motion)
@@ -232,10 +232,31 @@ def widened(
     return control, made, costs
 
 
-def least_margin(mission: Mission, kernel: Kernel, plan: Trace) -> float:
-    """The smallest normalised margin of a plan's requirements, as far as it counts: at most that of the settings."""
-    most = clot_settings(mission).shortening.margin
-    return min([most, *normalised_margins(mission, kernel.requirements, plan).values()])
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """Normalised margins of a plan, each as far as it counts: at most that of the settings.
+
+    Args:
+        each: those of the requirements, and the least of all bodies.
+    """
+
+    each: tuple[float, ...]
+
+    @staticmethod
+    def of(kernel: Kernel, costs: Costs, control: Array, plan: Trace) -> Margins:
+        """Those of a plan, and of its control points, (agents, points, dim), metres."""
+        most = clot_settings(costs.mission).shortening.margin
+        found = normalised_margins(costs.mission, kernel.requirements, plan).values()
+        return Margins(tuple(min(most, margin) for margin in (*found, costs.body_margin(control))))
+
+    @property
+    def least(self) -> float:
+        return min(self.each)
+
+    def wider(self, than: Margins, gain: float) -> bool:
+        """Whether they are wider in all by this gain at least, and the least is no smaller."""
+        rounding = 1e-9
+        return sum(self.each) >= sum(than.each) + gain and self.least >= than.least - rounding
 
 
 def travelled(made: Trace) -> float:

@@ -6,6 +6,7 @@ Source:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -23,6 +24,7 @@ from missionc.backends.clot.optimise.turning import TURN, Turns, turns
 from missionc.backends.clot.settings import Spare, Weights, clot_settings
 from missionc.base.trace import Array, Indices
 from missionc.geometry.dynamics import speeds
+from missionc.geometry.natural_scale import body
 from missionc.geometry.required_separation import SpacingTable
 from missionc.ir import Box as BoxShape
 from missionc.ir import Mission
@@ -223,6 +225,19 @@ class Costs:
             self.weights.bodies,
             self.spare.bodies,
         )
+
+    def body_margin(self, control: Array) -> float:
+        """The least distance beyond what obstacles and separation need, as a share of the bodies' natural scale.
+
+        Bodies that are far from each other and from obstacles do not count; ``inf`` if all are.
+        """
+        least = math.inf
+        for group in (*self.obstacles(control), *self.separation(control)):
+            if group.name in (OBSTACLES, SEPARATION):
+                with torch.no_grad():
+                    points = [torch.from_numpy(argument.of(control)) for argument in group.arguments]
+                    least = min(least, group.spare - float(group.shortfall(*points).max()))
+        return least / max(body(self.mission), 1e-9)
 
     def _grid(self, count: int) -> tuple[Indices, Indices]:
         agents = np.arange(len(self.mission.agents))
