@@ -366,6 +366,7 @@ _DECLARED = {
         (_value_after(_any(("weight",)) + _AMOUNT_FOLLOWS, "keyword.other.part"), _include("formula")),
     ),
     "minimize": Declared("support.constant.goal"),
+    "maximize": Declared("support.constant.goal"),
     "tolerate": Declared(
         body=(
             _match(_any(("delay",)) + _AMOUNT_FOLLOWS, "keyword.other.part"),

@@ -160,6 +160,8 @@ def _of_objective(mission: Mission) -> Iterator[Need]:
             yield Need(Feature.RESTLESS_DURATION if _restless(mission) else Feature.DURATION, span)
         case Objective.ENERGY:
             yield Need(Feature.ENERGY, span)
+        case Objective.ROBUSTNESS:
+            yield Need(Feature.ROBUSTNESS, span)
         case Objective.NONE:
             return
         case _:

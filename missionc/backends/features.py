@@ -36,6 +36,7 @@ class Feature(Enum):
     DURATION = "`minimize duration`"
     RESTLESS_DURATION = "`minimize duration` of agents that cannot wait"
     ENERGY = "`minimize energy`"
+    ROBUSTNESS = "`maximize robustness`"
     LANES = "a roadmap of its own"
 
 

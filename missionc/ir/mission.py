@@ -72,6 +72,15 @@ class Objective(Enum):
     DISTANCE = "distance"
     DURATION = "duration"
     ENERGY = "energy"
+    ROBUSTNESS = "robustness"
+
+    @property
+    def word(self) -> str:
+        """``maximize`` or ``minimize``; empty without an objective."""
+        return "" if self is Objective.NONE else "maximize" if self is Objective.ROBUSTNESS else "minimize"
+
+    def __str__(self) -> str:
+        return f"{self.word} {self.value}".lstrip()
 
 
 class Connectivity(Enum):

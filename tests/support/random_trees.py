@@ -373,6 +373,7 @@ declarations = st.one_of(
         st.lists(_heights, max_size=1).map(tuple),
     ),
     st.builds(ast.Minimize, st.just(NOWHERE), _named("distance", "duration", "energy")),
+    st.builds(ast.Maximize, st.just(NOWHERE), _named("robustness")),
     st.builds(
         ast.Solve,
         st.just(NOWHERE),

@@ -212,6 +212,8 @@ def declare(mission: Mission, node: ast.Declaration) -> None:
             mission.prefer(formula(body), named, weight=None if weight is None else quantity(weight))
         case ast.Tolerate(_, delay, who):
             mission.tolerate_delay(quantity(delay), agents(who))
+        case ast.Maximize(_, goal):
+            mission.maximize(goal.text)
         case ast.Minimize(_, goal):
             mission.minimize(goal.text)
         case ast.Solve(_, backend, settings, files) if len({each.name.text for each in settings}) == len(settings):

@@ -90,6 +90,8 @@ class ShorteningSettings:
     duration_iterations: int = setting(40, "iterations", "of the polish of a motion of less duration", 1, 10_000)
     reach: float = setting(0.4, "", "step of one program in metres, for each metre of the longest step", 0.01, 100)
     least_reach: float = setting(0.05, "", "such a step, below which no program is solved", 1e-6, 100)
+    least_ascent: float = setting(0.005, "", "such a step for robustness, below which no program is solved", 1e-6, 100)
+    ascent: int = setting(60, "programs", "for the objective `maximize robustness`", 0, 100_000)
     near: float = setting(0.15, "m", "of margin, above which a constraint is left out of a program", 0, 1000)
     straighten: int = setting(60_000, "numbers", "of control points, times steps, for a plan from a roadmap", 0)
     straighten_polish: int = setting(40, "iterations", "of a polish for more clearance", 0, 10_000)

@@ -7,7 +7,7 @@ from missionc.backends.options import ROADMAP_PRESETS
 
 SMT = BackendSpec(
     "smt",
-    EVERYTHING - {Feature.TOTAL_TOLERANCE, Feature.ENERGY},
+    EVERYTHING - {Feature.TOTAL_TOLERANCE, Feature.ENERGY, Feature.ROBUSTNESS},
     frozenset({"solver", "require_solver", "certify", "margin", "stretch"}),
     checkpoints=False,
     home="missionc.backends.smt.backend:BACKEND",

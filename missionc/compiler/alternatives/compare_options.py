@@ -10,6 +10,7 @@ plan.
 from __future__ import annotations
 
 import heapq
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -96,7 +97,7 @@ def compare_options(
     left, late = COMPARISON.work_after(planned.report.work), False
 
     def wait_for(restriction: Restriction, of: Planned, signature: Signature) -> None:
-        best = min(objective_value(mission.objective, each.trace) for each, _ in compared)
+        best = min(objective_value(mission, kernel, each.trace) for each, _ in compared)
         for each in _decided(restriction, signature, mission, of):
             bound = _bound(mission, kernel, each)
             if bound < best:
@@ -128,6 +129,8 @@ def _decided(before: Restriction, signature: Signature, mission: Mission, planne
 
 def _bound(mission: Mission, kernel: Kernel, restriction: Restriction) -> float:
     """What every plan of a restricted mission comes to at least."""
+    if mission.objective is Objective.ROBUSTNESS:
+        return -math.inf
     if mission.objective is Objective.ENERGY or mission.world.flat:
         return 0.0
     bounds = lower_bounds(*restriction.applied(mission, kernel))
@@ -139,7 +142,7 @@ def _best(mission: Mission, kernel: Kernel, compared: list[tuple[Planned, Signat
     first = compared[0][0]
     best, own = min(compared, key=lambda each: quality(mission, kernel, each[0]))
     notes = [
-        f"{words[0]} comes to {amount(mission.objective, each.trace)}"
+        f"{words[0]} comes to {amount(mission, kernel, each.trace)}"
         for each, signature in compared
         if each is not best and (words := differences(own, signature))
     ]

@@ -57,12 +57,14 @@ def quality(mission: Mission, kernel: Kernel, planned: Planned) -> Quality:
     kept = {each.name: each.satisfied for each in monitor(mission, kernel, planned.trace).preferences}
     wishes = sorted(kernel.preferences, key=lambda each: -(each.weight or 0.0))
     unkept = tuple(not kept[each.name] for each in wishes)
-    return unkept, 1.0 - planned.report.kept, objective_value(mission.objective, planned.trace)
+    return unkept, 1.0 - planned.report.kept, objective_value(mission, kernel, planned.trace)
 
 
-def objective_value(objective: Objective, trace: Trace) -> float:
-    """What a mission makes least of; metres, where nothing is asked to be least."""
-    match objective:
+def objective_value(mission: Mission, kernel: Kernel, trace: Trace) -> float:
+    """The value that the objective minimises: metres if there is none, minus the robustness if that is maximised."""
+    match mission.objective:
+        case Objective.ROBUSTNESS:
+            return -min(each.robustness for each in monitor(mission, kernel, trace).requirements)
         case Objective.DURATION:
             return float(trace.lasts)
         case Objective.ENERGY:
@@ -74,9 +76,9 @@ def objective_value(objective: Objective, trace: Trace) -> float:
 UNITS = {Objective.DURATION: "steps", Objective.ENERGY: "m^2/s^3"}
 
 
-def amount(objective: Objective, trace: Trace) -> str:
+def amount(mission: Mission, kernel: Kernel, trace: Trace) -> str:
     """The same in words."""
-    return f"{objective_value(objective, trace):.6g} {UNITS.get(objective, 'm')}"
+    return f"{abs(objective_value(mission, kernel, trace)):.6g} {UNITS.get(mission.objective, 'm')}"
 
 
 def plan_restricted(

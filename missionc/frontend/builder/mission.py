@@ -374,6 +374,10 @@ class Mission:
         """Set the objective: ``distance``, ``duration`` or ``energy``."""
         self._add(ast.Minimize(call_site(), declared_name(goal) if goal != "distance" else ast.Name(call_site(), goal)))
 
+    def maximize(self, goal: str) -> None:
+        """Set the objective: ``robustness``."""
+        self._add(ast.Maximize(call_site(), declared_name(goal)))
+
     def solve(self, backend: str = "auto", **options: QuantityLike) -> None:
         """Choose a backend; options such as ``nodes=110``, ``connectivity="lambda2"``, ``roadmap="lanes.graphml"``."""
         written = [

@@ -85,9 +85,10 @@ def _weight(context: Context, prefer: ast.Prefer, name: str) -> float:
 def resolve_objective(context: Context, minimize: ast.Minimize | None) -> ir.Objective:
     if minimize is None:
         return ir.Objective.NONE
-    goals = {goal.value: goal for goal in ir.Objective if goal is not ir.Objective.NONE}
+    word = "maximize" if isinstance(minimize, ast.Maximize) else "minimize"
+    goals = {goal.value: goal for goal in ir.Objective if goal.word == word}
     if minimize.goal.text not in goals:
-        unknown_word(context, minimize.goal, tuple(goals), "`minimize`", "goal")
+        unknown_word(context, minimize.goal, tuple(goals), f"`{word}`", "goal")
     return goals.get(minimize.goal.text, ir.Objective.NONE)
 
 

@@ -179,7 +179,7 @@ def _lines(mission: ir.Mission) -> Iterator[str]:
     for tolerance in mission.tolerances:
         yield f"tolerate delay {tolerance.steps} steps of {', '.join(map(str, tolerance.agents))}"
     yield from _formulas(mission)
-    yield f"minimize {mission.objective.value}"
+    yield f"{mission.objective.word or 'minimize'} {mission.objective.value}"
     options = "".join(f" {name} = {number_text(value)}" for name, value in mission.solve.options)
     if mission.solve.connectivity is not ir.Connectivity.BOTTLENECK:
         options += f" connectivity = {mission.solve.connectivity.value}"

@@ -27,6 +27,7 @@ _NAMES = {
     "some": "a team, group or agent",
     "with": "a backend (`auto`, `smt`, `clot`, `hybrid`)",
     "minimize": "`duration`, `energy`",
+    "maximize": "`robustness`",
     "dynamics": "a kind of dynamics such as `single_integrator`",
     "formation": "a name",
     "include": "a name",

@@ -193,7 +193,7 @@ def bare_arithmetic(place: Place) -> Diagnostic | None:
         if any(token.kind in (",", ":") for token in inside):
             return None
     elif tokens[last].kind == NAME:
-        if place.declaration.word in ("region", "obstacle", "group", "graph", "formation", "minimize"):
+        if place.declaration.word in ("region", "obstacle", "group", "graph", "formation", "minimize", "maximize"):
             return None
     elif tokens[last].kind not in (NUMBER, UNIT):
         return None
@@ -247,8 +247,6 @@ def unknown_declaration(place: Place) -> Diagnostic | None:
         return finding(message, token.span, f"write `require LABEL: {token.text} …`")
     if token.kind in (")", "]", "}"):
         return finding(f"nothing is open that `{token.text}` could close", token.span, "delete it", "")
-    if token.text.lower().startswith("maximi"):
-        return finding("a mission minimizes", token.span, "write `minimize distance`, `duration` or `energy`")
     message = f"a declaration was expected, not {quoted(token.text)}"
     return finding(message, token.span, f"begin with one of its words, as in `{forms.DECLARED['require']}`")
 

@@ -227,7 +227,7 @@ def _declaration(node: ast.Declaration) -> str:
         case ast.Tolerate(_, delay, who):
             return f"tolerate delay {tight(delay)} of {agents(who)}"
         case ast.Minimize(_, goal):
-            return f"minimize {goal.text}"
+            return f"{'maximize' if isinstance(node, ast.Maximize) else 'minimize'} {goal.text}"
         case ast.Solve(_, backend, settings, files):
             options = ", ".join([*map(_setting, settings), *(f'{each.name.text} = "{each.path}"' for each in files)])
             return f"solve with {backend.text}" + (f" {{ {options} }}" if options else "")

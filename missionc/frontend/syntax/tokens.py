@@ -47,7 +47,7 @@ WORDS: tuple[Word, ...] = (
     *_words(
         "a declaration", "mission param include time world region obstacle beacon team agent group graph formation"
     ),
-    *_words("a declaration", "separation clearance resource flag let require prefer minimize solve tolerate"),
+    *_words("a declaration", "separation clearance resource flag let require prefer minimize maximize solve tolerate"),
     Word("obstacles", "a declaration", "SEVERAL", reserved=False),
     Word("regions", "a declaration", "SEVERAL", reserved=False),
     *_words("a shape", "box disc ball cylinder polygon"),

@@ -298,8 +298,8 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
         yield from ((name, "how places are given") for name in ("line", "grid"))
     elif before.word == "with" and first == "solve":
         yield from ((name, "a backend") for name in (AUTO, *BACKENDS))
-    elif before.word == "minimize":
-        yield from ((goal.value, "a goal") for goal in ir.Objective if goal is not ir.Objective.NONE)
+    elif before.word in ("minimize", "maximize"):
+        yield from ((goal.value, "a goal") for goal in ir.Objective if goal.word == before.word)
     elif before.kind == "=" and first == "formation":
         yield from ((name, "a kind of formation") for name in FORMATIONS)
     elif place.bracket == "(" and head is not None and head.word == "dynamics" and opener is not None:

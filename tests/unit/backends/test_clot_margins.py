@@ -40,3 +40,25 @@ def test_the_smallest_margin_is_a_share_of_its_scale_at_a_tenth_more_length(back
     assert narrow <= wide
     assert wide >= 0.149
     assert length <= 1.1 * short
+
+
+CHOICE = """
+mission choice
+time step 1 s, horizon 12 s
+world (0, 0) to (12, 8)
+region narrow = box (9, 1) to (10, 2)
+region wide = box (9, 4) to (11.4, 7)
+obstacle block = box (4, 2) to (5, 4)
+agent rover { radius 0.2 m  dynamics double_integrator(speed <= 2 m/s, acceleration <= 1 m/s^2)  start at (1, 3) }
+require reach: rover: eventually[0, 12 s] (narrow or wide)
+require edge: rover: always[0, 12 s] x <= 10.6
+maximize robustness
+"""
+
+
+def test_the_robustness_of_a_plan_is_maximised_over_options_as_well() -> None:
+    compiled = driver.compile(Source("choice.mission", CHOICE))
+    assert isinstance(compiled.outcome, Verified), compiled.outcome
+    least = min(each.robustness for each in compiled.outcome.plan.judgements)
+    # In `wide`, halfway between its left side and the edge: (10.6 - 9) / 2; in `narrow`, half of its side.
+    assert least == pytest.approx(0.8, rel=0.02)

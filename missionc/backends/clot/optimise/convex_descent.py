@@ -68,6 +68,65 @@ def descend(
     return control
 
 
+def ascend(
+    control: Array,
+    costs: Costs,
+    demand: Demand,
+    steps: int,
+    accept: Callable[[Array], float | None],
+    go_on: Callable[[], bool] = lambda: True,
+) -> Array:
+    """Control points at which the least margin of the formulas is largest, as far as steps of convex programs lead.
+
+    Each program moves the control points by at most ``reach`` along each axis, for the largest ``t`` that every
+    linearised margin keeps. A step that gains nothing is repeated with half the reach.
+
+    Args:
+        control: of a plan, (agents, points, dim), metres.
+        accept: the robustness of the motion of control points, metres; None if it is no plan.
+
+    Source:
+        [clot] Problem 1, with the robustness as the only objective.
+    """
+    settings = clot_settings(costs.mission).shortening
+    scale = max(1.0, longest_step(costs.mission))
+    reach, best = settings.reach * scale, accept(control)
+    system = System(costs, control)
+    for _ in range(steps):
+        if best is None or reach < settings.least_ascent * scale or not system.count or not go_on():
+            break
+        seen = max(best, 0.0) + 2 * reach  # no wider margin becomes the least one within a step
+        active = demand.active(*costs.splines.states(control))
+        tasks = [rows(group, control, max(0.0, seen - group.spare)) for group in costs.tasks(control, active)]
+        motion = [rows(group, control, 2 * reach) for group in costs.motion(control)]
+        ahead = _widest(system, control, tasks, motion, reach)
+        gained = None if ahead is None else accept(ahead)
+        if ahead is None or gained is None or gained <= best + settings.same * reach:
+            reach /= 2
+            continue
+        control, best = ahead, gained
+    return control
+
+
+def _widest(system: System, control: Array, tasks: list[Rows], motion: list[Rows], reach: float) -> Array | None:
+    """The motion nearby with the largest least margin of ``tasks``; None if there is none."""
+    smooth = 1e-4  # weight of the smoothness, against a metre of margin
+    aims, fixed = ([replace(part, weight=1.0) for part in some if part.value.size] for some in (tasks, motion))
+    (side, value), (fixed_side, fixed_value) = system.jacobian(aims), system.jacobian(fixed)
+    if not len(value):
+        return None
+    left = np.concatenate([np.full(len(part.value), part.spare) for part in aims]) - value
+    allowed = np.maximum(fixed_value, 0.0) - fixed_value
+    column = sparse.csc_matrix(np.append(np.ones(len(value)), np.zeros(len(fixed_value)))[:, None])
+    sides = sparse.csc_matrix(sparse.hstack([sparse.vstack([side, fixed_side]), column]))
+    smoothness = smooth * (system.base + sparse.identity(system.count))
+    matrix = sparse.csc_matrix(sparse.block_diag([smoothness, sparse.csc_matrix([[1e-6]])]))
+    pull = np.append(smooth * system.pull(control), -1.0)
+    most = np.append(np.full(system.count, reach), left.max() + reach)
+    answer = _solved(matrix, pull, sides, np.append(left, allowed), most)
+    return None if answer is None else control + system.moved(answer[:-1])
+
+
 class Vicinity:
     """A motion, what has to hold of it, and how much of what margins have to spare is used up there, by their names."""
 
@@ -146,16 +205,22 @@ class _Program:
 
     def solved(self) -> Array | None:
         """The movement, (unknowns,), metres; None where there is none."""
-        precision, gap, patience = 1e-4, 1e-3, 20  # programs with an answer take about 15 iterations
-        solver = piqp.SparseSolver()
-        settings = solver.settings
-        settings.kkt_solver = piqp.KKTSolver.sparse_ldlt_ineq_cond
-        settings.eps_abs = settings.eps_rel = precision
-        settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = gap
-        settings.max_iter = patience
-        side = sparse.vstack(self.sides, format="csc")
-        solver.setup(self.matrix, self.pull, None, None, side, None, np.concatenate(self.bounds), -self.box, self.box)
-        if solver.solve() != piqp.PIQP_SOLVED:
-            return None
-        movement: Array = np.array(solver.result.x)
-        return movement
+        return _solved(
+            self.matrix, self.pull, sparse.vstack(self.sides, format="csc"), np.concatenate(self.bounds), self.box
+        )
+
+
+def _solved(matrix: sparse.csc_matrix, pull: Array, side: sparse.csc_matrix, bound: Array, most: Array) -> Array | None:
+    """The ``x`` of least ``x' matrix x / 2 + pull x`` with ``side x <= bound``, ``|x| <= most``; None if none is."""
+    precision, gap, patience = 1e-4, 1e-3, 20  # programs with an answer take about 15 iterations
+    solver = piqp.SparseSolver()
+    settings = solver.settings
+    settings.kkt_solver = piqp.KKTSolver.sparse_ldlt_ineq_cond
+    settings.eps_abs = settings.eps_rel = precision
+    settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = gap
+    settings.max_iter = patience
+    solver.setup(matrix, pull, None, None, side, None, bound, -most, most)
+    if solver.solve() != piqp.PIQP_SOLVED:
+        return None
+    answer: Array = np.array(solver.result.x)
+    return answer

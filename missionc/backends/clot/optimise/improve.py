@@ -13,7 +13,7 @@ import numpy as np
 
 from missionc.backends.api import no_bound
 from missionc.backends.clot.cost_weights import AIMS, TIDY, Aim, with_room
-from missionc.backends.clot.optimise.convex_descent import descend
+from missionc.backends.clot.optimise.convex_descent import ascend, descend
 from missionc.backends.clot.optimise.goal_terms import Demand
 from missionc.backends.clot.optimise.levenberg_marquardt import polish
 from missionc.backends.clot.optimise.motion_residuals import Costs
@@ -155,8 +155,20 @@ def improve(
         control, made, costs = shorter.control, shorter.trace, shorter.costs
         full_demand = with_stays(full_demand, *costs.splines.states(control))
         notes.append(shorter.note)
-    measure = MEASURES.get(mission.objective)
-    before = made
+    measure, before = _measure(mission, kernel), made
+    if mission.objective is Objective.ROBUSTNESS:
+        aimed = replace(costs, spare=with_room(mission))
+
+        def robustness(tried: Array) -> float | None:
+            motion = accept(tried)
+            kept = motion is not None and as_many(mission, kernel, before, motion)
+            return least_robustness(mission, kernel, motion) if kept and motion is not None else None
+
+        for choices in (demand.choices, {}):  # what was scheduled, then what is nearest
+            full_demand = Demand.of(mission, roots, choices, mission.steps)
+            control = ascend(control, aimed, full_demand, settings.ascent, robustness, go_on)
+        chosen = full_demand.witness(*costs.splines.states(control))
+        made, full_demand = accept(control) or made, Demand.of(mission, roots, chosen, mission.steps)
     for aim in AIMS.get(mission.objective, (TIDY,)):
         if measure is travelled and travelled(made) - enough(travelled(made)) <= settings.same:
             notes.append("no plan is shorter")
@@ -170,9 +182,10 @@ def improve(
         if motion is not None and better and (measure is None or measure(motion) < measure(made)):
             control, made = tried, motion
     aim = AIMS.get(mission.objective, (TIDY,))[-1]
-    control, made, costs = widened(
-        control, made, kernel, costs, full_demand, aim, settings.iterations, steps, accept, go_on
-    )
+    if mission.objective is not Objective.ROBUSTNESS:
+        control, made, costs = widened(
+            control, made, kernel, costs, full_demand, aim, settings.iterations, steps, accept, go_on
+        )
     best, margins = made, Margins.of(kernel, costs, control, made)
 
     def as_calm(tried: Array) -> Trace | None:
@@ -185,9 +198,25 @@ def improve(
 
     control, made = retime(control, made, full_demand, costs, as_calm, go_on)
     if measure is not None and made is not before:
-        unit = "m" if mission.objective is Objective.DISTANCE else "m^2/s^3"
-        notes.append(f"{measure(made):.6g} {unit} in all, {measure(before):.6g} {unit} before it was made less")
+        unit = "m^2/s^3" if mission.objective is Objective.ENERGY else "m"
+        what = "of robustness" if mission.objective is Objective.ROBUSTNESS else "in all"
+        notes.append(
+            f"{abs(measure(made)):.6g} {unit} {what}, {abs(measure(before)):.6g} {unit} before the improvement"
+        )
     return Improved(control, made, tuple(notes))
+
+
+def _measure(mission: Mission, kernel: Kernel) -> Callable[[Trace], float] | None:
+    """What a plan is to have less of, by the objective; None without one."""
+    if mission.objective is Objective.ROBUSTNESS:
+        return lambda made: -least_robustness(mission, kernel, made)
+    return MEASURES.get(mission.objective)
+
+
+def least_robustness(mission: Mission, kernel: Kernel, made: Trace) -> float:
+    """The least robustness of the requirements, in the unit of each; ``inf`` if no motion can change any."""
+    judged = monitor(mission, kernel, made).requirements
+    return min((each.robustness for each in judged if np.isfinite(each.robustness)), default=np.inf)
 
 
 def widened(

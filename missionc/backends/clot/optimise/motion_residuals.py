@@ -76,9 +76,17 @@ class Costs:
 
     def groups(self, control: Array, active: Active) -> Iterator[Group]:
         """All residual groups of a candidate."""
+        yield from self.motion(control)
+        yield from self.tasks(control, active)
+
+    def motion(self, control: Array) -> Iterator[Group]:
+        """Ends, limits and bodies: what must hold of any motion."""
         yield from self.always
         yield from self.obstacles(control)
         yield from self.separation(control)
+
+    def tasks(self, control: Array, active: Active) -> Iterator[Group]:
+        """The margins that the formulas of the mission rest on."""
         yield from TaskCosts(self.mission, self.splines, self.weights, self.spare).groups(control, active)
 
     # ---------------------------------------------------------------- motion

@@ -199,6 +199,12 @@ class Minimize(Node):
     goal: Name
 
 
+class Maximize(Minimize):
+    """``maximize robustness``: an objective too, so that a mission has only one of the two."""
+
+    goal: Name
+
+
 class FileSetting(Node):
     """``roadmap = "lanes.graphml"``; ``source`` is the file, once it has been read."""
 
