@@ -1,10 +1,12 @@
 """The field corpus, missions as strangers write them: is each planned, by what, how soon, and how long are the ways?
 
-    python bench/field.py [--only NAME …] [--time-limit 120] [--json FILE] [--against FILE]
+    python bench/field.py [--folder DIR] [--only NAME …] [--time-limit 120] [--json FILE] [--against FILE]
 
 Each is compiled as written, in a process of its own, one after the other, without a search for what would help where
 there is no plan. *Engine* is the backend that was asked last. Seconds of the processor are those of the process and its
 children. *Margin* is the smallest of the plan in metres: of a requirement, to an obstacle, between two bodies.
+*Normalised* is the smallest of its requirements, each margin divided by its natural scale (the inradius of a region,
+the range of a link, the tolerance of a formation). ``--folder`` measures the missions of another folder.
 
 *Of the bound* is the length of all ways together over the sum of each agent's lower bound. Where a mission asks for
 nothing but reaching (of named agents, or of every agent of a team, to be in regions or beyond lines: once, in a row, or
@@ -40,7 +42,7 @@ import numpy as np
 import shapely
 from response_time import ENVIRONMENT, ROOT
 
-from missionc.base.trace import Array
+from missionc.base.trace import Array, Trace
 from missionc.compiler import driver
 from missionc.geometry.configuration_space import Area, Atlas
 from missionc.geometry.geodesic_bounds import VisibilityGraph
@@ -48,6 +50,7 @@ from missionc.ir import Compare, Inside, Mission, Predicate, Still
 from missionc.ir.distances.signed_distance import signed_distance
 from missionc.ir.kernel.nodes import All, Always, At, Atom, Eventually, Node, Not, Until
 from missionc.ir.predicates.features import Coordinate
+from missionc.verification.monitoring.normalised_margins import normalised_margins
 
 MISSIONS = ROOT / "missions" / "field"
 
@@ -72,6 +75,7 @@ class Row:
     length: float | None = None
     over_bound: float | None = None
     margin: float | None = None
+    normalised: float | None = None
 
     @property
     def planned(self) -> bool:
@@ -264,11 +268,16 @@ def measured(path: Path, limit: float) -> Row:
     checked = driver.check(path)
     assert checked.mission is not None
     assert checked.kernel is not None
+    headings = np.array([agent.get("heading", np.zeros(position.shape[1])) for agent in plan["agents"]])
+    velocity = np.array([agent["velocity"] for agent in plan["agents"]])
+    trace = Trace(checked.mission.step, position, velocity, headings)
+    scaled = normalised_margins(checked.mission, checked.kernel.requirements, trace)
     try:
         bound = Ground.of(checked.mission).bound(position[:, 0], [each.formula for each in checked.kernel.requirements])
     except OtherTask:
         bound = 0.0
-    return replace(row, length=length, over_bound=length / bound if bound else None, margin=least)
+    over, normalised = length / bound if bound else None, min(scaled.values(), default=None)
+    return replace(row, length=length, over_bound=over, margin=least, normalised=normalised)
 
 
 def figure(value: float | None, form: str) -> str:
@@ -281,7 +290,12 @@ def ratio(now: float | None, before: float | None) -> float | None:
 
 def line(name: str, row: Row, before: Row | None, compares: bool) -> str:
     cells = [name, row.outcome, row.engine, f"{row.processor:.1f}", f"{row.wall:.1f}"]
-    cells += [figure(row.length, ".1f"), figure(row.over_bound, ".2f"), figure(row.margin, ".3f")]
+    cells += [
+        figure(row.length, ".1f"),
+        figure(row.over_bound, ".2f"),
+        figure(row.margin, ".3f"),
+        figure(row.normalised, ".3f"),
+    ]
     if compares:
         cells += [before.outcome if before else "–"]
         cells += [figure(ratio(row.processor, before.processor if before else None), ".2f")]
@@ -299,27 +313,29 @@ def summary(rows: Iterable[Row]) -> Iterator[str]:
         ("seconds of the processor, of those planned", [row.processor for row in plans]),
         ("seconds on the wall, of those planned", [row.wall for row in plans]),
         ("length over the bound", ratios),
+        ("normalised margin", [row.normalised for row in plans if row.normalised is not None]),
     ):
         if values:
             yield f"{says}: median {statistics.median(values):.2f}, most {max(values):.2f}"
 
 
 def main() -> None:
-    names = sorted(path.stem for path in MISSIONS.glob("*.mission"))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="*", choices=names, metavar="NAME", help="these missions alone")
+    parser.add_argument("--folder", type=Path, default=MISSIONS, metavar="DIR", help="where the missions are")
+    parser.add_argument("--only", nargs="*", metavar="NAME", help="these missions alone")
     parser.add_argument("--time-limit", type=float, default=120.0, help="seconds on the wall for each")
     parser.add_argument("--json", type=Path, metavar="FILE", help="keep what was measured")
     parser.add_argument("--against", type=Path, metavar="FILE", help="what was kept before, to compare with")
     arguments = parser.parse_args()
+    names = sorted(path.stem for path in arguments.folder.glob("*.mission"))
     kept = json.loads(arguments.against.read_text(encoding="utf-8")) if arguments.against else {}
     before = {name: Row(**row) for name, row in kept.items()}
-    heads = ["mission", "outcome", "engine", "CPU s", "wall s", "length m", "of the bound", "margin m"]
+    heads = ["mission", "outcome", "engine", "CPU s", "wall s", "length m", "of the bound", "margin m", "normalised"]
     heads += ["before", "CPU ratio", "length ratio"] if before else []
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}", flush=True)
     rows: dict[str, Row] = {}
     for name in arguments.only or names:
-        rows[name] = measured(MISSIONS / f"{name}.mission", arguments.time_limit)
+        rows[name] = measured(arguments.folder / f"{name}.mission", arguments.time_limit)
         print(line(name, rows[name], before.get(name), bool(before)), flush=True)
         if arguments.json:
             text = json.dumps({each: asdict(row) for each, row in rows.items()}, indent=1)

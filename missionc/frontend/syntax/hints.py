@@ -239,7 +239,7 @@ def unknown_declaration(place: Place) -> Diagnostic | None:
         return None
     token = place.found
     meant = meant_by(token.text, DECLARATIONS) if token.kind == NAME else ""
-    if meant and not token.text.lower().startswith("maximi"):
+    if meant:
         message = f"no declaration is called {quoted(token.text)}"
         return finding(message, token.span, f"did you mean `{meant}`?", meant)
     if token.kind in FORMULA - {NAME, NUMBER, "-", "("}:

@@ -162,7 +162,6 @@ def test_a_slip_without_one_cure_gets_advice(subtests: pytest.Subtests) -> None:
 
 def test_what_people_write_instead_is_answered_in_its_own_words(subtests: pytest.Subtests) -> None:
     for text, place, message, advice in [
-        ("maximize distance", "maximize", "a mission minimizes", "write `minimize distance`, `duration` or `energy`"),
         ("region 2nd = a", "2nd", "`2nd` is no name: a name begins with a letter", "choose another name"),
         ('region "a" = b', '"a"', "a name stands without quotes", "delete them"),
         ("region a = disc at (1, 1), radius 1", ",", "no comma stands between `)` and `radius`", "delete it"),
@@ -221,7 +220,7 @@ def test_what_people_write_instead_is_answered_in_its_own_words(subtests: pytest
 
 
 def test_no_word_is_offered_that_says_something_else() -> None:
-    for text in ("maximize distance", "let f = a xor b", "let f = no a", "let f = never a"):
+    for text in ("let f = a xor b", "let f = no a", "let f = never a"):
         assert finding_of(text).fix is None
 
 
