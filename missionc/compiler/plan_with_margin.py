@@ -17,7 +17,7 @@ from missionc.base.diagnostics.model import has_errors
 from missionc.base.units import Metres
 from missionc.compiler.ask_cover import CoverSide
 from missionc.compiler.stage_log import StageLog
-from missionc.compiler.strategy import COVERS, LAST_TRY, SEARCH, speed_limited, tries, try_text, urgent_tries
+from missionc.compiler.strategy import COVERS, LAST_TRY, SEARCH, Try, speed_limited, tries, try_text, urgent_tries
 from missionc.frontend.checks.check_world import check_world
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
@@ -133,13 +133,19 @@ def _plan_with_margin(
             return first  # with a margin there is no plan then either
         soonest, planned = first, urgent_tries(wanted, paces, margin, backend.name)
         budget.on_incumbent(_noted(first, margin, 0.0) if margin > 0 else first)
+    failed = 1.0  # least share of the margin without a plan
     for each in planned:
         tight = tightened(each.mission, kernel, Metres(each.margin * margin))
         fastest = with_flyable_speeds(room, SEARCH.speeds[-1]) if each.mission is not room else room
         outcome = _planned(backend, *tight, options, _short(budget, each.work), under_way=fastest)
         log.searched(backend.name, outcome, try_text(each, margin))
         if isinstance(outcome, api.Planned):
-            return _after(outcome if each.margin == 1.0 or margin <= 0 else _noted(outcome, margin, each.margin), late)
+            share = each.margin
+            if options.margin is not None and share < failed:
+                wider = (each, failed, fastest)
+                outcome, share = _bisected(backend, kernel, options, budget, margin, outcome, *wider, log)
+            return _after(outcome if share == 1.0 or margin <= 0 else _noted(outcome, margin, share), late)
+        failed = min(failed, each.margin)
         late = late or (isinstance(outcome, api.NotFound) and outcome.reason is api.Reason.TIME)
         refused = cover.refusal(COVERS.first, outcome.report) if cover is not None else None
         if refused is not None:
@@ -149,7 +155,42 @@ def _plan_with_margin(
         log.searched(backend.name, outcome, LAST_TRY if speed_fraction == 1 else "no margin")
     if not isinstance(outcome, api.Planned):
         return outcome
-    return _after(_noted(outcome, margin, 0.0) if margin > 0 else outcome, late)
+    share = 0.0
+    if options.margin and soonest is None:
+        last = (Try(wanted, None, share, SEARCH.work), failed, room)
+        outcome, share = _bisected(backend, kernel, options, budget, margin, outcome, *last, log)
+    return _after(_noted(outcome, margin, share) if margin > 0 else outcome, late)
+
+
+def _bisected(
+    backend: api.Backend,
+    kernel: Kernel,
+    options: Options,
+    budget: api.Budget,
+    margin: Metres,
+    planned: api.Planned,
+    found: Try,
+    failed: float,
+    under_way: Mission,
+    log: StageLog,
+) -> tuple[api.Planned, float]:
+    """The plan with the largest share of the margin that bisection finds, and this share.
+
+    Args:
+        planned: the plan of the try ``found``; ``failed`` is a larger share, of which there was none.
+    """
+    share = found.margin
+    for _ in range(SEARCH.bisections):
+        budget.on_incumbent(_noted(planned, margin, share))
+        middle = replace(found, margin=(share + failed) / 2)
+        tight = tightened(found.mission, kernel, Metres(middle.margin * margin))
+        outcome = _planned(backend, *tight, options, _short(budget, found.work), under_way=under_way)
+        log.searched(backend.name, outcome, try_text(middle, margin))
+        if isinstance(outcome, api.Planned):
+            planned, share = outcome, middle.margin
+        else:
+            failed = middle.margin
+    return planned, share
 
 
 def _short(budget: api.Budget, work: float) -> api.Budget:

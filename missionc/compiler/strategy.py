@@ -43,6 +43,7 @@ class SearchStage:
 
     Args:
         margins: shares of the margin that are tried in turn: half of it is better than none.
+        bisections: further tries between two margins, if the user has set one: the larger failed, the smaller did not.
         speeds: fractions of the speed that vehicles fly under way, if agents are not in time at the speeds that can be
             flown from rest to rest.
         work: units of each try but the last, which has all that is left.
@@ -55,6 +56,7 @@ class SearchStage:
     """
 
     margins: tuple[float, ...] = (1.0, 0.5, 0.0)
+    bisections: int = 3
     speeds: tuple[float, ...] = (0.4, 0.55, 0.7, 0.85, 1.0)
     work: float = 16.0
     time: float = 0.25

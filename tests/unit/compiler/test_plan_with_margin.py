@@ -60,12 +60,34 @@ def test_a_plan_after_a_try_that_time_ended_is_cut_short(answers: list[Outcome],
     checked = check(Source("small.mission", SMALL))
     assert checked.mission is not None
     assert checked.kernel is not None
-    backend = Told(answers)
+    bisections = [REFUSED] * (3 if len(answers) > 1 else 0)
+    backend = Told([*answers, *bisections])
     found = plan_with_margin(backend, checked.mission, checked.kernel, Options(margin=0.05), Budget(deadline=1e9))
     assert isinstance(found, Planned)
     assert found.report.cut_short is cut_short
+    assert len(backend.asked) == len(answers) + len(bisections)
+    assert backend.asked[len(answers) - 1] == 1e9 or len(answers) < 3
+
+
+@pytest.mark.parametrize(
+    ("answers", "share"),
+    [
+        ([PLAN], 1.0),
+        ([REFUSED, PLAN, PLAN, REFUSED, PLAN], 0.8125),
+        ([REFUSED, PLAN, REFUSED, REFUSED, REFUSED], 0.5),
+        ([REFUSED, REFUSED, PLAN, PLAN, PLAN, REFUSED], 0.375),
+        ([REFUSED, REFUSED, PLAN, REFUSED, LATE, REFUSED], 0.0),
+    ],
+)
+def test_the_largest_part_of_a_margin_is_found_by_bisection(answers: list[Outcome], share: float) -> None:
+    checked = check(Source("small.mission", SMALL))
+    assert checked.mission is not None
+    assert checked.kernel is not None
+    backend = Told(answers)
+    found = plan_with_margin(backend, checked.mission, checked.kernel, Options(margin=0.05), Budget(deadline=1e9))
+    assert isinstance(found, Planned)
+    assert found.report.kept == share
     assert len(backend.asked) == len(answers)
-    assert backend.asked[-1] == 1e9 or len(answers) < 3
 
 
 LATE_ONES = """mission yard

@@ -34,6 +34,9 @@ require wait: eventually[0, 2 s] rover[0]: field and x <= 5.2
 """
 
 
+WORLD = World((0.0, 0.0), (10.0, 10.0), Span(Source("a.mission", ""), 0, 0))
+
+
 def test_margins_are_divided_by_the_inradius_the_range_the_tolerance_and_the_bound() -> None:
     mission, kernel = checked(MISSION)
     position = np.repeat(np.array([[[5.0, 6.0]], [[8.0, 6.0]]]), 3, axis=1)
@@ -62,12 +65,11 @@ def test_margins_are_divided_by_the_inradius_the_range_the_tolerance_and_the_bou
     ],
 )
 def test_the_inradius_of_boxes_and_discs_is_exact(shape: Box | Disc, radius: float) -> None:
-    assert inradius(shape, World((0.0, 0.0), (10.0, 10.0), Span(Source('a.mission', ''), 0, 0))) == pytest.approx(radius)
+    assert inradius(shape, WORLD) == pytest.approx(radius)
 
 
 def test_the_inradius_of_other_shapes_is_nearly_that_of_their_largest_disc() -> None:
-    world = World((0.0, 0.0), (10.0, 10.0), Span(Source('a.mission', ''), 0, 0))
     triangle = Polygon(((0.0, 0.0), (6.0, 0.0), (3.0, 3 * math.sqrt(3))))
-    assert inradius(triangle, world) == pytest.approx(math.sqrt(3), rel=0.1)
+    assert inradius(triangle, WORLD) == pytest.approx(math.sqrt(3), rel=0.1)
     frame = Difference(Box((0.0, 0.0), (9.0, 9.0)), Box((0.0, 0.0), (7.0, 9.0)))
-    assert inradius(frame, world) == pytest.approx(1.0, rel=0.1)
+    assert inradius(frame, WORLD) == pytest.approx(1.0, rel=0.1)
