@@ -192,7 +192,7 @@ def _cannot(mission: Mission, wanted: str, able: list[str], need: Need) -> Diagn
     labels = (
         ()
         if mission.solve.span is None or mission.solve.backend != wanted
-        else (Label(mission.solve.span, f"`{wanted}` is chosen here"),)
+        else (Label(mission.solve.span, f"`{wanted}` chosen here"),)
     )
     return Diagnostic(
         CANNOT_EXPRESS,
@@ -206,9 +206,9 @@ def _cannot(mission: Mission, wanted: str, able: list[str], need: Need) -> Diagn
 
 def _change(able: list[str]) -> str:
     if not able:
-        return "leave this out; no single backend can express all the mission asks"
+        return "delete this part: no single backend can express the whole mission"
     choices = " or ".join(f"`{name}`" for name in able)
-    return f"write `solve with auto`, or choose {choices}, which can"
+    return f"choose {choices}"
 
 
 def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
@@ -225,21 +225,21 @@ def _none_can(mission: Mission, required: tuple[Need, ...]) -> Diagnostic:
     restless = any(need.feature is Feature.RESTLESS_DURATION for need in required)
     return Diagnostic(
         NO_BACKEND,
-        "no backend can express all this mission asks",
+        "no single backend can express this mission",
         labels[0],
         tuple(labels[1:]),
         (_who_cannot_wait(mission),) if restless else (),
-        _allow_waiting(mission) if restless else "leave one of these out",
+        _allow_waiting(mission) if restless else "delete one of these parts",
     )
 
 
 def _who_cannot_wait(mission: Mission) -> str:
     names = ", ".join(f"`{name}`" for name in _restless(mission))
-    return f"{names} moves at every step, so every plan lasts the whole horizon"
+    return f"{names} cannot wait, so every plan lasts for the whole horizon"
 
 
 def _allow_waiting(mission: Mission) -> str:
-    return f"let `{_restless(mission)[0]}` wait (`speed 0..`), or write `minimize distance`"
+    return f"let `{_restless(mission)[0]}` wait, with `speed 0..`"
 
 
 def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], required: tuple[Need, ...]) -> str:

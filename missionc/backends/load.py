@@ -73,7 +73,7 @@ def _would_help(absent: list[BackendSpec]) -> tuple[str, ...]:
     """What is said of engines that are not installed."""
     extras = dict.fromkeys(spec.extra for spec in absent)
     return tuple(
-        f"{' and '.join(f'`{spec.name}`' for spec in absent if spec.extra == extra)} could be asked too: "
+        f"{' and '.join(f'`{spec.name}`' for spec in absent if spec.extra == extra)} would be available with "
         f"`pip install 'missionc[{extra}]'`"
         for extra in extras
     )
@@ -137,9 +137,9 @@ def _for_others(flag: str, names: list[str], spec: BackendSpec) -> Diagnostic:
     others = all_listed([f"`{name}`" for name in names])
     return Diagnostic(
         NOT_ITS_FLAG,
-        f"`{flag}` is for {others}, and this mission goes to `{spec.name}`",
+        f"`{flag}` is for {others}, but `{spec.name}` plans this mission",
         None,
-        help=f"leave it out, or plan with `--backend {names[0]}`, where the mission allows it",
+        help=f"plan with `--backend {names[0]}`",
     )
 
 
@@ -150,5 +150,5 @@ def _package_missing(spec: BackendSpec) -> Diagnostic | None:
         EXTRA_MISSING,
         f"the backend `{spec.name}` needs the package {spec.package}, which is not installed",
         None,
-        help=f"install it with `pip install 'missionc[{spec.extra}]'`, or try `--backend {BACKENDS.built_in[0]}`",
+        help=f"install it with `pip install 'missionc[{spec.extra}]'`",
     )

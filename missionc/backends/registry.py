@@ -23,7 +23,7 @@ def spec_of(name: str, backend: object) -> BackendSpec:
     if isinstance(backend, type) or not (callable(getattr(backend, "plan", None)) and isinstance(features, frozenset)):
         raise Unfit("a backend is an object with `name`, `features` and `plan`, as `BackendExtension` describes it")
     if not all(isinstance(each, Feature) for each in features):
-        raise Unfit("its `features` hold something that is no `Feature`")
+        raise Unfit("its `features` contain something other than a `Feature`")
     if getattr(backend, "name", None) != name:
         raise Unfit(f"its `name` is not `{name}`")
     return BackendSpec(name, features, getattr(backend, "options", frozenset()), checkpoints=False, home=backend)

@@ -82,8 +82,8 @@ def _whole_name(name: str, known: Iterable[str]) -> str | Diagnostic:
     own = [names for names in called.values() if names[0].startswith(f"{name.partition('.')[0]}.")]
     near = nearest(name, chain.from_iterable(own or called.values()))
     meant = " or ".join(f"`{each}`" for each in (found or (near,)) if isinstance(each, str))
-    says = f"`{name}` is the name of several settings" if found else f"no setting is called `{name}`"
-    way_out = f"write {meant}" if meant else "print the settings of a mission with `--emit settings`"
+    says = f"ambiguous setting `{name}`" if found else f"unknown setting `{name}`"
+    way_out = f"write {meant}" if meant else "list the settings with `--set help`"
     return Diagnostic(UNKNOWN_BACKEND_SETTING, says, None, help=way_out)
 
 
@@ -123,10 +123,10 @@ def written(value: float) -> str:
 def _out_of_range(name: str, setting: Setting, text: object) -> Diagnostic:
     return Diagnostic(
         SETTING_OUT_OF_RANGE,
-        f"`{name}` needs {setting.range}, not `{text}`",
+        f"`{name}` must be {setting.range}, not `{text}`",
         None,
         notes=(f"the default is {written(setting.default)}",),
-        help=f"write a value in this range: `--set {name}={written(setting.default)}`",
+        help=f"write, for example, `--set {name}={written(setting.default)}`",
     )
 
 
@@ -136,7 +136,7 @@ def _of_another(name: str, engines: Sequence[str]) -> Diagnostic:
     plan = "plans" if len(engines) == 1 else "plan"
     return Diagnostic(
         OTHER_BACKEND_SETTING,
-        f"`{name}` is a setting of `{backend}`, and {engine} {plan} this mission",
+        f"`{name}` is a setting of `{backend}`, but {engine} {plan} this mission",
         None,
-        help=f"leave it out, or plan with `--backend {backend}`",
+        help=f"plan with `--backend {backend}`",
     )

@@ -218,7 +218,7 @@ class Registry(Generic[Value]):
         """
         if name in self:
             message = f"the name `{name}` of the {self.kind.noun} is taken"
-            raise ExtensionError(EXTENSION_CLASH, message, "give it a name of its own")
+            raise ExtensionError(EXTENSION_CLASH, message, "choose another name")
         self._values[name] = value
         try:
             yield
@@ -258,7 +258,7 @@ def raise_clash(extension: Extension) -> None:
     """
     which = f"the {extension.kind.noun} `{extension.name}`"
     if extension.name in REGISTRIES[extension.kind].built_in:
-        message = f"{which} of {extension} has the name of a built-in one"
+        message = f"{which} of {extension} has the same name as a built-in"
         raise ExtensionError(EXTENSION_CLASH, message, f"uninstall `{extension.package}`")
     same = [each for each in installed() if (each.kind, each.name) == (extension.kind, extension.name)]
     if len(same) > 1:
@@ -281,7 +281,7 @@ def load(extension: Extension, read: Callable[[str, object], Value]) -> Value:
             message = f"{of}: its module `{extension.root}` {declares}; this compiler has interface {INTERFACE}"
             raise ExtensionError(EXTENSION_INTERFACE, message, update)
         if not NAME.fullmatch(extension.name):
-            raise Unfit("its name needs lower-case letters, digits and `_`, a letter first")
+            raise Unfit("its name must begin with a letter and have only lower-case letters, digits and `_`")
         return read(extension.name, resolved(extension.home))
     except ExtensionError:
         raise
@@ -306,4 +306,8 @@ def failure(error: BaseException) -> str:
     while place and place.tb_next:
         place = place.tb_next
     file = place.tb_frame.f_code.co_filename.replace("\\", "/").rpartition("/")[2] if place else ""
-    return f"{type(error).__name__} at {file}:{place.tb_lineno}" if place else f"{type(error).__name__} at nowhere"
+    return (
+        f"{type(error).__name__} at {file}:{place.tb_lineno}"
+        if place
+        else f"{type(error).__name__} at an unknown place"
+    )

@@ -64,7 +64,7 @@ class Limits:
     def __post_init__(self) -> None:
         for name in self.__slots__:
             if not 0 < getattr(self, name) <= most(name):
-                raise ValueError(f"the limit `{name}` must be above 0, and {most(name):g} at most")
+                raise ValueError(f"the limit `{name}` must be above 0 and at most {most(name):g}")
 
 
 def most(name: str) -> int:

@@ -59,7 +59,7 @@ def reserve(size: float, what: str) -> None:
     """
     allowed = _allowed()
     if allowed is not None and size > (room := max(0, allowed - _status("VmData"))):
-        raise MemoryError(f"{what} take about {sized(size)}, and {sized(room)} are left")
+        raise MemoryError(f"{what} need about {sized(size)}; {sized(room)} are available")
 
 
 def exhausted(error: Exception) -> bool:

@@ -1,6 +1,6 @@
 """A strict JSON reader: everything that two readers could understand differently is refused.
 
-No key comes twice in one record, every number is finite (unless the caller
+No key is duplicated, every number is finite (unless the caller
 takes others) and no longer than a double or a 64-bit integer needs, no half of
 a surrogate pair stands alone, and nothing is nested deeper than a reader goes.
 """
@@ -49,19 +49,19 @@ def parse_json(content: str | bytes, most: int = VALUES, *, finite: bool = True)
     count = 1 + text.count(",") + text.count("[") + text.count("{")
     if count > most:
         raise NotJsonError(
-            f"it has about {count} values; the limit is {most}; `--limit json_values={count}` allows more"
+            f"it has about {count} values; the limit is {most}; raise it with `--limit json_values={count}`"
         )
     try:
         value = json.loads(text, parse_int=_integer, object_pairs_hook=_record)
         # Half of a surrogate pair is no character, and NaN no number: nothing could be written of them.
         json.dumps(value, ensure_ascii=False, allow_nan=not finite).encode()
     except json.JSONDecodeError as error:
-        here = f"unexpected `{text[error.pos]}`" if error.pos < len(text) else "it ends too soon"
+        here = f"unexpected `{text[error.pos]}`" if error.pos < len(text) else "unexpected end of the file"
         raise NotJsonError(f"this is not JSON: {here}", error.pos) from None
     except UnicodeEncodeError:
-        raise NotJsonError("half of a surrogate pair stands alone in a text") from None
+        raise NotJsonError("a text has an unpaired surrogate") from None
     except RecursionError:
-        raise NotJsonError("the lists are nested too deep") from None
+        raise NotJsonError("nested too deeply") from None
     except NotJsonError:
         raise
     except ValueError:
@@ -82,9 +82,9 @@ def parse_record(content: str | bytes, schema: str = "", *, finite: bool = True)
     """
     value = parse_json(content, finite=finite)
     if not isinstance(value, dict):
-        raise NotJsonError("it is no record")
+        raise NotJsonError("not a JSON object")
     if schema and value.get("schema") != schema:
-        raise NotJsonError("it is not what this version of the compiler writes")
+        raise NotJsonError("not written by this version of the compiler")
     return value
 
 
@@ -103,5 +103,5 @@ def _record(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     record = dict(pairs)
     if len(record) < len(pairs):
         twice = next(name for name, count in Counter(name for name, _ in pairs).items() if count > 1)
-        raise NotJsonError(f"the key {ascii(twice)[:40]} comes twice in one record")
+        raise NotJsonError(f"the key {ascii(twice)[:40]} is duplicated")
     return record

@@ -68,8 +68,8 @@ def say_line(line: str) -> None:
 
 def out_of_memory() -> Diagnostic:
     """What is said where there is no memory for what limits that were raised, or a large team, ask for."""
-    help_ = "make it smaller, or run it where there is more memory; `--limit` bounds what a mission may hold"
-    return Diagnostic(OUT_OF_MEMORY, "there is not enough memory for what this mission holds", None, help=help_)
+    help_ = "make the mission smaller"
+    return Diagnostic(OUT_OF_MEMORY, "not enough memory for this mission", None, help=help_)
 
 
 def columns(terminal: bool) -> int:

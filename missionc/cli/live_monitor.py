@@ -40,7 +40,7 @@ MOST_UNUSABLE = 20
 
 STATUS = {LiveVerdict.SATISFIED: Status.DONE, LiveVerdict.VIOLATED: Status.VIOLATED, LiveVerdict.OPEN: Status.UNDECIDED}
 
-HELP = 'a line is `{"t": 1.25, "agent": "drone[0]", "position": [1, 2]}`, in seconds and metres'
+HELP = 'write lines such as `{"t": 1.25, "agent": "drone[0]", "position": [1, 2]}`, in seconds and metres'
 
 
 def run(
@@ -68,7 +68,7 @@ def run(
         except (BrokenRecordingError, OSError) as error:
             broken = True
             reason = getattr(error, "strerror", None) or str(error)
-            voice.fail(Diagnostic(RECORDING_BROKEN, f"the recording cannot be read any further: {reason}", None))
+            voice.fail(Diagnostic(RECORDING_BROKEN, f"the recording cannot be read further: {reason}", None))
         voice.tell(session.finish())
         voice.sum_up()
         if page and patient:
@@ -94,9 +94,7 @@ class _Voice:
         self.step = float(session.mission.step)
         self.width = max((len(goal.name) for goal in session.judge.goals), default=0)
         self.unusable = 0
-        self.help_ahead = (
-            f"a second sample that is as late confirms it; `--leap` sets how far, now {session.steps.leap:g} s"
-        )
+        self.help_ahead = f"change the limit of {session.steps.leap:g} s with `--leap`"
 
     def tell(self, events: Iterable[Event]) -> None:
         for event in events:
@@ -106,9 +104,7 @@ class _Voice:
                 case Unusable(line, reason):
                     self._unusable(Diagnostic(UNUSABLE_SAMPLE, f"line {line}: {reason}", None, help=HELP))
                 case Implausible(line, agent, time):
-                    reason = (
-                        f"line {line}: the time of `{agent}`, {time:g} s, is far ahead of all others; it is set aside"
-                    )
+                    reason = f"line {line}: the time of `{agent}`, {time:g} s, is far ahead; it waits for confirmation"
                     self._unusable(Diagnostic(IMPLAUSIBLE_TIME, reason, None, help=self.help_ahead))
                 case Change(step, standing, unit, _, by_plan):
                     words = f"{standing.name:<{self.width}}  {_words(standing, unit, self.step, by_plan)}"

@@ -39,5 +39,7 @@ def _not_ours(target: Path) -> Diagnostic | None:
     except OSError:
         return None
     return (
-        None if TITLE in head else exists(target, " and is no page of the compiler's", instead="another file with `-o`")
+        None
+        if TITLE in head
+        else exists(target, " and is not a page of the compiler", instead="another file with `-o`")
     )

@@ -40,11 +40,11 @@ def _parts(mission: Mission) -> Iterator[tuple[str, Span]]:
             yield need.feature.value, need.span
     for agent in mission.agents:
         if agent.finish is not None:
-            yield "a place to finish", agent.finish.span
+            yield "a `finish`", agent.finish.span
         if agent.vehicle is not PLAIN:
             yield "a vehicle", agent.span
         if agent.begins or agent.course:
-            yield "an agent that is under way", agent.span
+            yield "an agent in motion at the start", agent.span
     for formula in formulas(mission):
         lacking = _lacking(formula)
         if lacking:
@@ -58,20 +58,20 @@ def _lacking(formula: Formula) -> str:
             return f"the operator `{operator.name}`"
         case Apply(operator, bounds=Length() as length):
             if isinstance(length.graph, Sight):
-                return "a graph of lines of sight"
+                return "a `sight` graph"
             if length.graph.ranges:
-                return "a graph whose pairs have ranges of their own"
+                return "a graph with different ranges"
             if length.weight is not None:
-                return "a route measured by weights"
+                return "a route length in a weight"
             return "a lower bound of `surround`" if operator.name == "surround" and length.low > 0 else ""
         case AtLeastOf(kind) if kind not in ("every", "some"):
-            return "a number of agents"
+            return "a counting quantifier"
         case Without():
-            return "a team without some of its agents"
+            return "a `without` quantifier"
         case Holds(predicate) if predicate.graph or predicate.formation:
             return ""  # ``needs`` has it
         case Holds(predicate) if predicate.reads_speed or predicate.others:
-            return "a predicate that the place of one agent does not decide"
+            return "a predicate of more than the position of one agent"
         case _:
             return ""
 
@@ -88,10 +88,10 @@ def _flags(options: Options, alternatives: int) -> Iterator[Diagnostic]:
     for flag in (name for name, wrong in given.items() if wrong):
         yield Diagnostic(
             NOT_PUBLISHED,
-            f"`{flag}` is not part of what `--preset {options.preset}` of smt does",
+            f"`--preset {options.preset}` of smt does not support `{flag}`",
             None,
-            notes=("Z3 gets the paper's encoding once, and its answer is one model or none",),
-            help=f"leave out `{flag}` or `--preset`",
+            notes=("the preset solves the encoding of the paper once",),
+            help=f"delete `{flag}`",
         )
 
 
@@ -100,5 +100,5 @@ def _cannot(options: Options, what: str, span: Span) -> Diagnostic:
         NOT_PUBLISHED,
         f"the preset `{options.preset}` of smt cannot express {what}",
         Label(span),
-        help=f"leave this out, or plan without `--preset {options.preset}`",
+        help=f"plan without `--preset {options.preset}`",
     )

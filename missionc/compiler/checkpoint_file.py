@@ -55,12 +55,12 @@ def from_bytes(content: bytes, name: str, run: Identity) -> Snapshot | Diagnosti
         about = parse_record(arrays.pop(WORDS).tobytes())
         schema, saved_run, words = str(about["schema"]), dict(about["run"]), dict(about["words"])
         if schema == SCHEMA and sorted(arrays) != about["arrays"]:
-            raise _DamagedError("not all of its arrays are there")
+            raise _DamagedError("arrays are missing")
     except Exception as wrong:  # of whatever unpacks it, too
         ours = isinstance(wrong, _DamagedError | NotJsonError)
-        return unreadable(name, str(wrong) if ours else "it is damaged, or no checkpoint")
+        return unreadable(name, str(wrong) if ours else "the file is damaged or not a checkpoint")
     if schema != SCHEMA:
-        return _of_another(name, f"it is written as `{schema[:40]}`, this version writes `{SCHEMA}`", "")
+        return _of_another(name, f"its schema is `{schema[:40]}`; this version writes `{SCHEMA}`", "")
     different = difference(saved_run, run)
     return _different(name, *different) if different else Snapshot(arrays, words)
 
@@ -70,8 +70,8 @@ def difference(saved: Mapping[str, object], now: Identity) -> tuple[str, str] | 
     for what in (*now, *saved):
         if now.get(what) != saved.get(what):
             values = (saved.get(what), now.get(what))
-            there, here = (f"`{str(value)[:60]}`" if value is not None else "nothing" for value in values)
-            return what, f"its {what} is {there}, and here it is {here}"
+            there, here = (f"`{str(value)[:60]}`" if value is not None else "not set" for value in values)
+            return what, f"the {what} is {there} in the checkpoint and {here} in this run"
     return None
 
 
@@ -89,10 +89,10 @@ def _arrays(content: bytes) -> dict[str, Array]:
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = archive.infolist()
         if len(members) > MOST_ARRAYS or sum(member.file_size for member in members) > len(content):
-            raise _DamagedError("it claims to hold more than it can")
+            raise _DamagedError("its stated size exceeds the file")
         for member in members:
             if member.compress_type != zipfile.ZIP_STORED or not member.filename.endswith(".npy"):
-                raise _DamagedError(f"`{member.filename[:40]}` is no plain array")
+                raise _DamagedError(f"`{member.filename[:40]}` is not a plain array")
             name = member.filename.removesuffix(".npy")
             arrays[name] = _array(archive.read(member), "|u1" if name == WORDS else "<f8")
     return arrays
@@ -101,10 +101,10 @@ def _arrays(content: bytes) -> dict[str, Array]:
 def _array(data: bytes, kind: str) -> Array:
     file = io.BytesIO(data)
     if np.lib.format.read_magic(file) != (1, 0):
-        raise _DamagedError("an array is of another format")
+        raise _DamagedError("an array has another format")
     shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
     if dtype.str != kind or fortran or math.prod(shape) * dtype.itemsize != len(data) - file.tell():
-        raise _DamagedError("an array is not what its header says")
+        raise _DamagedError("an array does not match its header")
     array: Array = np.load(io.BytesIO(data), allow_pickle=False)
     if not np.isfinite(array).all():
         raise _DamagedError("a number is not finite")
@@ -117,24 +117,24 @@ def _array(data: bytes, kind: str) -> Array:
 def unreadable(name: str, why: str) -> Diagnostic:
     return Diagnostic(
         CHECKPOINT_UNREADABLE,
-        f"`{name}` holds no run that could be taken up again",
+        f"`{name}` is not a usable checkpoint",
         None,
         notes=(why[:200],),
-        help="give a file that `--checkpoint` has written, or begin anew without `--resume`",
+        help="name a file written by `--checkpoint`",
     )
 
 
 def _different(name: str, what: str, why: str) -> Diagnostic:
     if what == "mission":
-        return _of_another(name, "the mission is another one, or has changed since", "")
-    return _of_another(name, why, f"give the run the same {what}, or ")
+        return _of_another(name, "the mission is different or has changed", "")
+    return _of_another(name, why, f"use the same {what}")
 
 
 def _of_another(name: str, why: str, instead: str) -> Diagnostic:
     return Diagnostic(
         CHECKPOINT_MISMATCH,
-        f"`{name}` is of another run",
+        f"`{name}` belongs to another run",
         None,
-        notes=(why, "a run that goes on as another one would find a plan that neither of them finds"),
-        help=f"{instead}begin anew without `--resume`",
+        notes=(why,),
+        help=instead or "start without `--resume`",
     )

@@ -203,7 +203,7 @@ class _MadeLabels:
         return self._known[key]
 
 
-NO_CERTIFICATE = "no certificate was left:"
+NO_CERTIFICATE = "no certificate was written:"
 
 
 def certify_refusal(refused: Refuted, mission: Mission, kernel: Kernel, budget: Budget, account: Account) -> None:
@@ -220,7 +220,7 @@ def certify_refusal(refused: Refuted, mission: Mission, kernel: Kernel, budget: 
             return
         match prove_cnf(clauses.dimacs(), budget):
             case None:
-                account.notes.append(f"{NO_CERTIFICATE} the clauses that are checked say less than those refused")
+                account.notes.append(f"{NO_CERTIFICATE} the checked clauses are weaker than the refuted ones")
             case Unproved(statement):
                 account.notes.append(statement)
             case proof:

@@ -68,7 +68,7 @@ def late_agents(mission: Mission, kernel: Kernel, best: Attempt) -> list[Late]:
     pushed = {name for fault in best.faults if fault.what in PUSHED for name in fault.agents}
     known = pushed.union(*(each.names for each in late))
     return late + [
-        Late(f"`{agent.name}` goes faster than it can, and is {seconds:.2g} s late by that", (agent.name,), seconds)
+        Late(f"`{agent.name}` exceeds its top speed and would arrive {seconds:.2g} s late", (agent.name,), seconds)
         for agent in mission.agents
         if (seconds := float(extra[agent.index])) > 0 and agent.name not in known
     ]
@@ -106,7 +106,7 @@ def _late(mission: Mission, trace: Trace, name: str, part: Node, extra: Array) -
         return []
     names = tuple(agent.name for agent in asked)
     be, when = "is" if len(names) == 1 else "are", f"at {found.step * mission.step:g} s"
-    says = f"{_listed(names)} {be} {short:.3g} m short of what `{name}` asks {when}"
+    says = f"{_listed(names)} {be} {short:.3g} m short of `{name}` {when}"
     seconds = short / speed + float(max(extra[agent.index] for agent in asked))
     return [Late(says, names, seconds, name, found.step)]
 
@@ -125,13 +125,13 @@ def more_time(mission: Mission, late: Late, violated: Sequence[Judgement]) -> st
     rivals = [each.name for each in violated if each.name != late.asks and not set(late.names).isdisjoint(each.agents)]
     if rivals:
         what = f"`{late.asks}`" if late.asks else _listed(late.names)
-        return f"allow {what} more time, or ask less of {_listed(rivals)}"
+        return f"allow {what} more time"
     steps = max(math.ceil(late.seconds / mission.step - 1e-9), 1)
     more, until = f"at least {steps * mission.step:g} s more", f"{(late.step + steps) * mission.step:g} s"
     if not late.step:
-        return f"allow {_listed(late.names)} {more} for its way, or a higher speed"
+        return f"allow {_listed(late.names)} {more} for its path"
     if late.step >= mission.steps:
-        return f"allow {more}: horizon {until}, and the windows that end with it"
+        return f"allow {more}: extend the horizon and its windows to {until}"
     horizon = f", and a horizon of {until}" if late.step + steps > mission.steps else ""
     return f"allow `{late.asks}` {more}, until {until}{horizon}"
 
@@ -171,12 +171,12 @@ class Meeting:
 
     @property
     def says(self) -> str:
-        when = f"at {self.step * self.mission.step:g} s, {self.fault.short} too near"
+        when = f"at {self.step * self.mission.step:g} s, {self.fault.short} too close"
         says = f"{listed([f'`{name}`' for name in self.fault.agents])} meet {place(self.mission, self.point)} {when}"
         if self.width is None:
             return says
         wide = f"{self.width:.3g} m wide" if self.width > 0 else "too narrow"
-        return f"{says}: the passage is {wide} there, and two pass in {self.two:.3g} m"
+        return f"{says}: the passage is {wide}, but two agents need {self.two:.3g} m"
 
     @property
     def advice(self) -> str:
@@ -186,10 +186,10 @@ class Meeting:
             return f"allow more time, so that {wait} for the other"
         held = [agent.name for agent, way in zip(self.ends, self.ways, strict=True) if _stays(agent, way)]
         if held:
-            return f"widen the passage to {self.two:.3g} m, or let {_either(held)} make way"
+            return f"widen the passage to {self.two:.3g} m"
         if self._has_room():
-            return f"allow more time, so that {wait} outside the passage, or widen it to {self.two:.3g} m"
-        return f"widen the passage to {self.two:.3g} m, give it a room where {wait}, or let one start behind the other"
+            return f"allow more time, so that {wait} outside the passage"
+        return f"widen the passage to {self.two:.3g} m"
 
     def _narrow(self) -> float | None:
         """Where they meet head-on and change sides, and it is too narrow for that; in a plane only."""

@@ -171,7 +171,7 @@ def check(
         ValueError: there is no such profile.
     """
     if vehicle and vehicle not in profiles():
-        raise ValueError(f"there is no vehicle `{vehicle}`")
+        raise ValueError(f"unknown vehicle `{vehicle}`")
     limits = limits or Limits()
     name = file.name if isinstance(file, Source) else str(file)
     source = file if isinstance(file, Source) else read_source(Path(file), name, limits)

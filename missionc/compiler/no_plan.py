@@ -33,38 +33,36 @@ def impossible(mission: Mission, outcome: Impossible, explained: Explained | Non
     if not spans:
         return Diagnostic(
             code,
-            "no motion of these agents is a plan, whatever the requirements"
+            "no motion of these agents is feasible, even without the requirements"
             if proven
-            else "no plan exists on the roadmap, whatever the requirements",
-            Label(mission.time_span or mission.span, "in this time"),
+            else "no plan exists on the roadmap, even without the requirements",
+            Label(mission.time_span or mission.span, "time available"),
             notes=notes,
-            help="give the agents more time or more room, or look at their starts and finishes",
+            help="check the starts and finishes",
         )
-    room = "more room" if proven else _roadmap(mission)
+    way_out = "relax one of these requirements" if proven else _roadmap(mission)
     return Diagnostic(
         code,
         f"{outcome.says} {where}",
-        Label(spans[0][1], "this" if len(spans) > 1 else ""),
-        tuple(Label(span, "and this") for _, span in spans[1:]),
+        Label(spans[0][1], "conflicting requirement" if len(spans) > 1 else ""),
+        tuple(Label(span, "conflicting requirement") for _, span in spans[1:]),
         notes,
-        _smallest(explained)
-        if explained and explained.relaxations
-        else f"relax one of them, give the agents more time, or {room}",
+        _smallest(explained) if explained and explained.relaxations else way_out,
     )
 
 
 def _roadmap(mission: Mission) -> str:
     """What a roadmap might have that would help."""
     lanes = mission.solve.roadmap
-    finer = "a finer roadmap: `solve with smt { nodes = 400 }`"
-    return finer if lanes is None else f"more nodes and lanes in `{lanes.path}`"
+    finer = "use a finer roadmap: `solve with smt { nodes = 400 }`"
+    return finer if lanes is None else f"add nodes and lanes to `{lanes.path}`"
 
 
 def _smallest(explained: Explained) -> str:
     first, *others = explained.relaxations
     safe = not first.guards and any(each.guards and each.size < first.size for each in others)
-    which = ", has a plan and keeps others safe" if safe else " and has a plan"
-    return f"the smallest change that was tried{which}: {first.says}"
+    which = "smallest change that works without loosening safety" if safe else "smallest change that works"
+    return f"apply the {which}: {first.says}"
 
 
 def _blamed(explained: Explained) -> tuple[str, ...]:
@@ -72,14 +70,14 @@ def _blamed(explained: Explained) -> tuple[str, ...]:
     who = {
         "REQUIREMENTS": "",
         "HORIZON": "the mission is too short",
-        "ROADMAP": "it is these roadmaps that are too coarse",
+        "ROADMAP": "these roadmaps are too coarse",
         "UNKNOWN": "",
     }[explained.blame.name]
     planned = any(trial.outcome == "planned" for trial in explained.trials)
     says = {
         "planned": "gives a plan",
-        "impossible": "does not" if planned else "leaves none on roadmaps",
-        "undecided": "gave none in time",
+        "impossible": "gives no plan" if planned else "gives no plan on roadmaps",
+        "undecided": "gives no answer in time",
     }
     trials = [
         f"{_variants([trial for trial in explained.trials if trial.outcome == outcome])} {words}"
@@ -104,15 +102,15 @@ WITHOUT = "without "
 def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) -> Diagnostic:
     """Why the search ended, what its best candidate fails, and one thing to try that follows from it."""
     code, help_ = {
-        "TIME": (codes.OUT_OF_TIME, "allow more with `--time-limit`"),
-        "MEMORY": (codes.OUT_OF_MEMORY, "allow more with `--memory-limit`"),
-        "SIZE": (codes.PROBLEM_TOO_LARGE, "allow more with `--limit clauses=…`, or use fewer nodes, steps or agents"),
+        "TIME": (codes.OUT_OF_TIME, "raise the limit with `--time-limit`"),
+        "MEMORY": (codes.OUT_OF_MEMORY, "raise the limit with `--memory-limit`"),
+        "SIZE": (codes.PROBLEM_TOO_LARGE, "raise the limit with `--limit clauses=…`"),
         "METHOD": (
             codes.METHOD_ENDED,
-            "leave `--preset` out, or try another roadmap with `--seed`, `nodes` or `neighbors`",
+            "plan without `--preset`",
         ),
-        "NO_ROADMAP": (codes.NO_ROADMAP, "look at the starts, the dynamics and the room between obstacles"),
-        "SOLVER": (codes.SOLVER_GAVE_UP, "try another seed with `--seed`, or another solver with `--solver`"),
+        "NO_ROADMAP": (codes.NO_ROADMAP, "check the starts, the dynamics and the space between obstacles"),
+        "SOLVER": (codes.SOLVER_GAVE_UP, "try another seed with `--seed`"),
     }[outcome.reason.name]
     head, *more = outcome.says
     mission, kernel = checked.mission, checked.kernel
@@ -121,17 +119,13 @@ def not_found(checked: Checked, outcome: NotFound, explained: Explained | None) 
 
         diagnosis = diagnose(mission, kernel, outcome.best)
         more += diagnosis.notes
-        searched_enough = diagnosis.late and outcome.reason is Reason.TIME
-        help_ = "; or ".join([diagnosis.advice] * bool(diagnosis.advice) + [help_] * (not searched_enough))
-    elif outcome.reason is Reason.TIME and not outcome.report.tried:
-        help_ = f"{help_}, or make the mission smaller: fewer agents, a longer time step, a shorter horizon"
-    help_ = "; or ".join([help_, *_others(checked)])
+        help_ = diagnosis.advice or help_
     return Diagnostic(
         code,
         head,
         None,
-        notes=(*more, *outcome.report.notes, "this says nothing about whether a plan exists"),
-        help=f"{help_}; {_smallest(explained)}" if explained and explained.relaxations else help_,
+        notes=(*more, *outcome.report.notes, *_others(checked), "a plan may still exist"),
+        help=_smallest(explained) if explained and explained.relaxations else help_,
     )
 
 
@@ -141,7 +135,9 @@ def _others(checked: Checked) -> list[str]:
         return []
     able, _ = choose_backend(checked.mission, AUTO)
     others = [] if able is None else [name for name in able.engines if name not in checked.choice.engines]
-    return [f"ask another engine: `--backend {others[0]}`"] if others and len(checked.choice.engines) == 1 else []
+    return (
+        [f"`--backend {others[0]}` can also plan this mission"] if others and len(checked.choice.engines) == 1 else []
+    )
 
 
 def not_brought_home(ended: Ended, planned: Planned, seconds: Sequence[tuple[str, Seconds]]) -> NotFound:
@@ -160,7 +156,7 @@ def not_between(mission: Mission, certificate: Certificate) -> tuple[Diagnostic,
             codes.NOT_BETWEEN,
             each.detail,
             Label(spans[each.requirement], ""),
-            help="ask for a little more than is needed, or take a shorter time step",
+            help="use a shorter time step",
         )
         for each in certificate.at_steps_alone
     )
@@ -180,7 +176,7 @@ def not_tolerated(mission: Mission, certificate: Certificate) -> Diagnostic:
         Label(asked[0].span, ""),
         tuple(Label(each.span, "") for each in asked[1:]),
         notes=tuple(f"{check.subject}: {check.detail}" for check in list(checks.values())[:MOST_LATE]),
-        help="let less be tolerated, give the agents more time or a larger `separation`, or try another `--seed`",
+        help="tolerate a shorter delay",
     )
 
 
@@ -193,14 +189,12 @@ def not_verified(certificate: Certificate, backend: str) -> Diagnostic:
     ours = backend in BACKENDS.built_in
     return Diagnostic(
         codes.NOT_VERIFIED if ours else codes.REJECTED_PLAN,
-        "a plan was found, but it does not pass verification: a defect of the compiler"
+        "internal error: the plan found fails verification"
         if ours
-        else f"the plan of the backend `{backend}` does not pass verification",
+        else f"the plan of the backend `{backend}` fails verification",
         None,
         notes=tuple(
             f"{check.name} {check.subject}: margin {check.margin:g} {check.unit}" for check in certificate.failures[:5]
         ),
-        help="report it with the mission and the seed; another `--seed` may do meanwhile"
-        if ours
-        else f"report it to the authors of `{backend}`, or plan with `--backend auto`",
+        help="report this bug with the mission and the seed" if ours else f"report this to the authors of `{backend}`",
     )

@@ -275,24 +275,24 @@ WORDS = {Stage.OUT: "from above the pads to the starts", Stage.HOME: "back above
 def _no_way(mission: Mission, stage: Stage, nearest: Diagnostic | None) -> Diagnostic:
     return Diagnostic(
         NO_WAY,
-        f"no way was found {WORDS[stage]}",
+        f"no path was found {WORDS[stage]}",
         _where(mission),
         notes=() if nearest is None else (nearest.message, *nearest.notes[:1]),
-        help="give the team other `pads`, or another height to `hover` at",
+        help="move the pads",
     )
 
 
 def _refused(mission: Mission, judged: Certificate) -> Diagnostic:
     """What of the whole flight cannot be proved."""
     worst = judged.failures[0]
-    short = f", short by {-worst.margin:.3g} {worst.unit}".rstrip() if worst.margin < 0 else ""
+    short = f" by {-worst.margin:.3g} {worst.unit}".rstrip() if worst.margin < 0 else ""
     who = f" of {listed([f'`{name}`' for name in worst.agents])}" if worst.agents else ""
     return Diagnostic(
         NO_WAY,
-        f"the flight from the floor to the floor is not proved: `{worst.name}`{who} fails{short}",
+        f"the whole flight is not proved: `{worst.name}`{who} fails{short}",
         _where(mission),
         notes=(worst.detail,),
-        help="give the team other `pads`, or another height to `hover` at",
+        help="move the pads",
     )
 
 

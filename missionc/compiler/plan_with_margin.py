@@ -204,7 +204,7 @@ def _short(budget: api.Budget, work: float) -> api.Budget:
 
 def _too_large(ahead: TooLarge, room: int) -> str:
     return (
-        f"operators of the past, spelt out step by step, come to {ahead.nodes} parts or more; the limit is {room}"
+        f"expanded past operators have at least {ahead.nodes} parts; the limit is {room}"
         " (`--limit formula_nodes=VALUE`)"
     )
 

@@ -42,17 +42,17 @@ def remaining(checked: Checked, past: Past, limits: Limits) -> Checked | Diagnos
     for flown in past.flown:
         then = earlier(checked, flown.texts, limits) if flown.texts else checked
         if then.mission is None or then.kernel is None:
-            return unfit("its mission, as it was then, has errors")
+            return unfit("its mission has errors")
         written.append(then.mission)
         rest = rest or Remaining(then.mission, then.kernel)
     assert rest is not None
     for number, flown in enumerate(past.flown):
         if flown.agents != tuple(agent.name for agent in rest.mission.agents):
-            return unfit("it has other agents than the mission")
+            return unfit("its agents differ from those of the mission")
         if abs(flown.stretch.trace.step - rest.mission.step) > 1e-9 or flown.stretch.steps >= rest.mission.steps:
-            return unfit("it has other steps than the mission, or leaves none")
+            return unfit("its time steps differ from those of the mission, or none remain")
         if flown.stretch.trace.position.shape[2] != rest.mission.dimension:
-            return unfit("its states have other coordinates than the mission")
+            return unfit("the dimension of its states differs from that of the mission")
         now = written[number + 1] if number + 1 < len(written) else checked.valid_mission
         if wrong := _differ(rest.mission, now):
             return unfit(wrong)
@@ -125,9 +125,9 @@ def _differ(before: Mission, now: Mission) -> str:
     """In what a mission cannot go on as the other one; empty where it can."""
     names = {agent.name for agent in now.agents}
     if any(agent.name not in names for agent in before.agents):
-        return "the mission has no longer all of its agents"
+        return "the mission no longer has all of its agents"
     if before.step != now.step or before.dimension != now.dimension:
-        return "the mission has another step or another world since"
+        return "the time step or the dimension of the mission has changed"
     return ""
 
 
@@ -135,9 +135,9 @@ def unfit(why: str) -> Diagnostic:
     """What to say of a past that is none of this mission."""
     return Diagnostic(
         PAST_DOES_NOT_FIT,
-        f"what was flown is no past of this mission: {why}",
+        f"the recorded trajectory does not belong to this mission: {why}",
         None,
-        help="replan from the folder that was flown, with what was flown of it",
+        help="use the plan folder and the recorded trajectory of the same flight",
     )
 
 
@@ -146,8 +146,8 @@ def not_said(error: NotProgressableError) -> Diagnostic:
     span = getattr(error.node, "span", None)
     return Diagnostic(
         NOT_SAID,
-        "what is left of this cannot be said: it asks for a route at a step that is over, along agents of whom "
-        "something is still to come",
+        "no formula for the rest of this requirement: it needs a route at a past step, along agents with "
+        "open conditions",
         None if span is None else Label(span),
-        help="ask for the route, and for what is to come, in requirements of their own",
+        help="split it into separate requirements",
     )

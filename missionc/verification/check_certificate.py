@@ -50,13 +50,13 @@ def check_certificate(text: str, plan_sha256: str, certificate: Certificate) -> 
     try:
         stated = parse_record(text, SCHEMA)
     except NotJsonError:
-        return [_check("schema", "it is no certificate that this version of the compiler writes")]
+        return [_check("schema", "not a certificate of this version of the compiler")]
     return [
         _check("head", _head(stated, plan_sha256, certificate)),
         _check("checks", _entries(stated.get("checks"), certificate.checks, certificate)),
         _check("figures", _entries(stated.get("figures"), certificate.figures, certificate)),
         _check(
-            "warnings", None if stated.get("warnings") == list(certificate.warnings) else "its warnings are not all"
+            "warnings", None if stated.get("warnings") == list(certificate.warnings) else "its warnings are incomplete"
         ),
         _check("between_steps", _between(stated.get("between_steps"), certificate)),
         _check("delays", _delays(stated.get("delays"), certificate)),
@@ -65,26 +65,26 @@ def check_certificate(text: str, plan_sha256: str, certificate: Certificate) -> 
 
 
 def _check(subject: str, reason: str | None) -> Check:
-    return Check("certificate", subject, 0.0, "", 0.0, reason is None, detail=reason or "it states what the files say")
+    return Check("certificate", subject, 0.0, "", 0.0, reason is None, detail=reason or "its contents match the files")
 
 
 def _head(stated: Mapping[str, object], plan_sha256: str, certificate: Certificate) -> str | None:
     head = {"mission": certificate.mission, "plan_sha256": plan_sha256, "passed": certificate.passed}
     wrong = next((key for key, value in head.items() if difference(stated.get(key), value)), None)
     if wrong is not None:
-        return f"its `{wrong}` is not that of the folder"
+        return f"its `{wrong}` does not match the folder"
     strange = next((key for key in stated if key not in KEYS), None)
-    return None if strange is None else f"it has {shown(strange)}, which does not belong there"
+    return None if strange is None else f"unexpected entry {shown(strange)}"
 
 
 def _entries(stated: object, computed: Sequence[Check | Figure], whole: Certificate) -> str | None:
     """What is wrong with checks or figures: none left out, none added, no number nicer than it is."""
     if not isinstance(stated, list) or not all(isinstance(entry, dict) for entry in stated):
-        return "something is missing in it"
+        return "an entry is missing"
     if [(entry.get("name"), entry.get("subject")) for entry in stated] != [
         (each.name, each.subject) for each in computed
     ]:
-        return "it does not have the checks and figures that the folder's files come to"
+        return "its checks and figures do not match the files"
     proved = {_name_of(boxes) for boxes in whole.boxes}
     somewhere = _anywhere(whole)
     reasons = (
@@ -104,7 +104,7 @@ def _entry(stated: Mapping[str, Any], entry: Check | Figure, proved: bool, anywh
     who = f"{entry.name} of {entry.subject}"
     computed = _plain(asdict(entry))
     if set(stated) != set(computed):
-        return f"{who}: it does not have what belongs to it"
+        return f"{who}: its keys do not match"
     # What is met to rounding is tightest where rounding is worst: machines may name any time, and anybody.
     exact = isinstance(entry, Figure) or abs(entry.margin) > entry.tolerance
     for key, value in computed.items():
@@ -113,7 +113,7 @@ def _entry(stated: Mapping[str, Any], entry: Check | Figure, proved: bool, anywh
             _moment(stated_value, value)
             or (not exact and is_finite_number(stated_value) and 0 <= stated_value <= anywhere[1])
         ):
-            return f"{who}: its `at` is {shown(stated_value)}, where {shown(value)} is what the files come to"
+            return f"{who}: its `at` is {shown(stated_value)}, but the files give {shown(value)}"
         if key == "at" or (key == "agents" and not exact and _names(stated_value, value, anywhere[0])):
             continue
         worse = CERTAIN + SHARE * abs(value) if key == "margin" and proved and is_finite_number(value) else 0.0
@@ -150,13 +150,13 @@ def _names(stated: object, value: list[str], agents: set[str]) -> bool:
 def _between(stated: object, certificate: Certificate) -> str | None:
     """What is wrong with the verdicts between the steps."""
     computed = [_plain({**asdict(each), "verdict": each.verdict.value}) for each in certificate.between]
-    return None if _same_rows(stated, computed) else "what it states between the steps is not what the files come to"
+    return None if _same_rows(stated, computed) else "its verdicts between samples do not match the files"
 
 
 def _delays(stated: object, certificate: Certificate) -> str | None:
     """What is wrong with the delays that the plan tolerates."""
     computed = [_plain(asdict(each)) for each in certificate.delays]
-    return None if _same_rows(stated, computed) else "what it states of delays is not what the files come to"
+    return None if _same_rows(stated, computed) else "its delay tolerances do not match the files"
 
 
 def _same_rows(stated: object, computed: list[dict[str, Any]]) -> bool:
@@ -175,7 +175,7 @@ def _boxes(stated: Mapping[str, object], certificate: Certificate) -> str | None
     """What is wrong with the boxes, or with a margin that they do not prove."""
     rows = stated.get("boxes")
     if not isinstance(rows, list) or [_name(row) for row in rows] != [_name_of(boxes) for boxes in certificate.boxes]:
-        return "it does not have boxes for every check along the flight"
+        return "boxes are missing for a check along the flight"
     checks = stated.get("checks")
     entries = [entry for entry in checks if isinstance(entry, dict)] if isinstance(checks, list) else []
     margins = {(str(entry.get("name")), str(entry.get("subject"))): entry.get("margin") for entry in entries}
@@ -196,18 +196,18 @@ def _read(row: Mapping[str, object], boxes: Boxes) -> Boxes | str:
     """The row's boxes, about the claim that the folder's files make."""
     claim = boxes.claim
     if set(row) != {"check", "of", "unit", "times", "agents", "ends", "bounds"} or row.get("unit") != claim.unit:
-        return "it does not have what belongs to it"
+        return "its keys do not match"
     times, ends, bounds = (
         list(_rows([row.get("times")])),
         list(_rows(row.get("ends"))),
         list(_rows(row.get("bounds"))),
     )
     if len(times) != 1 or len(times[0]) != claim.times.size:
-        return "its times are not those of the flight"
+        return "its times do not match the flight"
     if any(not close(time, true) for time, true in zip(times[0], claim.times.tolist(), strict=True)):
-        return "its times are not those of the flight"
+        return "its times do not match the flight"
     if difference(row.get("agents"), claim.agents.tolist()) is not None:
-        return "its boxes are not about the agents of the mission"
+        return "its boxes do not match the agents of the mission"
     if any(not each for each in (*ends, *bounds)):
         return "its boxes do not cover the flight"
     return Boxes(claim, tuple(ends), tuple(bounds))

@@ -42,7 +42,7 @@ def difference(read: object, computed: object, place: str = "", same: float = SA
         case int() | str() | None if type(read) is type(computed) and read == computed:
             return None
         case _:
-            return f"{_named(place)} is {shown(read)}, where {shown(computed)} is what the files come to"
+            return f"{_named(place)} is {shown(read)}, but the files give {shown(computed)}"
 
 
 def close(read: float, computed: float, same: float = SAME) -> bool:
@@ -78,13 +78,13 @@ def shown(value: object) -> str:
 
 def _of_records(read: object, computed: dict[str, object], place: str, same: float) -> str | None:
     if not isinstance(read, dict):
-        return f"{_named(place)} is {shown(read)}, and no record"
+        return f"{_named(place)} is {shown(read)}, not a record"
     for key in computed:
         if key not in read:
             return f"{_named(place)} has no `{key}`"
     for key in read:
         if key not in computed:
-            return f"{_named(place)} has {shown(key)}, which does not belong there"
+            return f"{_named(place)} has an unexpected key {shown(key)}"
     differences = (
         difference(read[key], value, f"{place}.{key}" if place else key, same) for key, value in computed.items()
     )
@@ -93,9 +93,9 @@ def _of_records(read: object, computed: dict[str, object], place: str, same: flo
 
 def _of_lists(read: object, computed: list[object], place: str, same: float) -> str | None:
     if not isinstance(read, list):
-        return f"{_named(place)} is {shown(read)}, and no list"
+        return f"{_named(place)} is {shown(read)}, not a list"
     if len(read) != len(computed):
-        return f"{_named(place)} has {len(read)} entries, where the files come to {len(computed)}"
+        return f"{_named(place)} has {len(read)} entries, but the files give {len(computed)}"
     pairs = enumerate(zip(read, computed, strict=True))
     differences = (difference(one, other, f"{place}[{number}]", same) for number, (one, other) in pairs)
     return next((each for each in differences if each is not None), None)

@@ -38,7 +38,7 @@ def test_the_page_reloads_the_report_after_a_save_and_shows_findings_above_the_l
 
         save_by_rename(mission, WRONG)
         page.wait_for_selector("[data-state=wrong]")
-        assert "error[MC101]: nothing is called `gaol`" in page.inner_text("#says")
+        assert "error[MC101]: unknown name `gaol`" in page.inner_text("#says")
         assert "below is the last one" in page.inner_text("#state")
         assert report.locator("#agents li").count() == 2
 

@@ -55,4 +55,4 @@ def test_emacs_shows_what_is_wrong(tmp_path: Path) -> None:
     if "Cannot open load file" in ran.stderr and "eglot" in ran.stderr:
         pytest.skip("this Emacs has no eglot")
     line = written[: written.index("not fire")].count("\n") + 1
-    assert f"mission-mode {line}: missionc [MC008]: no operator is called `nott`" in ran.stdout, ran.stderr
+    assert f"mission-mode {line}: missionc [MC008]: unknown operator `nott`" in ran.stdout, ran.stderr

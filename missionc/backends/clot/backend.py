@@ -379,7 +379,7 @@ class TransportRun:
         """
         reached, self.reached = self.reached, None
         if reached is not None and self.accepted(reached.control) is None:
-            raise UnusableSnapshot("what it holds as a plan is none")
+            raise UnusableSnapshot("its plan is invalid")
         return reached
 
     def in_time(self) -> bool:

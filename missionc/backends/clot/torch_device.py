@@ -27,8 +27,8 @@ def device_missing(options: Options) -> Diagnostic | None:
         NO_DEVICE,
         f"torch has no device `{options.device}` here",
         None,
-        notes=("either there is no such GPU, or its driver or torch's own build for it is missing",),
-        help="leave `--device` out: the CPU is always there",
+        notes=("the GPU, its driver or the build of torch for it is missing",),
+        help="delete `--device` to use the CPU",
     )
 
 

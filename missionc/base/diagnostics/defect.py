@@ -12,8 +12,8 @@ from missionc.base.memory import exhausted
 from missionc.base.source import Span
 from missionc.base.supervision import Cause, Ended
 
-KEPT = "the result was complete before this step, and is unchanged"
-MORE = "MISSIONC_TRACEBACK=1 shows more"
+KEPT = "the result before this step is complete and unchanged"
+TRACEBACK = "set MISSIONC_TRACEBACK=1 to see the traceback"
 
 
 def defect(error: Exception) -> Diagnostic:
@@ -22,10 +22,10 @@ def defect(error: Exception) -> Diagnostic:
         return extension_error(of_extension)
     return Diagnostic(
         INTERNAL,
-        f"a defect of the compiler: {failure(error)}",
+        f"internal error: {failure(error)}",
         None,
-        notes=(str(error)[:200],) if str(error) else (),
-        help=f"report it with the mission, the command and `missionc --version`; {MORE}",
+        notes=(*((str(error)[:200],) if str(error) else ()), TRACEBACK),
+        help="report this bug with the mission, the command and `missionc --version`",
     )
 
 
@@ -46,27 +46,27 @@ def improvement_failed(step: str, error: Exception) -> Diagnostic:
     """
     memory = exhausted(error)
     of_extension = attributed(error)
-    why = str(of_extension) if of_extension else f"a defect of the compiler: {failure(error)}"
-    why = "memory ran out" if memory else why
+    why = str(of_extension) if of_extension else f"internal error: {failure(error)}"
+    why = "out of memory" if memory else why
     return Diagnostic(
         IMPROVEMENT_FAILED,
         f"{step} failed: {why}",
         None,
         notes=(KEPT,),
-        help="allow more with `--memory-limit`"
+        help="raise the limit with `--memory-limit`"
         if memory
-        else "use the result, and report the defect with the mission, the command and `missionc --version`",
+        else "report this bug with the mission, the command and `missionc --version`",
     )
 
 
 def cut_off(ended: Ended) -> Diagnostic:
     """Report the end of the process that did the work, which its parent or the system ended."""
     code, why, help_ = {
-        Cause.TIME: (OUT_OF_TIME, "the time limit was reached in", "allow more with `--time-limit`"),
-        Cause.MEMORY: (OUT_OF_MEMORY, "the memory limit was reached in", "make the mission smaller"),
-        Cause.CRASH: (INTERNAL, f"a defect of the compiler: signal {ended.status} in", "report it with the mission"),
+        Cause.TIME: (OUT_OF_TIME, "the time limit was reached in", "raise the limit with `--time-limit`"),
+        Cause.MEMORY: (OUT_OF_MEMORY, "the memory limit was reached in", "raise the limit with `--memory-limit`"),
+        Cause.CRASH: (INTERNAL, f"internal error: signal {ended.status} in", "report this bug with the mission"),
     }[ended.cause or Cause.CRASH]
-    why += " a library call that cannot be interrupted"
+    why += " a library call without interruption points"
     if ended.kept:
         return Diagnostic(IMPROVEMENT_FAILED, f"improving the plan failed: {why}", None, notes=(KEPT,), help=help_)
     return Diagnostic(code, why if code is INTERNAL else f"undecided: {why}", None, help=help_)
@@ -76,8 +76,8 @@ def later_not_written(wrong: Diagnostic) -> Diagnostic:
     """Report that a better plan could not replace the verified one in the folder."""
     return Diagnostic(
         IMPROVEMENT_FAILED,
-        f"a better plan was found, and could not be written: {wrong.message}",
+        f"a better plan could not be written: {wrong.message}",
         None,
-        notes=(*wrong.notes, "the folder holds the verified plan from before"),
-        help="make room, or name another folder with `-o`",
+        notes=(*wrong.notes, "the folder contains the previous verified plan"),
+        help="name another folder with `-o`",
     )

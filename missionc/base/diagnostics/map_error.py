@@ -31,6 +31,6 @@ def unsaid(message: str, span: Span, way_out: str) -> MapError:
 def too_many(source: Source, what: str, name: str, count: int, limits: Limits, span: Span) -> MapError:
     if count > MOST:
         message = f"`{source.name}` has more than {MOST} {what}; the limit is {getattr(limits, name)}"
-        return MapError(FILE_TOO_LARGE, message, span, "make the file smaller")
+        return MapError(FILE_TOO_LARGE, message, span, "use a smaller file")
     message = f"`{source.name}` has {count} {what}; the limit is {getattr(limits, name)}"
-    return MapError(FILE_TOO_LARGE, message, span, f"allow more with `--limit {name}={count}`")
+    return MapError(FILE_TOO_LARGE, message, span, f"raise the limit with `--limit {name}={count}`")

@@ -62,9 +62,9 @@ def _place(span: Span) -> tuple[str, int, int]:
 
 def _with(turns: list[tuple[Turn, ...]], everywhere: bool) -> str:
     if everywhere and len(turns) > 1:
-        return f"it is so with every {' and '.join(f'`{turn.name}`' for turn in turns[0])}"
+        return f"for every {' and '.join(f'`{turn.name}`' for turn in turns[0])}"
     shown = [", ".join(f"{turn.name} = {turn.value}" for turn in each) for each in turns[:MOST]]
     more = f", and {len(turns) - MOST} more" if len(turns) > MOST else ""
     if len(turns) == 1:
-        return f"it is so with {shown[0]}"
-    return f"it is so with {'; '.join(shown)}{more}; the first of them is shown"
+        return f"for {shown[0]}"
+    return f"for {'; '.join(shown)}{more} (first one shown)"

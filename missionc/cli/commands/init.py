@@ -92,14 +92,14 @@ def _backend(template: Template) -> str:
 def _name_refused(name: str) -> Diagnostic | None:
     """What forbids the name as that of a mission; absent where nothing does."""
     if reserved(name):
-        message = f"{quoted(name)} is a word of the language, so it cannot be the name of a mission"
-        return Diagnostic(NAME_NOT_ALLOWED, message, None, help=f"choose another, such as `{name}_1`")
+        message = f"{quoted(name)} is a keyword and cannot be the name of a mission"
+        return Diagnostic(NAME_NOT_ALLOWED, message, None, help=f"choose another name, such as `{name}_1`")
     most = Limits().name_length
     if not nameable(name) or len(name) > most:
         message = f"{quoted(name)} cannot be the name of a mission"
-        note = f"a name is a letter or `_` followed by letters a to z, digits and `_`, at most {most} of them"
+        note = f"a name has at most {most} letters a to z, digits and `_`, without a digit first"
         return Diagnostic(
-            NAME_NOT_ALLOWED, message, None, notes=(note,), help=f"choose another, such as `{_like(name)}`"
+            NAME_NOT_ALLOWED, message, None, notes=(note,), help=f"choose another name, such as `{_like(name)}`"
         )
     return None
 
@@ -113,5 +113,5 @@ def _like(name: str) -> str:
 def _file_refused(target: Path, force: bool) -> Diagnostic | None:
     if not os.path.lexists(target) or force:
         return None
-    help_ = "choose another name, or replace it with `--force`"
+    help_ = "replace it with `--force`"
     return Diagnostic(OUTPUT_EXISTS, f"`{target}` exists", None, help=help_)

@@ -192,9 +192,9 @@ def _lines(asked: Live, mission: Mission, limits: Limits) -> Iterator[str] | Dia
         try:
             return sample_lines.of_socket(sample_lines.listen(host, port))
         except (OSError, ValueError) as error:  # the latter, of a name that no host can have
-            why = getattr(error, "strerror", None) or "no host has such a name"
-            reason = f"nothing can be received on port {port} of {host}: {why}"
-            return Diagnostic(NOT_LISTENING, reason, None, help="name another port, or end what listens there")
+            why = getattr(error, "strerror", None) or "unknown host"
+            reason = f"cannot receive on port {port} of {host}: {why}"
+            return Diagnostic(NOT_LISTENING, reason, None, help="use another port")
     if asked.mcap is None:
         return sample_lines.of_standard_input() if sys.stdin is not None else closed_input()
     if not find_spec("mcap"):

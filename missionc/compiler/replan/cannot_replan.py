@@ -15,7 +15,7 @@ from missionc.ir import Mission
 from missionc.verification.certificate import Check
 from missionc.verification.monitoring.live.first_violations import first_violations
 
-HOVER = "until then everybody can stop, which is proven: `--format json` has the polynomials of the stops"
+HOVER = "all agents can stop before then (proved; `--format json` lists the polynomials of the stops)"
 
 
 def no_longer_kept(before: Checked, rest: Checked, request: Request) -> list[Diagnostic]:
@@ -26,15 +26,15 @@ def no_longer_kept(before: Checked, rest: Checked, request: Request) -> list[Dia
     findings = []
     for name in (*rest.rest.violated, *rest.rest.nobodys):
         lost = name in rest.rest.nobodys
-        when = f"since {since[name]:g} s" if name in since else "with the world and the team as they are now"
-        why = f"only those could keep it who are lost: {', '.join(request.lost)}" if lost else f"that is so {when}"
+        when = f"since {since[name]:g} s" if name in since else "with the current world and team"
+        why = f"only lost agents could satisfy it: {', '.join(request.lost)}" if lost else f"violated {when}"
         findings.append(
             Diagnostic(
                 NO_LONGER_KEPT,
-                f"`{name}` can no longer be kept",
+                f"`{name}` can no longer be satisfied",
                 Label(spans[name]) if name in spans else None,
                 notes=(why,),
-                help=f"plan for everything else with `--give-up {_word(name)}`",
+                help=f"drop this requirement with `--give-up {_word(name)}`",
             )
         )
     return findings
@@ -55,33 +55,31 @@ def no_safe_stop(mission: Mission, failed: tuple[Check, ...]) -> Diagnostic:
     """No stop of the whole team was found in which nothing touches and every vehicle keeps its limits."""
     worst = min(failed, key=lambda check: check.margin, default=None)
     if worst is None:
-        message = "there is no time left to stop in before the plan is over"
-        return Diagnostic(NO_SAFE_STOP, message, Label(mission.span), help="fly on, or land")
+        message = "too little time to stop before the plan ends"
+        return Diagnostic(NO_SAFE_STOP, message, Label(mission.span), help="follow the plan to its end")
     who = ", ".join(worst.agents)
-    what, note = f"with which nobody touches anything: {who} at {worst.subject}", "they would overlap by"
+    what, note = f"without a collision: {who} at {worst.subject}", "overlap"
     if worst.name.startswith("flown"):
-        what, note = f"in which {worst.detail}: {who}", "it misses that by"
+        what, note = f"that satisfies `{worst.name}`: {who}", "violated by"
     return Diagnostic(
         NO_SAFE_STOP,
         f"no stop of all agents was found {what}",
         Label(mission.span),
         notes=(f"{note} {-worst.margin:.2f} {worst.unit}",),
-        help="land those who are in the way, and name them with `--lost`",
+        help="land the blocking agents and name them with `--lost`",
     )
 
 
 def nobody_left(mission: Mission) -> Diagnostic:
-    return Diagnostic(
-        NO_LONGER_KEPT, "all agents are lost: nobody is left to plan for", Label(mission.span), help="begin again"
-    )
+    return Diagnostic(NO_LONGER_KEPT, "all agents are lost", Label(mission.span), help="start a new mission")
 
 
 def no_plan_in_time(rest: Checked, compiled: Compiled) -> tuple[Diagnostic, ...]:
     """What was found in the place of a plan; and that nothing comes of it."""
     if isinstance(compiled.outcome, Impossible):
         names = compiled.outcome.conflict
-        way = f"plan for everything else with `--give-up {_word(names[0])}`" if names else "land"
+        way = f"drop this requirement with `--give-up {_word(names[0])}`" if names else "land"
     else:
-        way = "give it more time with `--within`, give a requirement up with `--give-up`, or land"
-    mine = Diagnostic(NOT_BY_THEN, "there is no other plan by then", None, notes=(HOVER,), help=way)
+        way = "allow more time with `--within`"
+    mine = Diagnostic(NOT_BY_THEN, "no new plan was ready in time", None, notes=(HOVER,), help=way)
     return (*(each for each in compiled.findings if not each.code.warning), mine)

@@ -63,7 +63,7 @@ def patched(checked: Checked, patch: Source, limits: Limits) -> Mapping[str, str
 
 def _no_file(written: str, span: Span, /, *, data: bool = False) -> Source | Diagnostic:
     """A patch is one text, whatever lies beside it."""
-    return _said(span, f"a patch reads no other file, and not `{written}`", "write its declarations into the patch")
+    return _said(span, f"a patch cannot read the file `{written}`", "copy its declarations into the patch")
 
 
 def _before(program: ast.Program, item: ast.Declaration) -> ast.Declaration | None:
@@ -84,12 +84,14 @@ def _team(before: ast.Team, now: ast.Team) -> list[Change] | Diagnostic:
     if (before.size is None) != (now.size is None) or (
         now.size is not None and before.size is not None and now.size.span.text != before.size.span.text
     ):
-        return _said(now.span, "a patch cannot change how many agents a team has", "name who is lost with `--lost`")
+        return _said(now.span, "a patch cannot change the size of a team", "name lost agents with `--lost`")
     changes: list[Change] = []
     for item in now.items:
         own = next((each for each in before.items if type(each) is type(item) and _same(each, item)), None)
         if isinstance(item, ast.Start):
-            return _said(item.span, "agents have started already", "leave their `start` out of the patch")
+            return _said(
+                item.span, "a patch cannot change `start`: the agents have started", "delete `start` from the patch"
+            )
         if own is not None:
             changes.append((own.span, item.span.text))
         else:
@@ -109,8 +111,8 @@ def _same(one: object, other: object) -> bool:
 def _refused(item: ast.Declaration) -> Diagnostic:
     word = item.span.text.split(maxsplit=1)[0]
     if isinstance(item, (*OTHERS, ast.Team)):
-        return _said(item.span, f"the mission has no `{_name(item)}` whose place this could take", "look at its name")
-    return _said(item.span, f"`{word}` cannot be changed in flight", f"a patch may change {CHANGEABLE}")
+        return _said(item.span, f"the mission has no `{_name(item)}` to replace", "check the name")
+    return _said(item.span, f"`{word}` cannot be changed in flight", f"change only {CHANGEABLE}")
 
 
 def _said(span: Span, message: str, help: str) -> Diagnostic:

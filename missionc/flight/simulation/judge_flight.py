@@ -155,5 +155,5 @@ def _between(mission: Mission, curves: Curves) -> Iterable[Check]:
             at = float(curves.times[piece] + when[free.argmin()])
     if len(radii) > 1:
         names = tuple(mission.agents[agent].name for agent in pair)
-        detail = "every two bodies stay apart throughout"
+        detail = "no bodies touch in continuous time"
         yield Check("separation", "all pairs", nearest, "m", 0.0, nearest >= 0, at, names, detail)

@@ -165,7 +165,7 @@ def cannot_lose(mission: Mission, disturbance: Disturbance) -> str:
     names = [agent.name for agent in mission.agents]
     for name, when in disturbance.lose:
         if name not in names:
-            return f"`{mission.name}` has no agent called `{name}`"
+            return f"`{mission.name}` has no agent `{name}`"
         if when > mission.horizon:
             return f"`{name}` cannot be lost at {when:g} s: the flight ends at {float(mission.horizon):g} s"
     return ""

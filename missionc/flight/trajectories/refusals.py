@@ -28,29 +28,29 @@ def not_flyable(mission: Mission, tried: list[Check]) -> Diagnostic:
     spans = {agent.name: agent.span for agent in mission.agents}
     names = failed.agents if failed and failed.agents else (mission.agents[0].name,)
     who = " and ".join(f"`{name}`" for name in names)
-    message, why = f"no polynomials fly the plan of {who}", "no curve was found that stays near the plan"
-    help_ = "give the agents more time for their ways: a larger `step`, or slower `dynamics`"
+    message, why = f"no polynomials fit the plan of {who}", "no curve near the plan was found"
+    help_ = "use a larger `step`"
     match failed:
         case Check(name="flown obstacle", subject=obstacle, margin=margin, at=float(at)) if plain:
-            message += f" clear of `{obstacle}`: they would touch at {at:.2f} s"
-            why = f"the best that was found overlaps by {-margin - mission.clearance:.3g} m there"
-            help_ = f"give the plan more room there: a `clearance` above {mission.clearance:g} m, or another start"
+            message += f": a collision with `{obstacle}` at {at:.2f} s"
+            why = f"the best curve overlaps by {-margin - mission.clearance:.3g} m"
+            help_ = f"use a `clearance` above {mission.clearance:g} m"
         case Check(name="flown separation", margin=margin, at=float(at)) if plain:
-            message += f": they would touch at {at:.2f} s"
-            why = f"the best that was found overlaps by {-margin - mission.separation:.3g} m there"
-            help_ = f"give the plan more room there: a `separation` above {mission.separation:g} m, or other starts"
+            message += f": a collision at {at:.2f} s"
+            why = f"the best curves overlap by {-margin - mission.separation:.3g} m"
+            help_ = f"use a `separation` above {mission.separation:g} m"
         case Check(name=name, margin=margin, unit=unit, at=float(at)):
             message += f" at {at:.2f} s"
-            why = f"in the best that was found `{name}` fails by {-margin:.3g} {unit}".rstrip()
+            why = f"the best curves violate `{name}` by {-margin:.3g} {unit}".rstrip()
             if name in ("flown downwash", "flown separation"):
-                help_ = "give the plan more room there: a larger `separation`, or other starts"
+                help_ = "use a larger `separation`"
         case _:
             pass
     return Diagnostic(
         NOT_FLYABLE,
         message,
         Label(spans[names[0]]),
-        notes=(why, f"they start and end at rest, and stay within {TUBE:g} m of the verified motion"),
+        notes=(why, f"the curves must start and end at rest, within {TUBE:g} m of the verified motion"),
         help=help_,
     )
 
@@ -70,15 +70,14 @@ def too_fast(mission: Mission, peaks: tuple[tuple[str, Peak], ...], stretch: flo
     needed = stretch * most.stretch
     return Diagnostic(
         NEEDS_MORE_TIME,
-        f"the plan is too fast for `{first}`: {_reached(most)} at {most.at:.2f} s, and `{agent.vehicle.name}` "
+        f"the plan is too fast for `{first}`: {_reached(most)} at {most.at:.2f} s; `{agent.vehicle.name}` "
         f"allows {_allowed(most)}",
         Label(agent.span),
         notes=(
             *(f"{_reached(peak)} of `{name}` at {peak.at:.2f} s; {_allowed(peak)} allowed" for name, peak in others),
-            f"of the flights that were found this one exceeds least; {needed:.3g} times slower it keeps to all limits",
+            f"the flight satisfies all limits if it is {needed:.3g} times slower",
         ),
-        help=f"fly the plan slower with `--stretch {proposed(needed):g}`, if the mission's windows allow it; "
-        "or have it planned slower, with less speed in `dynamics`",
+        help=f"fly the plan slower with `--stretch {proposed(needed):g}`",
     )
 
 
@@ -96,23 +95,23 @@ def not_slower(
     spans = {requirement.name: requirement.span for requirement in mission.requirements}
     names = " and ".join(f"`{each.name}`" for each in broken)
     other = [check for check in certificate.failures if check.name != "requirement"]
-    what = f"no longer does what {names} ask{'s' if len(broken) == 1 else ''}" if broken else "is no plan any more"
+    what = f"violates {names}" if broken else "is not valid"
     if broken:
-        help_ = f"give {names} a later or wider window"
+        help_ = f"make the window of {names} later or wider"
     elif any(check.name == "speed" for check in other):
-        help_ = "allow slower motion in `dynamics`"
+        help_ = "allow a lower speed in `dynamics`"
     else:
-        help_ = "try a whole number" if stretch % 1 else "try another number"
+        help_ = "use a whole number" if stretch % 1 else "use another number"
     return Diagnostic(
         NEEDS_MORE_TIME,
         f"flown {stretch:g} times slower, the plan {what}",
         Label(spans[broken[0].name]) if broken else Label(mission.time_span or mission.span),
-        tuple(Label(spans[each.name], "and this") for each in broken[1:]),
+        tuple(Label(spans[each.name], "also violated") for each in broken[1:]),
         notes=(
-            *(f"`{each.name}` is missed by {each.short}{_when(mission, each)}" for each in broken),
+            *(f"`{each.name}` is violated by {each.short}{_when(mission, each)}" for each in broken),
             *map(_failure, other[:MOST_REASONS]),
         ),
-        help=f"{help_}; or leave `--stretch` out and have the mission planned slower, with less speed in `dynamics`",
+        help=help_,
     )
 
 

@@ -50,7 +50,7 @@ class _States:
 
     def __getattr__(self, word: str) -> Quantity:
         if word not in STATES:
-            raise AttributeError(f"no state is called `{word}`; there are {', '.join(sorted(STATES))}")
+            raise AttributeError(f"unknown state `{word}`; use one of {', '.join(sorted(STATES))}")
         return Quantity(ast.Name(call_site(), word))
 
     def __dir__(self) -> Iterator[str]:
@@ -94,7 +94,7 @@ def maximum(*values: QuantityLike) -> Quantity:
 def _extreme(word: str, values: tuple[QuantityLike, ...]) -> Quantity:
     parts = tuple(map(quantity, values))
     if not parts:
-        raise TypeError("one quantity at least was expected")
+        raise TypeError("expected at least one quantity")
     return Quantity(ast.Extreme(call_site(), word, tuple(each.node for each in parts)), *parts)
 
 

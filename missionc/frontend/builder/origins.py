@@ -29,7 +29,7 @@ def source_of(mission: MissionLike) -> str | Path | Source:
         return mission
     if isinstance(mission, Mission):
         return mission.source
-    raise TypeError(f"a path, a Source or a Mission was expected, not {mission!r}")
+    raise TypeError(f"expected a path, a Source or a Mission, found {mission!r}")
 
 
 def at_origins(findings: Iterable[Diagnostic], mission: MissionLike) -> tuple[Diagnostic, ...]:

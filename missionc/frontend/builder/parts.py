@@ -296,7 +296,7 @@ def quantity(value: QuantityLike) -> Quantity:
         except OverflowError:
             number = math.inf
         if not math.isfinite(number):
-            raise ValueError(f"a finite number was expected, not {value}")
+            raise ValueError(f"expected a finite number, found {value}")
         node = ast.Number(call_site(), abs(number))
         return Quantity(ast.Negative(node.span, node) if number < 0 else node)
     return _part(Quantity, value, "a number, or a text such as `2 m`")
@@ -332,7 +332,7 @@ def point(value: PointLike) -> ast.Point:
     if isinstance(value, str):
         return cast(ast.Beacon, read_text("beacon _ = {}", value)).position
     if isinstance(value, Part) or not isinstance(value, Iterable):
-        raise TypeError(f"a point was expected, such as `(1, 2)`, not {value!r}")
+        raise TypeError(f"expected a point such as `(1, 2)`, found {value!r}")
     coordinates: list[QuantityLike] = list(value)
     return ast.Point(call_site(), tuple(quantity(each).node for each in coordinates))
 
@@ -351,7 +351,7 @@ def name_of(value: NamedLike) -> ast.Name:
     if isinstance(value, str):
         value = region(value)
     if not isinstance(value, Part) or not isinstance(value.node, ast.Name):
-        raise TypeError(f"a declared part or its name was expected, not {value!r}")
+        raise TypeError(f"expected a declared part or its name, found {value!r}")
     return value.node
 
 
@@ -368,9 +368,9 @@ def declared_name(text: str) -> ast.Name:
         ValueError: the text is no name.
     """
     if not isinstance(text, str):
-        raise TypeError(f"a name was expected, not {text!r}")
+        raise TypeError(f"expected a name, found {text!r}")
     if not nameable(text.partition("[")[0].strip()):
-        raise ValueError(f"`{text}` is no name: letters a to z, digits and `_` make one, and no digit is first")
+        raise ValueError(f"invalid name `{text}`: use letters a to z, digits and `_`, without a digit first")
     return cast(ast.Param, read_text("param {} = 0", text)).name
 
 
@@ -381,12 +381,12 @@ def _part(kind: type[Kind], value: object, expected: str) -> Kind:
     if isinstance(value, kind):
         return value
     if not isinstance(value, str):
-        raise TypeError(f"{expected} was expected, not {value!r}")
+        raise TypeError(f"expected {expected}, found {value!r}")
     match read_text(kind.template, value):
         case ast.Let(body=node) | ast.Param(value=node) | ast.Region(shape=node) | ast.Group(members=(node,)):
             return kind(node)
         case _:
-            raise ValueError(f"{expected} was expected, not `{value}`")
+            raise ValueError(f"expected {expected}, found `{value}`")
 
 
 def read_text(template: str, *texts: str) -> ast.Declaration:
@@ -461,7 +461,7 @@ def _combined(operator: str, left: ShapeLike, right: ShapeLike) -> Shape:
 
 def _member_of_family(node: object, indices: QuantityLike | tuple[QuantityLike, ...]) -> ast.Indexed:
     if not isinstance(node, ast.Name) or isinstance(node, ast.Indexed):
-        raise TypeError("only the name of a family has members")
+        raise TypeError("only a family has members")
     span, places = call_site(), indices if isinstance(indices, tuple) else (indices,)
     return ast.Indexed(span, node.text, tuple(quantity(each).node for each in places), span)
 

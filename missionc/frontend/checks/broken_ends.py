@@ -107,26 +107,25 @@ def _finding(
     for agent, place in places.items():
         if place is not None:
             written.setdefault(place.span, []).append(f"`{mission.agents[agent].name}`")
-    by = f", by {metres(amount)}" if amount > ROUNDING else ""
+    by = f" by {metres(amount)}" if amount > ROUNDING else ""
     spread = any(intervals.radius[agent, culprit.column] > 0 for agent in agents)
-    at_best = " at best, wherever in their regions they are" if spread and by else ""
+    in_regions = " or more, for all positions in their regions" if spread and by else ""
     verdict = _verdict(culprit)
-    finishing = listed(names) + (f" {verb}es" if verb == "finish" else f" {verb}s") if len(names) == 1 else ""
     return Diagnostic(
         CONTRADICTION,
-        f"requirement `{goal.name}` contradicts where {finishing or f'{listed(names)} {verb}'}",
-        Label(culprit.words or goal.span, f"{verdict} at {seconds(mission, step)}{by}{at_best}"),
+        f"requirement `{goal.name}` contradicts the {verb} of {listed(names)}",
+        Label(culprit.words or goal.span, f"{verdict} at {seconds(mission, step)}{by}{in_regions}"),
         tuple(
             Label(place.span, f"{listed(written[place.span])} {verb}{_s(verb, written[place.span])} here")
             for place in {each.span: each for each in places.values() if each is not None}.values()
         ),
         tuple(notes),
-        f"{verb} elsewhere, or let the requirement's window leave out {seconds(mission, step)}",
+        f"exclude {seconds(mission, step)} from the window of the requirement",
     )
 
 
 def _verdict(culprit: Culprit) -> str:
-    return "false" if culprit.upper is not says_opposite(culprit.node) else "true, which it must not be,"
+    return "false" if culprit.upper is not says_opposite(culprit.node) else "true, but must be false,"
 
 
 def _whatever_the_motion(mission: Mission, goal: Goal, culprit: Culprit) -> Diagnostic:
@@ -134,9 +133,9 @@ def _whatever_the_motion(mission: Mission, goal: Goal, culprit: Culprit) -> Diag
     step = 0 if culprit.column == FIRST else mission.steps
     return Diagnostic(
         CONTRADICTION,
-        f"requirement `{goal.name}` cannot be satisfied, whatever the motion",
-        Label(culprit.words or goal.span, f"{_verdict(culprit)} at {seconds(mission, step)}, whatever the agents do"),
-        help=f"let the requirement's window leave out {seconds(mission, step)}, or drop this part",
+        f"requirement `{goal.name}` cannot be satisfied by any motion",
+        Label(culprit.words or goal.span, f"{_verdict(culprit)} at {seconds(mission, step)} for every motion"),
+        help=f"exclude {seconds(mission, step)} from the window of the requirement",
     )
 
 
@@ -154,14 +153,12 @@ def _because(
         names = f"`{mission.agents[first].name}` and `{mission.agents[second].name}`"
         length = float(distance_between(np, position[first], position[second]))
         exact = all((place := end_of(mission.agents[each], culprit.column)) and place.point for each in (first, second))
-        return f"{names} are {metres(length)} apart" + ("" if exact else " from the middle of one place to the other's")
+        return f"{names} are {metres(length)} apart" + ("" if exact else " between the centres of their regions")
 
     match culprit.node:
         case Atom(predicate) if (formation := predicate.formation) and formation.edges:
             edge = intervals.worst_edge(formation, culprit.column)
-            wanted = (
-                f"; `{formation.name}` has them {metres(edge.target)} apart" if isinstance(edge.target, float) else ""
-            )
+            wanted = f"; `{formation.name}` requires {metres(edge.target)}" if isinstance(edge.target, float) else ""
             return (edge.first, edge.second), [apart(edge.first, edge.second) + wanted]
         case Atom(predicate) if pairs := predicate.pairs_of(culprit.agent):
             return pairs[0], [apart(*pairs[0])]
@@ -176,7 +173,11 @@ def _because(
             first, second = (graph.agents[place] for place in worst_links[0].tolist())
             radius = range_of(graph, first, second)
             near = float(distance_between(np, position[first], position[second])) < radius
-            blocked = ", and an obstacle is in the way" if near and isinstance(graph, Sight) and culprit.upper else ""
+            blocked = (
+                ", and an obstacle blocks the line of sight"
+                if near and isinstance(graph, Sight) and culprit.upper
+                else ""
+            )
             names = [f"`{mission.agents[agent].name}`" for agent in (first, second)]
             what = (
                 f"range of `{graph.name}` from {names[0]} to {names[1]}"

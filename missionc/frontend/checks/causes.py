@@ -104,7 +104,7 @@ class Causes:
             node.span,
             figures(self.mission, nearest),
             (begins(nearest),),
-            WIDEN if nearest.barred else "give it more time, raise the top speed, or start nearer",
+            WIDEN if nearest.barred else "allow more time",
         )
 
     def away(self, areas: Collection[Area], steps: Mapping[int, int]) -> int:
@@ -142,16 +142,16 @@ class Causes:
         if not found:
             return None
         agent, way = min(found, key=lambda pair: pair[1].length)
-        apart = "no way from one to the other" if math.isinf(way.length) else f"{metres(way.length)} apart"
+        apart = "no path between them" if math.isinf(way.length) else f"{metres(way.length)} apart"
         far = metres(agent.dynamics.top_speed * self.mission.step)
         return Cause(
             JUMP,
             _bits([agent for agent, _ in found]),
-            f"{_nobody([agent for agent, _ in found])} get from one side of this `until` to the other in a step",
+            f"{_nobody([agent for agent, _ in found])} get from the left to the right side of this `until` in one step",
             node.end.span or node.span,
-            f"{apart}{' round the obstacles' if way.bent and math.isfinite(way.length) else ''}, {far} in a step",
-            (Label(node.hold.span, "from here"),) if node.hold.span else (),
-            "let the left side hold on the way there, or raise the top speed",
+            f"{apart}{' around the obstacles' if way.bent and math.isfinite(way.length) else ''}; {far} per step",
+            (Label(node.hold.span, "left side"),) if node.hold.span else (),
+            "raise the top speed",
         )
 
     # ------------------------------------------------------------------ stays
@@ -174,17 +174,17 @@ class Causes:
         agent = self.mission.agents[stuck[0]]
         few = next(few for few in range(1, fast[stuck[0]] + 1) if self._least(agent.index, few) > wide + ROUNDING)
         far = metres(self._least(agent.index, few))
-        turns = "" if few == 1 else f", turning by {_turn(self.mission, agent)} at most in each"
+        turns = "" if few == 1 else f", with turns of at most {_turn(self.mission, agent)}"
         return Cause(
             RESTLESS,
             _bits([self.mission.agents[each] for each in stuck]),
             f"{_nobody([self.mission.agents[each] for each in stuck])} stay there for"
             f" {seconds(self.mission, fast[stuck[0]])}",
             node.span,
-            f"{metres(wide)} across at most; at {speed(agent.dynamics.lowest_speed)} or more it is {far} away after"
+            f"at most {metres(wide)} across; at {speed(agent.dynamics.lowest_speed)} or more, it is {far} away after"
             f" {few} {'step' if few == 1 else 'steps'}{turns}",
-            (Label(agent.span, "its lowest speed"),),
-            "make the region larger, let it be left, or lower the lowest speed",
+            (Label(agent.span, "lowest speed"),),
+            "make the region larger",
         )
 
     def _least(self, agent: int, moves: int) -> float:
@@ -235,15 +235,15 @@ class Causes:
         room = self.ground.atlas.capacity(free, spacing * (1 - ROUNDING) - ROUNDING)
         if room >= number:
             return None
-        most = "no agent" if room == 0 else "one agent" if room == 1 else f"{room:,} agents"
+        most = "no agent" if room == 0 else "at most one agent" if room == 1 else f"at most {room:,} agents"
         return Cause(
             CROWDED,
             -1,
-            f"there is no room for {number:,} agents at once",
+            f"no room for {number:,} agents at the same time",
             node.span,
-            f"room for {most} at most, whose centres are {metres(spacing)} apart",
+            f"room for {most}, with centres {metres(spacing)} apart",
             (),
-            "make the region larger, ask for fewer at once, or for smaller bodies and separation",
+            "make the region larger",
         )
 
     def no_fit(self, node: Node, predicate: Predicate) -> Cause | None:
@@ -261,11 +261,11 @@ class Causes:
         return Cause(
             NO_FIT,
             -1,
-            f"formation `{formation.name}` fits nowhere",
+            f"formation `{formation.name}` does not fit into the world",
             node.span,
             figure,
-            (Label(formation.span, f"with its tolerance of {metres(formation.tolerance)}"),),
-            "make the formation smaller, its tolerance larger, or move the obstacles",
+            (Label(formation.span, f"tolerance {metres(formation.tolerance)}"),),
+            "make the formation smaller",
         )
 
 

@@ -29,7 +29,7 @@ from missionc.ir.wording import listed, metres, seconds, speed
 THIN = 1e-3
 """Metres: a passage narrower than that is none."""
 
-WIDEN = "widen a passage, make the body smaller, or start on its other side"
+WIDEN = "widen a passage"
 
 
 class Journey(Record):
@@ -163,28 +163,28 @@ def figures(mission: Mission, journey: Journey) -> str:
     if journey.barred:
         return _narrow(mission, journey)
     if fastest <= 0:
-        return f"it is {metres(journey.distance)} away and does not move"
+        return f"the agent is {metres(journey.distance)} away and does not move"
     steps = math.ceil(journey.distance / fastest / mission.step - ROUNDING)
-    round_ = " round the obstacles" if journey.bent else ""
+    round_ = " around the obstacles" if journey.bent else ""
     return f"{metres(journey.distance)} away{round_}, which takes {seconds(mission, steps)} at {speed(fastest)}"
 
 
 def _narrow(mission: Mission, journey: Journey) -> str:
     needed = f"{metres(journey.agent.radius + mission.clearance)}{' with the clearance' if mission.clearance else ''}"
     if journey.passage < THIN:
-        return f"obstacles leave no way there for its radius of {needed}"
-    return f"every way there leads within {metres(journey.passage)} of an obstacle; its radius is {needed}"
+        return f"obstacles block every path for a radius of {needed}"
+    return f"every path passes within {metres(journey.passage)} of an obstacle; the radius is {needed}"
 
 
 def begins(journey: Journey) -> Label:
     """Where the journey begins, and how it goes."""
-    how = "" if journey.barred else ", round the obstacles" if journey.bent else ", on a straight line"
-    return Label(journey.agent.start.span, f"from here{how}")
+    how = "" if journey.barred else ", around the obstacles" if journey.bent else ", on a straight line"
+    return Label(journey.agent.start.span, f"path starts here{how}")
 
 
 def _others(missed: list[Journey]) -> tuple[str, ...]:
     names = [f"`{journey.agent.name}`" for journey in missed[1:]]
-    return (f"neither can {listed(names)}",) if names else ()
+    return (f"also {listed(names)}",) if names else ()
 
 
 def _finish_too_far(mission: Mission, span: Span, missed: list[Journey]) -> Diagnostic:
@@ -194,9 +194,9 @@ def _finish_too_far(mission: Mission, span: Span, missed: list[Journey]) -> Diag
         f"`{first.agent.name}` cannot reach its finish"
         + ("" if first.barred else f" by {seconds(mission, mission.steps)}"),
         Label(span, figures(mission, first)),
-        (Label(first.agent.start.span, "from here"),),
+        (Label(first.agent.start.span, "path starts here"),),
         _others(missed),
-        WIDEN if first.barred else "lengthen the horizon, raise the top speed, or move the finish nearer",
+        WIDEN if first.barred else "lengthen the horizon",
     )
 
 
@@ -218,7 +218,7 @@ def _too_far(mission: Mission, fact: Fact, missed: list[Journey], agents: int) -
         Label(fact.span, figures(mission, nearest)),
         (begins(nearest),),
         notes,
-        WIDEN if nearest.barred else "give it more time, raise the top speed, or start nearer",
+        WIDEN if nearest.barred else "allow more time",
     )
 
 

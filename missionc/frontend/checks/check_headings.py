@@ -41,7 +41,7 @@ def _no_heading(span: Span, lacking: list[Agent]) -> Diagnostic:
     return Diagnostic(
         NO_HEADING,
         f"{names} {'have' if len(lacking) > 1 else 'has'} no heading",
-        Label(span, "asked of them here" if len(lacking) > 1 else "asked of it here"),
-        labels=(Label(lacking[0].span, f"its dynamics, `{word}`, go any way whichever way they face"),),
-        help=f"give it dynamics that move where they face, {able}, or ask others",
+        Label(span, "the formula uses a heading"),
+        labels=(Label(lacking[0].span, f"`{word}` dynamics have no heading"),),
+        help=f"use dynamics with a heading: {able}",
     )

@@ -149,17 +149,17 @@ def _past_the_end(
     stuck = next((window for window in chain if _opens_to_the_end(window, looks)), None)
     if holds_no_step:
         words = _quoted(last)
-        message = f"in `{goal.name}`, `{words}` holds no step: it begins after the mission's last"
+        message = f"in `{goal.name}`, the window of `{words}` begins after the last step of the mission"
     else:
-        message = f"the mission ends before `{goal.name}` can be judged"
+        message = f"the mission ends before `{goal.name}` can be evaluated"
     labels = [_label(mission, window, looks, first=window is outer, stuck=window is stuck) for window in chain]
     if stuck is None:
         total = seconds(mission, looks[outer].total)
         note = f"the formula needs {total}; the mission lasts {seconds(mission, mission.steps)}"
-        help_ = f"write `horizon {total}`, or shorten a window"
+        help_ = f"write `horizon {total}`"
         fix = _lasting(mission, total)
     else:
-        note = "from the mission's last step nothing lies ahead, so no horizon is long enough"
+        note = "no horizon is long enough: the inner window always reaches past the last step"
         help_, fix = _bounded(mission, chain, stuck, looks)
     code = WINDOW_EMPTY if holds_no_step else BEYOND_HORIZON
     return Diagnostic(code, message, labels[0], tuple(labels[1:]), (note,), help_, fix)
@@ -178,17 +178,17 @@ def _label(mission: Mission, window: Apply, looks: Mapping[Formula, Look], *, fi
     look = looks[window]
     begins = isinstance(window.bounds, Window) and window.bounds.high is None
     if look.own < 0:
-        text = f"looks {seconds(mission, -look.own)} back" if first else f"and {seconds(mission, -look.own)} back"
+        text = f"reaches {seconds(mission, -look.own)} back" if first else f"plus {seconds(mission, -look.own)} back"
     elif stuck:
-        text = f"asks at every step up to the last one, at {seconds(mission, mission.steps)}"
+        text = f"evaluated at every step up to the last, at {seconds(mission, mission.steps)}"
     elif begins and first:
-        text = f"begins {seconds(mission, look.own)} ahead"
+        text = f"begins {seconds(mission, look.own)} later"
     elif begins:
-        text = f"and begins {seconds(mission, look.own)} further"
+        text = f"begins another {seconds(mission, look.own)} later"
     elif first:
-        text = f"looks {seconds(mission, look.own)} ahead"
+        text = f"reaches {seconds(mission, look.own)} ahead"
     else:
-        text = f"and {seconds(mission, look.own)} further"
+        text = f"reaches another {seconds(mission, look.own)} ahead"
     return Label(operator_words(window), text)
 
 
@@ -206,7 +206,7 @@ def _bounded(
         return f"shorten the window inside `{_quoted(stuck)}`", None
     low = seconds(mission, stuck.bounds.low) if stuck.bounds.low else "0"
     bounds = f"[{low}, {seconds(mission, latest)}]"
-    way_out = f"write `{stuck.operator.name}{bounds}`, or let the window inside it reach to `end` as well"
+    way_out = f"write `{stuck.operator.name}{bounds}`"
     words = operator_words(stuck)
     return way_out, None if words == stuck.span else Fix(words, f"{stuck.operator.name}{bounds}")
 

@@ -91,14 +91,14 @@ def _label(agent: Agent) -> Label:
 def _too_near(mission: Mission, above: dict[int, Vector], near: list[tuple[int, int]]) -> Diagnostic:
     first, second = (mission.agents[index] for index in near[0])
     apart, need = _apart(above, near[0]), mission.spacing(*near[0]).sideways
-    more = f"the same goes for {len(near) - 1} more {'pair' if len(near) == 2 else 'pairs'}"
+    more = f"also {len(near) - 1} more {'pair' if len(near) == 2 else 'pairs'}"
     return Diagnostic(
         PADS_TOO_NEAR,
-        f"`{first.name}` and `{second.name}` cannot rise at once: their pads are {metres(apart)} apart, and need"
-        f" {metres(need)}",
+        f"`{first.name}` and `{second.name}` cannot take off together: their pads are {metres(apart)} apart;"
+        f" the minimum is {metres(need)}",
         _label(first),
-        notes=("nobody may be in the downwash of another", *((more,) if len(near) > 1 else ())),
-        help=f"give `flight` pads that are at least {metres(need)} apart",
+        notes=("no agent may be in the downwash of another", *((more,) if len(near) > 1 else ())),
+        help=f"place the pads at least {metres(need)} apart",
     )
 
 
@@ -106,19 +106,19 @@ def _outside(mission: Mission, agent: Agent, point: Vector) -> Diagnostic:
     low, high = (f"({', '.join(map(number, corner))})" for corner in mission.room(agent.index))
     return Diagnostic(
         UNUSABLE_PAD,
-        f"`{agent.name}` would hover above its pad at ({', '.join(map(number, point))}), outside its vehicle's room",
+        f"`{agent.name}` would hover above its pad at ({', '.join(map(number, point))}), outside its flight volume",
         _label(agent),
-        notes=(f"that room is {low} to {high}",),
-        help="give `flight` other `pads`, or another height to `hover` at",
+        notes=(f"the flight volume is {low} to {high}",),
+        help="move the pad",
     )
 
 
 def _blocked(agent: Agent, verb: str, obstacle: Obstacle, clear: float, need: float) -> Diagnostic:
     return Diagnostic(
         UNUSABLE_PAD,
-        f"`{agent.name}` cannot {verb} straight {'up from' if verb == 'rise' else 'down to'} its pad: `{obstacle.name}`"
-        f" is in the way",
+        f"`{agent.name}` cannot {verb} vertically {'from' if verb == 'rise' else 'on'} its pad: `{obstacle.name}`"
+        f" is too close",
         _label(agent),
-        (Label(obstacle.span, f"within {max(clear, 0.0):.3g} m of the way up, which needs {need:.3g} m"),),
-        help="give `flight` other `pads`, or another height to `hover` at",
+        (Label(obstacle.span, f"{max(clear, 0.0):.3g} m from the vertical path; the minimum is {need:.3g} m"),),
+        help="move the pad",
     )

@@ -61,18 +61,17 @@ def _below(formula: Formula, step: int, last: int) -> list[tuple[Formula, int]]:
 def _before_start(mission: Mission, formula: Apply, nearest: int, every: bool, step: int) -> Diagnostic:
     """``nearest`` is the last step of the window where it is asked at the last ``step``."""
     word, last = formula.operator.name, formula.operands[-1]
-    asked = "is asked at 0 s alone" if step == 0 else f"is asked at {seconds(mission, step)} at the latest"
+    asked = "evaluated only at 0 s" if step == 0 else f"evaluated at {seconds(mission, step)} at the latest"
     if nearest < 0:
-        message = f"this `{word}` is always {str(every).lower()}: its window lies before the mission's start"
-        says = f"{asked}, and looks back {seconds(mission, step - nearest)} or more"
+        message = f"this `{word}` is always {str(every).lower()}: its window is before the start of the mission"
+        says = f"{asked}; the window begins {seconds(mission, step - nearest)} or more earlier"
     else:
-        message = f"this `{word}` looks at 0 s alone: the rest of its window lies before the mission's start"
-        says = f"{asked}: it says no more than `{' '.join(last.span.text.split())}` at 0 s"
+        message = f"this `{word}` covers only 0 s: the rest of its window is before the start of the mission"
+        says = f"{asked}: equivalent to `{' '.join(last.span.text.split())}` at 0 s"
     return Diagnostic(
         BEFORE_START,
         message,
         Label(operator_words(formula), says),
-        notes=("a window that reaches back holds the steps that the mission has; before 0 s there is none",),
-        help=f"ask it later, as in `always[0, {seconds(mission, mission.steps)}] (f implies {word}[…] …)`,"
-        " or write an operator that looks ahead",
+        notes=("there are no steps before 0 s",),
+        help=f"evaluate it later, for example `always[0, {seconds(mission, mission.steps)}] (f implies {word}[…] …)`",
     )

@@ -38,7 +38,7 @@ MOST_WAYS = 20
 
 
 class Convoy(Record):
-    """A formation that is kept from the first step on, and where its agents have to be while it is, or a step later.
+    """A formation that is kept from the first step on, and destination of the formation while it is, or a step later.
 
     Args:
         steps: from the last step at which it is kept to that at which they are there.
@@ -127,10 +127,10 @@ def _stuck(convoy: Convoy, figure: str) -> Diagnostic:
     words = " ".join(convoy.there.text.split())
     return Diagnostic(
         STUCK,
-        f"formation `{convoy.formation.name}` fits through no passage to `{words}`",
+        f"formation `{convoy.formation.name}` does not fit through any passage to `{words}`",
         Label(convoy.kept, figure),
-        (Label(convoy.there, "where its agents have to be"), Label(convoy.formation.span, "declared here")),
-        help="widen a passage, let the formation be left on the way, or make it smaller",
+        (Label(convoy.there, "destination of the formation"), Label(convoy.formation.span, "declared here")),
+        help="widen a passage",
     )
 
 
@@ -191,7 +191,7 @@ def _cannot(goal: Goal, reasons: list[Cause]) -> Diagnostic:
     first, *others = reasons
     message = first.headline
     if others:
-        message = f"requirement `{goal.name}` can never hold: {message}, nor is there another way"
+        message = f"requirement `{goal.name}` can never be satisfied: {message}, and the other alternatives fail too"
     labels = [Label(each.span, each.figure) for each in others if each.span is not None]
     return Diagnostic(
         first.code,
@@ -203,11 +203,11 @@ def _cannot(goal: Goal, reasons: list[Cause]) -> Diagnostic:
 
 
 def _vain(goal: Goal, reasons: list[Cause]) -> Diagnostic:
-    return _warned(f"preference `{goal.name}` can never hold", goal.span, reasons)
+    return _warned(f"preference `{goal.name}` can never be satisfied", goal.span, reasons)
 
 
 def _never(part: Node, reasons: list[Cause]) -> Diagnostic:
-    return _warned("this alternative can never hold", part.span, reasons)
+    return _warned("this alternative can never be satisfied", part.span, reasons)
 
 
 def _warned(what: str, span: Span | None, reasons: list[Cause]) -> Diagnostic:
@@ -219,5 +219,5 @@ def _warned(what: str, span: Span | None, reasons: list[Cause]) -> Diagnostic:
         f"{what}: {first.headline}",
         Label(where, first.figure),
         first.labels,
-        help=f"drop it, or {first.help}",
+        help=first.help,
     )

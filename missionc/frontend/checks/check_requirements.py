@@ -161,10 +161,10 @@ def _asks_nothing(
     names = [f"`{mission.agents[agent].name}`" for agent in who]
     return Diagnostic(
         ASKS_NOTHING,
-        f"requirement `{requirement.name}` is satisfied before anybody moves",
-        Label(span, f"true at 0 s{f' of {listed(names)}' if names else ''}, wherever they start"),
-        tuple(Label(start, "they start here" if len(who) > 1 else "it starts here") for start in starts),
-        help="let the window begin later, start elsewhere, or ask for another agent where a route may have no links",
+        f"requirement `{requirement.name}` is satisfied at the start already",
+        Label(span, f"true at 0 s{f' for {listed(names)}' if names else ''}, for every start position"),
+        tuple(Label(start, "start position") for start in starts),
+        help="start the window later",
     )
 
 
@@ -344,24 +344,24 @@ def _clash(mission: ir.Mission, one: RequiredFact, other: RequiredFact, steps: t
         Label(other.fact.span, _says(mission, other.fact)),
         (Label(one.fact.span, _says(mission, one.fact)),),
         (f"{_whose(one.fact)}, {_meeting(mission, *steps)}",),
-        "drop one of the two, or let their windows or agents differ",
+        "change one of the two",
     )
 
 
 def _clash_at_once(one: RequiredFact, other: RequiredFact) -> Diagnostic:
     return Diagnostic(
         CONTRADICTION,
-        f"requirement `{one.requirement.name}` can never hold",
+        f"requirement `{one.requirement.name}` can never be satisfied",
         Label(other.fact.span, f"`{_text(other.fact)}`"),
         (Label(one.fact.span, f"`{_text(one.fact)}`"),),
         (f"{_whose(one.fact)}, at the same step",),
-        "drop one of the two, or ask for them at different steps",
+        "require them at different steps",
     )
 
 
 def _whose(fact: necessary_conditions.Fact) -> str:
     one = "the team" if fact.who == necessary_conditions.THE_TEAM else "one agent"
-    return f"both are asked of {one} and exclude each other"
+    return f"both apply to {one} and exclude each other"
 
 
 def _meeting(mission: ir.Mission, low: int, high: int) -> str:
@@ -377,11 +377,11 @@ def _against(
     names = [f"`{agent.name}`" for agent, _ in stuck[1:]]
     return Diagnostic(
         CONTRADICTION,
-        f"requirement `{entry.requirement.name}` contradicts where `{agent.name}` {verbs}",
+        f"requirement `{entry.requirement.name}` contradicts the {verb} of `{agent.name}`",
         Label(entry.fact.span, _says(mission, entry.fact)),
         (Label(place.span, f"`{agent.name}` {verbs} here, at {seconds(mission, step)}"),),
-        (f"the same goes for {listed(names)}",) if names else (),
-        f"{verb} elsewhere, or let the requirement's window leave out {seconds(mission, step)}",
+        (f"also {listed(names)}",) if names else (),
+        f"exclude {seconds(mission, step)} from the window of the requirement",
     )
 
 
@@ -405,7 +405,7 @@ def _says(mission: ir.Mission, fact: necessary_conditions.Fact) -> str:
             f"at some step of every {seconds(mission, when.high - when.low)}"
             f" {_steps(mission, when.low, when.high + when.repeats)}"
         )
-    return f"asks `{_text(fact)}`{of}, {span}"
+    return f"requires `{_text(fact)}`{of}, {span}"
 
 
 def _steps(mission: ir.Mission, low: int, high: int) -> str:
@@ -472,15 +472,15 @@ def _why(known: MustAnalysis, formula: ir.Formula) -> str:
         ) is not None:
             return f"always {always}: {range_in_words(compare, values)}".lower()
         case ir.Holds():
-            return "wherever an agent can be" if always else "no agent has room to be there"
+            return "true at every possible position" if always else "false at every possible position"
         case ir.Apply() if not formula.operator.spatial:
-            return "true whatever its parts are" if always else "false whatever its parts are"
+            return "true for all values of its operands" if always else "false for all values of its operands"
         case ir.Apply():
-            return "true of every agent there is" if always else "true of no agent there is"
+            return "true for every agent" if always else "true for no agent"
         case ir.AtLeastOf() | ir.OfAgent():
-            return "true whoever is meant" if always else "false whoever is meant"
+            return "true for every choice of agents" if always else "false for every choice of agents"
         case ir.Without():
-            return "true whoever is lost" if always else "false whoever is lost"
+            return "true for every lost agent" if always else "false for every lost agent"
         case _:
             return "always true" if always else "never true"
 
@@ -500,23 +500,23 @@ def _never_violated(requirement: ir.Requirement, culprit: CulpritRequirement) ->
         VACUOUS,
         f"requirement `{requirement.name}` cannot be violated: every plan satisfies it",
         Label(culprit.formula.span, culprit.why),
-        help="drop it, or say what it should rule out",
+        help="delete the requirement",
     )
 
 
 def _comparison_never_holds(known: MustAnalysis, formula: ir.Formula) -> Diagnostic:
     return Diagnostic(
         NEVER_HOLDS,
-        "this comparison can never hold",
+        "this comparison can never be satisfied",
         Label(formula.span, _why(known, formula)),
-        help="compare with a value within that range, or drop it",
+        help="compare with a value within that range",
     )
 
 
 def _never_holds(requirement: ir.Requirement, culprit: CulpritRequirement) -> Diagnostic:
     return Diagnostic(
         CONTRADICTION,
-        f"requirement `{requirement.name}` can never hold: no plan satisfies it",
+        f"requirement `{requirement.name}` can never be satisfied",
         Label(culprit.formula.span, culprit.why),
-        help="change this part, or drop the requirement",
+        help="change this part",
     )

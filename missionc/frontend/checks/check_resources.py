@@ -142,24 +142,24 @@ def _not_its_own(resource: Resource, span: Span, lacking: Sequence[str]) -> Diag
     return Diagnostic(
         NOT_ITS_OWN,
         f"{listed([f'`{name}`' for name in lacking])} {verb} not have `{resource.name}`",
-        Label(span, "asked of them here"),
-        (Label(resource.span, "of others"),),
-        help=f"declare `{resource.name}` of a group that they are in, or ask others",
+        Label(span, "used here"),
+        (Label(resource.span, "declared for other agents"),),
+        help=f"declare `{resource.name}` for these agents",
     )
 
 
 def _empty_too_soon(mission: Mission, demand: Demand, agent: Agent, step: int, nearest: float) -> Diagnostic:
     resource = demand.resource
-    filled = "nothing fills it" if not resource.refills else f"it is filled {metres(nearest)} away at the nearest"
+    filled = "no refill" if not resource.refills else f"nearest refill {metres(nearest)} away"
     return Diagnostic(
         RUNS_OUT,
         f"`{resource.name}` of `{agent.name}` is below {number(demand.least)} at {seconds(mission, step)},"
-        " before it can be filled",
+        " before a refill is possible",
         Label(
-            demand.span, f"{number(resource.start)} at the start, less {number(resource.per_second)} per s; {filled}"
+            demand.span, f"{number(resource.start)} at the start, minus {number(resource.per_second)} per s; {filled}"
         ),
-        (Label(resource.span, "declared here"), Label(agent.start.span, "from here")),
-        help="start with more, drain less, or fill it nearer to the start",
+        (Label(resource.span, "declared here"), Label(agent.start.span, "start position")),
+        help="increase the start level",
     )
 
 
@@ -168,8 +168,8 @@ def _does_not_last(demand: Demand, agent: Agent, fact: Fact, distance: float) ->
     used, most = _used(resource, agent, distance), max(resource.start, resource.capacity) - demand.least
     return Diagnostic(
         RUNS_OUT,
-        f"`{resource.name}` does not take `{agent.name}` to `{words}`",
-        Label(fact.span, f"{metres(distance)} at least, which uses up {number(round(used, 4))}"),
-        (Label(demand.span, f"{number(round(most, 4))} may be used up"), Label(resource.span, "declared here")),
-        help="let it hold more, drain less, or fill it nearer to where it has to be",
+        f"`{resource.name}` is not enough for `{agent.name}` to reach `{words}`",
+        Label(fact.span, f"at least {metres(distance)} away, which uses {number(round(used, 4))}"),
+        (Label(demand.span, f"at most {number(round(most, 4))} available"), Label(resource.span, "declared here")),
+        help="increase the capacity",
     )

@@ -82,10 +82,10 @@ def _too_few_agents(formula: Apply) -> Diagnostic:
     there = len(length.graph.agents)
     return Diagnostic(
         HOPS_BEYOND_TEAM,
-        f"a route of {_bound(length, length.low)} takes {fewest_agents(formula)} agents;"
+        f"a route of {_bound(length, length.low)} needs {fewest_agents(formula)} agents;"
         f" graph `{length.graph.name}` has {there}",
         Label(operator_words(formula)),
-        (Label(length.graph.span, f"over {there} agents"),),
+        (Label(length.graph.span, f"{there} agents"),),
         ("a route visits no agent twice",),
         f"lower the bound to {_bound(length, longest(length))} or {'fewer' if length.weight is None else 'less'}",
     )
@@ -99,23 +99,23 @@ def _escapes_at_once(formula: Apply) -> Diagnostic:
     body = " ".join(formula.operands[0].span.text.split())
     return Diagnostic(
         ESCAPES_AT_ONCE,
-        f"`{formula.operator.name}` with a lower bound of 0 says no more than its formula:"
-        " the agent is where it escapes to",
-        Label(operator_words(formula), f"the same as `{body}`" if len(body) <= 40 else ""),
-        help=f"ask for a distance: `{_from_one(formula)}`",
+        f"`{formula.operator.name}` with a lower bound of 0 is equivalent to its operand:"
+        " the agent itself is the destination",
+        Label(operator_words(formula), f"equivalent to `{body}`" if len(body) <= 40 else ""),
+        help=f"require a distance: `{_from_one(formula)}`",
         fix=_fix(formula),
     )
 
 
 def _reaches_itself(mission: Mission, formula: Apply, end: Formula, whom: int) -> Diagnostic:
     first = mission.agents[(whom & -whom).bit_length() - 1]
-    who = f"`{first.name}`" if whom.bit_count() == 1 else f"each of the {whom.bit_count()} agents it is asked of"
+    who = f"`{first.name}`" if whom.bit_count() == 1 else f"each of the {whom.bit_count()} agents"
     return Diagnostic(
         REACHES_ITSELF,
-        f"this `{formula.operator.name}` is always true: {who} ends its own route, after no hops",
+        f"this `{formula.operator.name}` is always true: {who} is the end of its own route of 0 hops",
         Label(operator_words(formula), "the lower bound 0 counts the agent itself"),
-        (Label(end.span, f"true of {who}"),),
-        help=f"ask for another agent: `{_from_one(formula)}`",
+        (Label(end.span, f"true for {who}"),),
+        help=f"require another agent: `{_from_one(formula)}`",
         fix=_fix(formula),
     )
 

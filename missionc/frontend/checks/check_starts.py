@@ -160,7 +160,7 @@ def _by_span(entries: Iterable[tuple[Agent, InitialSet]]) -> list[list[tuple[Age
 
 def _others(there: list[tuple[Agent, InitialSet]]) -> tuple[str, ...]:
     names = [f"`{agent.name}`" for agent, _ in there[1:]]
-    return (f"the same goes for {listed(names)}",) if names else ()
+    return (f"also {listed(names)}",) if names else ()
 
 
 def _point(place: InitialSet) -> str:
@@ -176,7 +176,7 @@ def _beyond_the_world(mission: Mission, stage: Stage, there: list[tuple[Agent, I
         Label(place.span),
         (Label(mission.world.span, f"the world is {extent}"),),
         _others(there),
-        "move it into the world, or make the world larger",
+        "move it into the world",
     )
 
 
@@ -190,7 +190,7 @@ def _touches_obstacle(
     else:
         message = (
             f"`{agent.name}` {stage.verbs} {metres(distance)} from obstacle `{obstacle.name}`;"
-            f" its radius and the clearance take {metres(needed)}"
+            f" its radius and the clearance need {metres(needed)}"
         )
     moves = [] if isinstance(obstacle.motion, Still) else ["moved there"]
     grows = [f"grown by {metres(obstacle.grown(stage.time))}"] if obstacle.growth else []
@@ -202,7 +202,7 @@ def _touches_obstacle(
         Label(place.span, f"at {_point(place)}"),
         (Label(obstacle.span, f"this obstacle{moving}"),),
         _others(there),
-        f"move it {at_least_metres(needed - distance)} or more away from the obstacle",
+        f"move it at least {at_least_metres(needed - distance)} away from the obstacle",
     )
 
 
@@ -218,17 +218,21 @@ def _too_close(
     needed = mission.spacing(one.index, other.index)
     where = f"{metres(distance)} apart" if distance > 0 else "at the same point"
     counted = f"more than {pairs - 1:,}" if pairs >= MOST_PAIRS else f"{pairs - 1:,}"
-    more = () if pairs == 1 else (f"{counted} more {'pair' if pairs == 2 else 'pairs'} of these places are too close",)
-    takes = f"the radii and the separation take {spaced(needed)}, and agents never touch"
+    more = (
+        ()
+        if pairs == 1
+        else (f"{counted} more {'pair of these places is' if pairs == 2 else 'pairs of these places are'} too close",)
+    )
+    takes = f"the radii and the separation need {spaced(needed)}"
     if needed.most > one.radius + other.radius + mission.separation:
-        takes = f"what their vehicles keep from each other takes {spaced(needed)}, from centre to centre"
+        takes = f"their vehicles need {spaced(needed)} between centres"
     return Diagnostic(
         AGENTS_OVERLAP,
         f"`{one.name}` and `{other.name}` {stage.verb} {where}",
         Label(there.span, f"`{other.name}`" if there.span != here.span else ""),
         (Label(here.span, f"`{one.name}`"),) if there.span != here.span else (),
         (takes, *more),
-        f"put them more than {spaced(needed)} apart",
+        f"place them more than {spaced(needed)} apart",
     )
 
 
@@ -237,21 +241,21 @@ def _no_place(mission: Mission, stage: Stage, region: Region, there: list[tuple[
     needed = agent.radius + mission.clearance
     return Diagnostic(
         NO_ROOM,
-        f"no place in `{region.name}` is free for `{agent.name}` to {stage.verb}",
+        f"no free position in `{region.name}` for the {stage.verb} of `{agent.name}`",
         Label(place.span),
-        (Label(region.span, f"every place in it is closer than {metres(needed)} to an obstacle, or out of the world"),),
+        (Label(region.span, f"every position is closer than {metres(needed)} to an obstacle or outside the world"),),
         _others(there),
-        "make the region larger, or move it away from the obstacles",
+        "make the region larger",
     )
 
 
 def _too_many(stage: Stage, region: Region, there: list[tuple[Agent, InitialSet]], room: int) -> Diagnostic:
-    holds = "no agent" if room == 0 else "one agent at most" if room == 1 else f"{room:,} agents at most"
+    holds = "no agent" if room == 0 else "at most one agent" if room == 1 else f"at most {room:,} agents"
     return Diagnostic(
         NO_ROOM,
         f"{len(there):,} agents {stage.verb} in `{region.name}`, which has room for {holds}",
         Label(there[0][1].span),
         (Label(region.span, "this region"),),
-        ("room is counted with the agents' radii and separation",),
-        "make the region larger, or let some agents be elsewhere",
+        ("the count includes the radii and the separation of the agents",),
+        "make the region larger",
     )

@@ -54,9 +54,9 @@ def _tracking_beyond(agent: Agent) -> list[Diagnostic]:
             codes.TRACKING_NOT_MEASURED,
             f"`{agent.team}` may fly with {_words(name)} of {number(getattr(own, name))}{unit}; the tracking margin of "
             f"`{profile.name}` was measured up to {number(getattr(profile, name))}{unit}",
-            Label(agent.span, f"flown as `{own.name}`"),
-            notes=(f"the flight is proved for vehicles within {metres(own.tracking)} of their trajectories",),
-            help=f"give `vehicle` its own `tracking` too{_enough(agent)}",
+            Label(agent.span, f"vehicle `{own.name}`"),
+            notes=(f"the proof assumes a tracking error of at most {metres(own.tracking)}",),
+            help=f"set `tracking` in `vehicle`{_enough(agent)}",
         )
     ]
 
@@ -73,7 +73,7 @@ def _enough(agent: Agent) -> str:
     times = max(getattr(agent.vehicle, name) / getattr(profile, name) for name in ("speed", "vertical_speed"))
     if times <= 1 or times > 10:
         return ""
-    return f": at that speed simulators are off by up to {metres(round(profile.tracking * times, 3))}"
+    return f"; the simulated error at this speed is up to {metres(round(profile.tracking * times, 3))}"
 
 
 def check_flown_speeds(mission: Mission, kernel: Kernel) -> list[Diagnostic]:
@@ -83,7 +83,7 @@ def check_flown_speeds(mission: Mission, kernel: Kernel) -> list[Diagnostic]:
         replace(agent, dynamics=agent.dynamics.at_most(_most(mission, agent), math.inf)) for agent in mission.agents
     )
     slower = {
-        agent.team: f"`{agent.team}` flies at {speed(flown.dynamics.top_speed)} at most, by its vehicle"
+        agent.team: f"the vehicle of `{agent.team}` flies at most {speed(flown.dynamics.top_speed)}"
         for agent, flown in zip(mission.agents, agents, strict=True)
         if flown.dynamics != agent.dynamics
     }
@@ -186,9 +186,9 @@ def _faster(agent: Agent, word: str, verb: str, planned: float, flown: float, di
     return Diagnostic(
         codes.FASTER_THAN_VEHICLE,
         f"`{agent.team}` may {verb} at {number(planned)}{unit}; its vehicle flies at most {number(flown)}{unit}",
-        Label(agent.span, f"flown as `{agent.vehicle.name}`"),
-        notes=("a plan that makes use of it can be flown only in more time",),
-        help=f"write `{word} <= {number(flown)}{unit}` in its `dynamics`, or give `vehicle` its own `{word}`",
+        Label(agent.span, f"vehicle `{agent.vehicle.name}`"),
+        notes=("a plan at this speed takes longer to fly",),
+        help=f"write `{word} <= {number(flown)}{unit}` in its `dynamics`",
     )
 
 
@@ -197,21 +197,21 @@ def _outlasted(mission: Mission, agent: Agent) -> Diagnostic:
     return Diagnostic(
         codes.OUTLASTS_VEHICLE,
         f"`{agent.team}` flies {flies} on one charge; the mission lasts {number(mission.horizon)}{SI[Dimension.TIME]}",
-        Label(agent.span, f"flown as `{agent.vehicle.name}`"),
-        (Label(mission.time_span, "from the first state to the last"),) if mission.time_span else (),
-        ("it has to rise before, and to land after",),
-        f"shorten `horizon` to less than {flies}, or give `vehicle` its own `endurance`",
+        Label(agent.span, f"vehicle `{agent.vehicle.name}`"),
+        (Label(mission.time_span, "duration of the mission"),) if mission.time_span else (),
+        ("takeoff and landing take additional time",),
+        f"shorten `horizon` to less than {flies}",
     )
 
 
 def _no_room(mission: Mission, agent: Agent) -> Diagnostic:
     return Diagnostic(
         codes.NO_FLYING_ROOM,
-        f"the world leaves `{agent.team}` no room to fly",
-        Label(agent.span, f"flown as `{agent.vehicle.name}`"),
+        f"the world has no flight volume for `{agent.team}`",
+        Label(agent.span, f"vehicle `{agent.vehicle.name}`"),
         (Label(mission.world.span, f"the world is {_box(mission.world.low, mission.world.high)}"),),
         (_kept(mission, agent),),
-        "make the world larger, or give `vehicle` its own `fence_inset` or `height`",
+        "make the world larger",
     )
 
 
@@ -219,10 +219,10 @@ def _wrong_altitude(agent: Agent) -> Diagnostic:
     band = agent.vehicle.height
     return Diagnostic(
         codes.NO_FLYING_ROOM,
-        f"`{agent.team}` flies at {metres(agent.altitude)}; its vehicle keeps between {metres(band.low)}"
+        f"`{agent.team}` flies at {metres(agent.altitude)}; its vehicle flies between {metres(band.low)}"
         f" and {metres(band.high)}",
-        Label(agent.span, f"flown as `{agent.vehicle.name}`"),
-        help="give it another `altitude`, or `vehicle` its own `height`",
+        Label(agent.span, f"vehicle `{agent.vehicle.name}`"),
+        help="change its `altitude`",
     )
 
 
@@ -232,20 +232,21 @@ def _beyond_the_fence(mission: Mission, verb: str, there: list[tuple[Agent, Init
     where = f"in `{place.region.name}`" if place.region is not None else f"at {_point(place.point or ())}"
     return Diagnostic(
         codes.OUTSIDE_FLYING_ROOM,
-        f"`{agent.name}` {verb} {where}, outside the room of its vehicle, {_box(*mission.room(agent.index))}",
+        f"`{agent.name}` {verb} {where}, outside the flight volume of its vehicle, {_box(*mission.room(agent.index))}",
         Label(place.span),
-        (Label(agent.span, f"flown as `{agent.vehicle.name}`"),),
-        (_kept(mission, agent), *((f"the same goes for {listed(others)}",) if others else ())),
-        "move it into that room, or give `vehicle` its own `fence_inset` or `height`",
+        (Label(agent.span, f"vehicle `{agent.vehicle.name}`"),),
+        (_kept(mission, agent), *((f"also {listed(others)}",) if others else ())),
+        "move it into the flight volume",
     )
 
 
 def _kept(mission: Mission, agent: Agent) -> str:
     vehicle = agent.vehicle
-    text = f"`{vehicle.name}` keeps {metres(vehicle.fence_inset + vehicle.tracking)} from the borders of the world"
+    distance = metres(vehicle.fence_inset + vehicle.tracking)
+    text = f"`{vehicle.name}` needs a distance of {distance} to the borders of the world"
     if mission.dimension == 2 or math.isinf(vehicle.height.high):
         return text
-    return f"{text}, and between {metres(vehicle.height.low)} and {metres(vehicle.height.high)} of height"
+    return f"{text} and a height between {metres(vehicle.height.low)} and {metres(vehicle.height.high)}"
 
 
 def _box(low: Vector, high: Vector) -> str:

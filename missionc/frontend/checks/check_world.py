@@ -130,9 +130,9 @@ def _reaches(formation: Formation) -> Iterator[tuple[int, int, float | tuple[flo
 def _small_graph(graph: Graph) -> Diagnostic:
     return Diagnostic(
         codes.GRAPH_TOO_SMALL,
-        f"graph `{graph.name}` is over {_agents(len(graph.agents))}; a link takes two",
+        f"graph `{graph.name}` has {_agents(len(graph.agents))}; a link needs two",
         Label(graph.span),
-        help="name more agents after `over`, or leave the graph out",
+        help="name more agents after `over`",
     )
 
 
@@ -142,30 +142,30 @@ def _past_motion(graph: Graph, moving: list[Obstacle]) -> Diagnostic:
     does = " or ".join(sorted(set(verbs), reverse=True))
     return Diagnostic(
         codes.SIGHT_PAST_MOTION,
-        f"graph `{graph.name}` looks past obstacles, and {names} {does}{'s' if len(moving) == 1 else ''}",
+        f"obstacles of the sight graph `{graph.name}` change: {names} {does}{'s' if len(moving) == 1 else ''}",
         Label(graph.span),
         tuple(Label(obstacle.span, f"{verb}s") for obstacle, verb in zip(moving, verbs, strict=True)),
-        notes=("a sight is the same at every step for agents at the same places: roadmaps are labelled with it once",),
-        help="let the obstacle stand where it blocks the view, or link by `proximity`",
+        notes=("lines of sight are computed once, for constant obstacles",),
+        help="use a `proximity` graph",
     )
 
 
 def _one_way(graph: Graph) -> Diagnostic:
     return Diagnostic(
         codes.ONE_WAY_LAMBDA2,
-        f"`connectivity = lambda2` is of links that lead both ways; those of graph `{graph.name}` lead one way",
+        f"`connectivity = lambda2` needs two-way links; graph `{graph.name}` has one-way links",
         Label(graph.span),
-        notes=("λ₂ is an eigenvalue of the Laplacian, which is symmetric where every link leads back",),
-        help="give each pair the same range both ways, or leave `connectivity` out: then links of the best trees count",
+        notes=("λ₂ is an eigenvalue of a symmetric Laplacian",),
+        help="set the same range in both directions",
     )
 
 
 def _small_formation(formation: Formation) -> Diagnostic:
     return Diagnostic(
         codes.FORMATION_TOO_SMALL,
-        f"formation `{formation.name}` is of {_agents(len(formation.agents))}; it takes two",
+        f"formation `{formation.name}` has {_agents(len(formation.agents))}; it needs two",
         Label(formation.span),
-        help="form it of more agents, or leave the formation out",
+        help="add agents to the formation",
     )
 
 
@@ -178,17 +178,17 @@ def _forbidden(mission: Mission, formation: Formation, first: int, second: int, 
     needed = mission.spacing(first, second)
     takes = (
         f"the radii {metres(one.radius)} and {metres(other.radius)} and the separation {metres(mission.separation)}"
-        f" take {spaced(needed)}, and agents never touch"
+        f" need {spaced(needed)}"
     )
     if needed.most > one.radius + other.radius + mission.separation:
-        takes = f"what their vehicles keep from each other takes {spaced(needed)}, from centre to centre"
-    more = () if pairs == 1 else (f"{pairs - 1:,} more {'pair' if pairs == 2 else 'pairs'} of it would be too close",)
+        takes = f"their vehicles need {spaced(needed)} between centres"
+    more = () if pairs == 1 else (f"{pairs - 1:,} more {'pair is' if pairs == 2 else 'pairs are'} too close",)
     return Diagnostic(
         codes.FORMATION_TOO_TIGHT,
-        f"formation `{formation.name}` keeps `{one.name}` and `{other.name}` within {metres(apart)} of each other",
-        Label(formation.span, f"with its tolerance of {metres(formation.tolerance)}"),
+        f"formation `{formation.name}` requires `{one.name}` and `{other.name}` within {metres(apart)}",
+        Label(formation.span, f"tolerance {metres(formation.tolerance)}"),
         notes=(takes, *more),
-        help="space the formation more widely, or make the separation smaller",
+        help="increase the spacing of the formation",
     )
 
 
@@ -282,7 +282,7 @@ def _some_outside(mission: Mission, file: PlacesFile, asked: FileRequest, outsid
         f"{len(outside)} of {len(file.names)} {file.kind}s of `{file.path}` lie outside the world",
         Label(asked.span),
         (Label(mission.world.span, "the world"), *beside),
-        help="make the world larger, or leave out what lies beside it",
+        help="make the world larger",
     )
 
 
@@ -293,7 +293,7 @@ def _one_outside(mission: Mission, place: Place) -> Diagnostic:
         f"{kind} `{place.name}` lies outside the world, {metres(round(_away(mission, place), 1))} away",
         Label(place.span),
         (Label(mission.world.span, "the world"),),
-        help=f"move the {kind} into the world, or make the world larger",
+        help=f"move the {kind} into the world",
     )
 
 
@@ -355,8 +355,8 @@ def _node_outside(lanes: Lanes, node: int) -> Diagnostic:
         codes.LANE_NODE_MISPLACED,
         f"node `{lanes.nodes[node].name}` of the roadmap is at ({where}), outside the world",
         Label(lanes.nodes[node].span),
-        (Label(lanes.span, "the roadmap is asked for here"),),
-        help="move the node, or make the world larger",
+        (Label(lanes.span, "roadmap of the mission"),),
+        help="move the node into the world",
     )
 
 
@@ -367,11 +367,11 @@ def _blocked_node(mission: Mission, lanes: Lanes, node: int, agent: Agent) -> Di
     obstacle = in_the_way(mission, agent, place, place)
     return Diagnostic(
         codes.LANE_NODE_MISPLACED,
-        f"at node `{lanes.nodes[node].name}` of the roadmap `{agent.name}` is too near to `{obstacle.name}`",
+        f"node `{lanes.nodes[node].name}` of the roadmap is too close to `{obstacle.name}` for `{agent.name}`",
         Label(lanes.nodes[node].span),
-        (Label(obstacle.span, "the obstacle"), Label(lanes.span, "the roadmap is asked for here")),
+        (Label(obstacle.span, "the obstacle"), Label(lanes.span, "roadmap of the mission")),
         notes=(_body(mission, agent),),
-        help="move the node, or leave it out",
+        help="move the node",
     )
 
 
@@ -382,26 +382,26 @@ def _blocked_lane(mission: Mission, lanes: Lanes, lane: int, agent: Agent) -> Di
     obstacle = in_the_way(mission, agent, source.position, target.position)
     return Diagnostic(
         codes.LANE_BLOCKED,
-        f"on the lane from `{source.name}` to `{target.name}` `{agent.name}` comes too near to `{obstacle.name}`",
+        f"the lane from `{source.name}` to `{target.name}` is too close to `{obstacle.name}` for `{agent.name}`",
         Label(lanes.lanes[lane].span),
-        (Label(obstacle.span, "the obstacle"), Label(lanes.span, "the roadmap is asked for here")),
+        (Label(obstacle.span, "the obstacle"), Label(lanes.span, "roadmap of the mission")),
         notes=(_body(mission, agent),),
-        help="lead the lane round it by a further node, or leave it out",
+        help="add a node to lead the lane around the obstacle",
     )
 
 
 def _body(mission: Mission, agent: Agent) -> str:
-    beside = f", and a clearance of {number(mission.clearance)} m is asked for" if mission.clearance else ""
+    beside = f", and the clearance is {number(mission.clearance)} m" if mission.clearance else ""
     return f"`{agent.name}` has a radius of {number(agent.radius)} m{beside}"
 
 
 def _unjoined(lanes: Lanes, agent: Agent, verb: str, place: InitialSet) -> Diagnostic:
     return Diagnostic(
         codes.NOT_ON_LANES,
-        f"`{agent.name}` {verb} where no straight clear way leads to a node of the roadmap",
+        f"`{agent.name}` {verb} without a free straight path to a node of the roadmap",
         Label(place.span, f"{verb} here"),
-        (Label(lanes.span, "the roadmap is here"),),
-        help="put a node there, or one that it sees past the obstacles",
+        (Label(lanes.span, "roadmap of the mission"),),
+        help="add a node near this place",
     )
 
 
@@ -410,10 +410,10 @@ def _too_few(lanes: Lanes, region: Region, crowd: list[tuple[Agent, InitialSet]]
     has = {0: "no node", 1: "one node"}.get(nodes, f"{nodes} nodes")
     return Diagnostic(
         codes.NOT_ON_LANES,
-        f"{agents} in `{region.name}`, and the roadmap has {has} there",
+        f"{agents} in `{region.name}`, but the roadmap has {has} there",
         Label(crowd[0][1].span, "starts here"),
-        (Label(lanes.span, "the roadmap is here"),),
-        help=f"put a node for each of them into `{region.name}`, or start them `at` points",
+        (Label(lanes.span, "roadmap of the mission"),),
+        help=f"add a node in `{region.name}` for each of them",
     )
 
 
@@ -477,18 +477,18 @@ def _flat_world(mission: Mission) -> Diagnostic:
     low, high = (f"({', '.join(map(number, corner))})" for corner in (mission.world.low, mission.world.high))
     return Diagnostic(
         codes.NO_AREA,
-        f"the world from {low} to {high} has no room",
+        f"the world from {low} to {high} is empty",
         Label(mission.world.span),
-        help="let the second corner be larger in every coordinate",
+        help="make the second corner larger in every coordinate",
     )
 
 
 def _nothing_left(region: Region) -> Diagnostic:
     return Diagnostic(
         codes.NO_AREA,
-        f"region `{region.name}` is empty: the shapes it is made of leave nothing",
+        f"region `{region.name}` is empty",
         Label(region.span),
-        help="look at what it intersects or takes away",
+        help="check the shapes that it intersects or subtracts",
     )
 
 
@@ -498,7 +498,7 @@ def _elsewhere(mission: Mission, region: Region) -> Diagnostic:
         f"region `{region.name}` lies outside the world",
         Label(region.span),
         (Label(mission.world.span, "the world"),),
-        help="move the region into the world, or make the world larger",
+        help="move the region into the world",
     )
 
 
@@ -509,5 +509,5 @@ def _swallowed(region: Region, obstacles: list[Obstacle]) -> Diagnostic:
         f"region `{region.name}` lies inside {'obstacle' if len(obstacles) == 1 else 'obstacles'} {names}",
         Label(region.span, "no agent can be here"),
         tuple(Label(obstacle.span, f"`{obstacle.name}`") for obstacle in obstacles[:3]),
-        help="move the region, or make it larger than the obstacle",
+        help="move the region out of the obstacle",
     )

@@ -90,7 +90,7 @@ def parted(
     most = max(b - a for a, b in zip(low, high, strict=True)) / 2
     standing, world = _flat(ground, ground.standing), _flat(ground, ground.atlas.whole())
     width = 2 * widest_passage(standing, most, world, *ends)
-    size = f"{metres(_length(points) + bodies)} long, and keeps its heading"
+    size = f"{metres(_length(points) + bodies)} long with a fixed heading"
     return f"{size}; the widest passage is {metres(width)} wide"
 
 
@@ -283,21 +283,21 @@ def _too_long(mission: Mission, formation: Formation) -> str | None:
             for far, side, axis in zip(edge.target, sides, "xyz", strict=False):
                 least = abs(far) - formation.tolerance
                 if least > side + ROUNDING:
-                    return f"{metres(least)} long in {axis} at least; the world is {metres(side)} there"
+                    return f"at least {metres(least)} long along {axis}; the world is {metres(side)} long"
         elif edge.target - formation.tolerance > math.hypot(*sides) + ROUNDING:
             least = edge.target - formation.tolerance
-            return f"{metres(least)} long at least; the world is {metres(math.hypot(*sides))} from corner to corner"
+            return f"at least {metres(least)} long; the diagonal of the world is {metres(math.hypot(*sides))}"
     return None
 
 
 def _has_no_place(mission: Mission, layout: Layout | None) -> str:
     if layout is None:
-        return "no place and no heading leaves every body clear"
+        return "no collision-free position and heading"
     from missionc.geometry.formation_placements import least_width
 
     points = [(place[0], place[1]) for place in layout.values()]
     size = f"{metres(_length(points))} long and {metres(least_width(points))} wide between centres"
-    return f"{size}: no place leaves every body clear"
+    return f"{size}: no collision-free position"
 
 
 def _length(points: Sequence[tuple[float, float]]) -> float:

@@ -90,4 +90,4 @@ def range_in_words(comparison: ir.Compare, values: Range) -> str:
             says = f"{what} is {low}" if low == high else f"{what} stays between {low} and {high}"
             return f"{says} {feature.unit}".rstrip()
         case _:
-            return "the two sides never come closer than that"
+            return "the difference of both sides never changes sign"

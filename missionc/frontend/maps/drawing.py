@@ -44,7 +44,7 @@ METRES: dict[float, float] = {
 }
 """Metres in a unit of a drawing, by the number that ``$INSUNITS`` gives it; 0 is none."""
 
-WRITE = "write the drawing as DXF once more, as text"
+WRITE = "export the drawing as DXF text"
 NO_AREA = (
     *("ATTDEF", "ATTRIB", "TEXT", "MTEXT", "ARC_DIMENSION", "DIMENSION", "LARGE_RADIAL_DIMENSION", "LEADER"),
     *("MULTILEADER", "MLEADER", "TOLERANCE", "POINT", "RAY", "XLINE", "IMAGE", "WIPEOUT", "VIEWPORT", "LIGHT", "SHAPE"),
@@ -64,7 +64,7 @@ def drawing(asked: FileRequest) -> Reading:
     unit = asked.unit or _unit(document)
     if not unit:
         message = f"`{source.name}` does not state the length of its unit: `$INSUNITS` is missing or is not a unit"
-        raise unsaid(message, asked.span, "add the length of a unit, as in `unit 1 mm`")
+        raise unsaid(message, asked.span, "add the length of a unit, for example `unit 1 mm`")
     _check_layers(document, asked)
     with np.errstate(all="ignore"):  # numbers that are not finite are found where they are used
         return _Drawing(asked, source, unit).read(document)
@@ -76,8 +76,8 @@ def _document(source: Source, asked: FileRequest) -> Any:
         return ezdxf.read(TextIOWrapper(BytesIO(source.content), _encoding(source), errors="replace"))
     except Exception as error:  # a library that reads what anybody wrote fails in many ways
         line = re.search(r"line: (\d+)", str(error))
-        where = f": it is damaged near line {line[1]}" if line else ""
-        raise unreadable(source, f"it is no drawing in the form DXF{where}", asked.span, WRITE) from None
+        where = f", damaged near line {line[1]}" if line else ""
+        raise unreadable(source, f"not a DXF drawing{where}", asked.span, WRITE) from None
 
 
 def _encoding(source: Source) -> str:
@@ -107,7 +107,7 @@ def _check_layers(document: Any, asked: FileRequest) -> None:
         if folded(layer) not in named:
             listed = ", ".join(f"`{name[:80]}`" for name in sorted(set(named.values()))[:10])
             message = f"`{asked.sources[0].name}` has no layer `{layer[:80]}`"
-            raise unsaid(message, asked.span, f"its layers are {listed}")
+            raise unsaid(message, asked.span, f"use one of the layers {listed}")
 
 
 class Loose(Record):
@@ -128,14 +128,14 @@ class _Drawing:
         try:
             blocks = Blocks(document, self.asked.layers, self.unread, self.asked.limits.nesting)
             left_out = Counter({part: number for part, number in blocks.parts.items() if part[1]})
-            self.check_count("entities, blocks multiplied out", "map_features", blocks.parts.total() - left_out.total())
+            self.check_count("entities with blocks expanded", "map_features", blocks.parts.total() - left_out.total())
             placed = list(blocks)
         except UnusableError as error:
-            raise unusable(f"`{self.source.name}`: {error}", self.asked.span, "correct its blocks") from None
+            raise unusable(f"`{self.source.name}`: {error}", self.asked.span, "correct the blocks") from None
         except MapError:
             raise
         except Exception:  # a library that reads what anybody wrote fails in many ways
-            raise unreadable(self.source, "its blocks cannot be taken apart", self.asked.span, WRITE) from None
+            raise unreadable(self.source, "its blocks cannot be expanded", self.asked.span, WRITE) from None
         features = self.beacons(placed) if self.asked.kind == "beacon" else self.areas(placed, left_out)
         parts = tuple(LeftOut(*part, number) for part, number in sorted(left_out.items()))
         return Reading(features, parts, unit=self.world.unit)
@@ -144,7 +144,7 @@ class _Drawing:
         """The reason why entities of a kind are not read; empty if they are."""
         if self.asked.kind == "beacon":
             return "" if kind == "POINT" else "not a point"
-        return "" if kind in READ else "not an area" if kind in NO_AREA else "not a kind that is read"
+        return "" if kind in READ else "not an area" if kind in NO_AREA else "unsupported kind"
 
     def beacons(self, placed: list[Placed]) -> list[Feature]:
         features = []
@@ -173,7 +173,7 @@ class _Drawing:
                 else:
                     corners += count_corners(each.entity, self.world.tolerance(each))
                 drawn.append(each)
-        self.check_count("corners, with arcs as chords", "map_corners", corners)
+        self.check_count("corners (arcs as chords)", "map_corners", corners)
         loose: dict[str, list[Loose]] = defaultdict(list)
         for number, each in enumerate(drawn):
             if number not in found:
@@ -193,8 +193,8 @@ class _Drawing:
         for at in rest[:1]:
             with self.about(group[at].placed):
                 x, y = group[at].line[0]
-                more = f", and so are {len(rest) - 1} more" if len(rest) > 1 else ""
-                way_out = f"close it: ends meet within {GAP * 1000:g} mm; or name other layers with `layer`"
+                more = f", as are {len(rest) - 1} more" if len(rest) > 1 else ""
+                way_out = f"close the outline to within {GAP * 1000:g} mm"
                 raise UnusableError(f"is open at {x:g}, {y:g} m{more}", way_out)
         for ring in rings:
             lines = [group[at] for at in ring.lines]

@@ -28,7 +28,7 @@ def feature_table(asked: FileRequest) -> Reading:
     for row in rows:
         if row.cells.get("kind", asked.kind) not in KINDS:
             known = ", ".join(f"`{each}`" for each in KINDS)
-            raise row.wrong(f"`{row.cells['kind'][:40]}` is no kind of place", f"the kinds are {known}")
+            raise row.wrong(f"unknown kind `{row.cells['kind'][:40]}`", f"use one of {known}")
     read = [row for row in rows if row.cells.get("kind", asked.kind) == asked.kind]
     flattened = [("height", "the world is a plane") for row in read if asked.plane and HEIGHT & row.cells.keys()]
     return Reading([_feature(row, asked) for row in read], count_left_out(flattened))
@@ -49,14 +49,14 @@ def _shape(row: Row, asked: FileRequest, x: float, y: float, unit: float) -> Are
     sizes = [column for column in ("radius", "width", "depth", "angle") if column in row.cells]
     if asked.kind == "beacon":
         if sizes:
-            raise row.wrong(f"a beacon is a point, without `{sizes[0]}`", "leave that empty")
+            raise row.wrong(f"a beacon has no `{sizes[0]}`", "leave this column empty")
         return MapPoint((x, y, *(unit * row.number("z") for _ in range("z" in row.cells))))
     if "z" in row.cells:
-        raise row.wrong("`z` is the height of a beacon", "say from where to where by `low` and `high`")
+        raise row.wrong("only a beacon has a `z`", "set the height with `low` and `high`")
     if sizes == ["radius"]:
         return Circle((x, y), _positive(row, "radius") * unit)
     if "radius" in sizes or not {"width", "depth"} <= set(sizes):
-        raise row.wrong("a place has a `radius`, or a `width` and a `depth`", "fill these columns")
+        raise row.wrong("a place needs a `radius`, or a `width` and a `depth`", "fill these columns")
     across, up = _positive(row, "width") * unit / 2, _positive(row, "depth") * unit / 2
     angle = math.radians(row.number("angle")) if "angle" in row.cells else 0.0
     cosine, sine = math.cos(angle), math.sin(angle)
@@ -68,5 +68,5 @@ def _shape(row: Row, asked: FileRequest, x: float, y: float, unit: float) -> Are
 def _positive(row: Row, column: str) -> float:
     value = row.number(column)
     if value <= 0:
-        raise row.wrong(f"`{column}` is {value:g}, and not more than 0", "write a size")
+        raise row.wrong(f"`{column}` is {value:g}; it must be above 0", "write a size above 0")
     return value

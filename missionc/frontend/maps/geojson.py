@@ -36,7 +36,7 @@ KINDS = ("obstacle", "region", "beacon")
 ALL = "FeatureCollection"
 LINES = ("LineString", "MultiLineString")
 GEOMETRIES = ("Point", "MultiPoint", *LINES, "Polygon", "MultiPolygon", "GeometryCollection")
-COLLECTION = "give a `FeatureCollection`, as RFC 7946 has it"
+COLLECTION = "write a `FeatureCollection` as in RFC 7946"
 _FEATURES = re.compile(r'"features"\s*:\s*\[\s*')
 _WGS_84 = re.compile(r"CRS ?84|4326", re.IGNORECASE)
 """Names of longitude and latitude on WGS 84."""
@@ -59,7 +59,7 @@ def geojson(asked: FileRequest) -> Reading:
         root = {"type": "Feature", "properties": {}, "geometry": root}
     listed = [root] if form == "Feature" or form in GEOMETRIES else root.get("features") if form == ALL else None
     if not isinstance(listed, list):
-        raise unreadable(source, "it is no `FeatureCollection`", Span(source, 0, 0), COLLECTION)
+        raise unreadable(source, "not a `FeatureCollection`", Span(source, 0, 0), COLLECTION)
     if len(listed) > asked.limits.map_features:
         raise too_many(source, "features", "map_features", len(listed), asked.limits, asked.span)
     corners = _corner_count(listed)
@@ -101,17 +101,16 @@ def _metres(asked: FileRequest, source: Source, system: object) -> Callable[[flo
         raise unsaid(
             f"the coordinates in `{source.name}` are not longitude and latitude: its `crs` is {named[:80]}",
             asked.span,
-            "convert the file to WGS 84, or write `unit 1 m` in place of `origin`",
+            "convert the file to WGS 84",
         )
     if asked.origin is not None and asked.unit is not None:
-        raise unsaid("coordinates are longitude and latitude, or have a unit of length; both are said", asked.span,
-                     "leave `origin` or `unit` out")  # fmt: skip
+        raise unsaid("both `origin` and `unit` are given", asked.span,
+                     "delete `origin` or `unit`")  # fmt: skip
     if asked.origin is None and asked.unit is None:
         raise unsaid(
-            f"what the coordinates in `{source.name}` are, nobody says",
+            f"the coordinates in `{source.name}` have neither an origin nor a unit",
             asked.span,
-            "say where longitude and latitude are taken from, as in `origin (8.54 deg, 47.38 deg)`, or that they are "
-            "metres, with `unit 1 m`",
+            "add `unit 1 m` for metres, or, for example, `origin (8.54 deg, 47.38 deg)` for longitude and latitude",
         )
     unit, (x, y) = asked.unit or 1.0, asked.at
     frame = (
@@ -173,19 +172,19 @@ class _Reader(Record):
         record = feature if isinstance(feature, dict) else {}
         properties = record.get("properties") or {}
         if record.get("type") != "Feature" or not isinstance(properties, dict):
-            raise self.wrong("this is no `Feature`")
+            raise self.wrong("not a `Feature`")
         kind, name, geometry = properties.get("kind"), properties.get("name"), record.get("geometry")
         if geometry is not None and not isinstance(geometry, dict):
-            raise self.wrong("this is no `Feature` with a geometry")
+            raise self.wrong("not a `Feature` with a geometry")
         form = str(geometry.get("type", "Feature"))[:40] if geometry else "Feature"
         if kind not in (None, *KINDS):
             known = ", ".join(f"`{each}`" for each in KINDS)
-            way_out = f"change `kind`, which is {_json(kind)} here, or leave it out"
-            self.leave_out(form, f"its `kind` is none of {known}", way_out)
+            way_out = f"change the `kind` {_json(kind)}"
+            self.leave_out(form, f"its `kind` is not one of {known}", way_out)
         if kind not in (None, self.asked.kind):
             return
         if name is not None and not isinstance(name, str):
-            raise self.wrong("a name is a text")
+            raise self.wrong("expected a text as name")
         shapes = list(self.shapes(geometry, properties))
         height = self.height(properties) if shapes else None
         for shape in shapes:
@@ -202,16 +201,16 @@ class _Reader(Record):
             if part is None or inside == []:
                 self.no_place("Feature", "its geometry is empty", properties)
             elif form not in GEOMETRIES:
-                raise self.wrong(f"{_json(form)} is no kind of geometry")
+                raise self.wrong(f"unknown geometry {_json(form)}")
             elif form == "GeometryCollection":
                 waiting += reversed(self.listed(inside))
             elif form in ("Point", "MultiPoint"):
                 for position in [inside] if form == "Point" else self.listed(inside):
                     yield from self.point(position, properties)
             elif form in LINES:
-                self.no_place(form, "no polygon and no point", properties)
+                self.no_place(form, "neither a polygon nor a point", properties)
             elif self.asked.kind == "beacon":
-                self.no_place(form, "a beacon is a point", properties, another=True)
+                self.no_place(form, "a beacon needs a point", properties, another=True)
             else:
                 parts = self.listed(inside) if form == "MultiPolygon" else [inside]
                 polygons += [self.polygon(each) for each in parts]
@@ -226,11 +225,11 @@ class _Reader(Record):
         if "radius" in sizes:
             radius = self.number(sizes["radius"])
             if radius <= 0:
-                raise self.wrong("a radius is more than 0")
+                raise self.wrong("the radius must be above 0")
             yield Circle(self.position(position), radius)
             return
         near = next((key for key in sizes if "radius" in key or "diameter" in key), "")
-        reason = "a point makes an area with a `radius`, in metres" + (f"; it has `{near[:40]}`" if near else "")
+        reason = "a point needs a `radius`, in metres" + (f"; found `{near[:40]}`" if near else "")
         self.no_place("Point", reason, properties, another=not near)
 
     def no_place(self, form: str, reason: str, properties: dict[str, Any], *, another: bool = False) -> None:
@@ -239,11 +238,9 @@ class _Reader(Record):
         Args:
             another: whether it makes a place of another kind.
         """
-        way_out = (
-            "give it a `radius`, in metres" if form == "Point" else "make it a polygon, or delete it from the file"
-        )
+        way_out = "add a `radius`, in metres" if form == "Point" else "replace it by a polygon"
         if properties.get("kind") is not None:
-            raise self.wrong(f"`{form}`: {reason}", f"{way_out}, or change its `kind`")
+            raise self.wrong(f"`{form}`: {reason}", way_out)
         self.leave_out(form, reason, "" if another else way_out)
 
     def leave_out(self, kind: str, reason: str, way_out: str) -> None:
@@ -251,36 +248,36 @@ class _Reader(Record):
 
     def listed(self, value: object) -> list[Any]:
         if not isinstance(value, list):
-            raise self.wrong("it has no coordinates")
+            raise self.wrong("no coordinates found")
         return value
 
     def polygon(self, rings: object) -> tuple[Corners, ...]:
         if not isinstance(rings, list) or not rings:
-            raise self.wrong("a polygon is a list of rings")
+            raise self.wrong("expected a list of rings")
         made = tuple(self.ring(ring) for ring in rings)
         if not shapely.is_valid(shapely.Polygon(made[0], made[1:])):
-            raise self.wrong("the polygon crosses itself, or a hole of it lies outside")
+            raise self.wrong("the polygon crosses itself or has a hole outside of it")
         return made
 
     def ring(self, ring: object) -> Corners:
         if not isinstance(ring, list) or len(ring) < 4 or ring[0] != ring[-1]:
-            raise self.wrong("a ring has four positions at least, the last of which is the first one")
+            raise self.wrong("a ring needs at least four positions, the last equal to the first")
         corners = [self.position(position) for position in ring[:-1]]
         kept = tuple(each for each, before in zip(corners, [corners[-1], *corners], strict=False) if each != before)
         if len(kept) < 3:
-            raise self.wrong("a ring has three corners at least that are not the same")
+            raise self.wrong("a ring needs at least three different corners")
         return kept
 
     def position(self, position: object) -> tuple[float, float]:
         if not isinstance(position, list) or not 2 <= len(position) <= 3:
-            raise self.wrong("a position is a list of two or three numbers")
+            raise self.wrong("expected a position with two or three numbers")
         first, second = self.number(position[0]), self.number(position[1])
         if self.asked.origin is not None and not (abs(first) <= 180 and abs(second) <= 90):
-            way_out = "if these are metres, write `unit 1 m` in place of `origin`"
-            raise self.wrong(f"{first:g}, {second:g} are no longitude and latitude", way_out)
+            way_out = "write `unit 1 m` in place of `origin` for coordinates in metres"
+            raise self.wrong(f"{first:g}, {second:g} are not a longitude and a latitude", way_out)
         x, y = self.metres(first, second)
         if not (math.isfinite(x) and math.isfinite(y) and max(abs(x), abs(y)) <= self.asked.limits.magnitude):
-            raise self.wrong(f"{first:g}, {second:g} is too far away")
+            raise self.wrong(f"the position {first:g}, {second:g} is too far away")
         return x, y
 
     def altitude(self, position: object) -> tuple[float, ...]:
@@ -306,7 +303,7 @@ class _Reader(Record):
         """The value of a JSON number, or of a text such as ``12 m``."""
         number = plain_number(value.strip().removesuffix("m").rstrip()) if isinstance(value, str) else value
         if not is_number(number):
-            raise self.wrong(f"{_json(value)} is no number")
+            raise self.wrong(f"{_json(value)} is not a number")
         if abs(number) > self.asked.limits.magnitude:
             raise self.wrong(f"{_json(value)} is too large")
         return float(number)
@@ -319,7 +316,7 @@ class _Reader(Record):
         start = self.span.start + at + 1
         return self.span.part(start, start + len(name))
 
-    def wrong(self, reason: str, way_out: str = "mend the file, or leave this out of it") -> MapError:
+    def wrong(self, reason: str, way_out: str = "correct the file") -> MapError:
         return unusable(f"`{self.span.source.name}`: {reason}", self.span.first_line, way_out)
 
 

@@ -49,7 +49,7 @@ def _on_earth(
     degrees = [geographic(asked.origin, *place)(*corner) for corner in corners]
     if all(abs(longitude) <= DEGREES[1] for longitude, _ in degrees):
         frame = local_frame(asked.origin, *place)
-        way_out = "exchange longitude and latitude in the file or in `origin`: both have the longitude first"
+        way_out = "swap longitude and latitude in the file or in `origin`; longitude comes first"
         yield way_out, [frame(latitude, longitude) for longitude, latitude in degrees]
 
 
@@ -61,17 +61,17 @@ def _in_the_plane(
         return
     for name, unit in UNITS.items():
         factor = unit / (asked.unit or 1.0)
-        way_out = f"state the unit of the file: `unit 1 {name}` brings its places inside"
+        way_out = f"set the unit of the file with `unit 1 {name}`"
         if factor != 1:
             yield way_out, [(x * factor, y * factor) for x, y in corners]
-    yield "exchange `x` and `y` in the file", [(y, x) for x, y in corners]
+    yield "swap `x` and `y` in the file", [(y, x) for x, y in corners]
 
 
 def _elsewhere(asked: FileRequest, extents: Extents, corners: list[tuple[float, float]], world: Extents) -> str:
     """Another origin."""
     if asked.origin is not None:
         longitude, latitude = geographic(asked.origin, asked.sources[0], asked.span)(*corners[0])
-        return f"take the origin from where the places are: `origin ({longitude:.5f} deg, {latitude:.5f} deg)`"
+        return f"set an origin near the places: `origin ({longitude:.5f} deg, {latitude:.5f} deg)`"
     unit = asked.unit or 1.0
     file = [(x / unit, y / unit) for x, y in (corners[0], corners[-1])]
     degrees = all(abs(x) <= DEGREES[0] and abs(y) <= DEGREES[1] for x, y in file)
@@ -79,9 +79,9 @@ def _elsewhere(asked: FileRequest, extents: Extents, corners: list[tuple[float, 
     if degrees and small and ending(asked.sources[0].name) in (".geojson", ".json"):
         longitude, latitude = file[0]
         at = f"`origin ({longitude:g} deg, {latitude:g} deg)`"
-        return f"if the coordinates are longitude and latitude, write {at} in place of `unit`"
+        return f"write {at} in place of `unit` for longitude and latitude"
     x, y = (place + low - first for place, low, first in zip(asked.at, world[0], extents[0], strict=True))
-    return f"if the file has another origin, shift it: `at ({x:.10g}, {y:.10g})` puts it in the corner of the world"
+    return f"shift the file into the world with `at ({x:.10g}, {y:.10g})`"
 
 
 def _inside(extents: Extents | None, zero: tuple[float, float], world: Extents) -> bool:

@@ -76,7 +76,7 @@ LONGEST = 1 << 16
 """Bytes of metadata."""
 
 MODES = ("trinary", "scale", "raw")
-WRITE = "write it as `map_saver` of ROS does"
+WRITE = "write the file with `map_saver` of ROS"
 
 
 class MapMetadata(Record):
@@ -105,21 +105,21 @@ def read_metadata(source: Source, asked: Span) -> MapMetadata:
     yaml = library("yaml", "PyYAML", source, asked)
     whole = Span(source, 0, 0) if source.text else asked
     if not source.text or len(source.text) > LONGEST:
-        raise unreadable(source, f"it has no text, or more than {LONGEST} characters", whole, WRITE)
+        raise unreadable(source, f"it is empty or has more than {LONGEST} characters", whole, WRITE)
     try:
         root = yaml.compose(source.text, Loader=yaml.SafeLoader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place = Span(source, min(mark.index, len(source.text)), len(source.text)) if mark else whole
-        raise unreadable(source, "it is no YAML", place.first_line, WRITE) from None
+        raise unreadable(source, "not valid YAML", place.first_line, WRITE) from None
     except RecursionError:
-        raise unreadable(source, "it is nested too deep", whole, WRITE) from None
+        raise unreadable(source, "nested too deeply", whole, WRITE) from None
     if not isinstance(root, yaml.MappingNode):
-        raise unreadable(source, "it is no list of keys and values", whole, WRITE)
+        raise unreadable(source, "not a mapping of keys to values", whole, WRITE)
     entries = _Entries(source, whole, {})
     for key, value in root.value:
         if key.id == "scalar" and key.value in entries.nodes:
-            raise entries.wrong(key.value, f"`{key.value[:40]}` comes twice", "leave one of the two out")
+            raise entries.wrong(key.value, f"duplicate key `{key.value[:40]}`", "delete one of the two")
         if key.id == "scalar":
             entries.nodes[key.value] = value
     return entries.read()
@@ -134,25 +134,25 @@ class _Entries(Record):
         plain = MapMetadata("", 0.0)
         resolution = self.number("resolution")
         if resolution <= 0:
-            raise self.wrong("resolution", "the side of a cell, in metres, is more than 0")
+            raise self.wrong("resolution", "the cell size, in metres, must be above 0")
         occupied, free = self.number("occupied_thresh", plain.occupied), self.number("free_thresh", plain.free)
         if not 0 <= free <= occupied <= 1:
-            raise self.wrong("free_thresh", "the thresholds are numbers from 0 to 1, and `free_thresh` the smaller one")
+            raise self.wrong("free_thresh", "`free_thresh` must be at most `occupied_thresh`, both from 0 to 1")
         mode = self.text("mode", plain.mode)
         if mode not in MODES:
-            raise self.wrong("mode", f"a mode is one of {', '.join(f'`{each}`' for each in MODES)}")
+            raise self.wrong("mode", f"`mode` must be one of {', '.join(f'`{each}`' for each in MODES)}")
         negate = self.text("negate", "0").lower()
         if negate not in ("0", "1", "false", "true"):
-            raise self.wrong("negate", "`negate` is 0 or 1")
+            raise self.wrong("negate", "`negate` must be 0 or 1")
         return MapMetadata(self.text("image"), resolution, self.origin(), negate in ("1", "true"), occupied, free, mode)
 
     def origin(self) -> tuple[float, float, float]:
         node = self.nodes.get("origin")
         items = node.value if node is not None and node.id == "sequence" else []
         if len(items) not in (2, 3):
-            raise self.wrong("origin", "the origin of a map is `[x, y, yaw]`, in metres and radians")
+            raise self.wrong("origin", "expected an origin `[x, y, yaw]`, in metres and radians")
         x, y = (self.number_at(item) for item in items[:2])
-        yaw = self.number_at(items[2], "write the yaw as `0.0` if the map is not turned") if len(items) == 3 else 0.0
+        yaw = self.number_at(items[2], "write the yaw `0.0` for an unrotated map") if len(items) == 3 else 0.0
         return x, y, yaw
 
     def text(self, key: str, default: str = "") -> str:
@@ -160,7 +160,7 @@ class _Entries(Record):
         if node is None and default:
             return default
         if node is None or node.id != "scalar" or not node.value:
-            raise self.wrong(key, f"a map needs `{key}`")
+            raise self.wrong(key, f"missing key `{key}`")
         return str(node.value)
 
     def number(self, key: str, default: float | None = None) -> float:
@@ -168,14 +168,14 @@ class _Entries(Record):
         if node is None and default is not None:
             return default
         if node is None:
-            raise self.wrong(key, f"a map needs `{key}`")
+            raise self.wrong(key, f"missing key `{key}`")
         return self.number_at(node)
 
     def number_at(self, node: Any, way_out: str = "write a plain number") -> float:
         value = plain_number(node.value) if node.id == "scalar" else math.nan
         if math.isnan(value):
             shown = f"`{node.value[:40]}`" if node.id == "scalar" else f"a {node.id}"
-            raise self.wrong_at(node, f"{shown} is no number", way_out)
+            raise self.wrong_at(node, f"{shown} is not a number", way_out)
         return value
 
     def wrong(self, key: str, reason: str, way_out: str = WRITE) -> MapError:

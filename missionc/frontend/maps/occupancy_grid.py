@@ -210,12 +210,12 @@ def occupancy_grid(asked: FileRequest) -> Reading:
     image, metadata = _image_and_metadata(asked)
     metadata = metadata if asked.resolution is None else replace(metadata, resolution=asked.resolution)
     if metadata.resolution < SMALLEST:
-        message = f"`{image.name}` has cells of {metadata.resolution:g} m; the least is {SMALLEST:g} m"
-        raise unusable(message, asked.span, "state the side of a cell, as in `resolution 5 cm`")
+        message = f"`{image.name}` has cells of {metadata.resolution:g} m; the minimum is {SMALLEST:g} m"
+        raise unusable(message, asked.span, "set the cell size, for example `resolution 5 cm`")
     shades, known = _decoded(image, asked)
     cells = occupied_cells(shades, known, metadata, asked.unknown_free)
     if not cells.any():
-        raise unusable(f"`{image.name}` has no occupied cell", asked.span, "leave it out, or look at its thresholds")
+        raise unusable(f"`{image.name}` has no occupied cell", asked.span, "check the thresholds of the map")
     corners = corner_count(cells)
     if corners > asked.limits.map_corners:
         raise too_many(
@@ -232,9 +232,9 @@ def occupancy_grid(asked: FileRequest) -> Reading:
     doubtful = unknown and metadata.mode != "raw" and not metadata.negate and not asked.unknown_free
     if not doubtful or metadata.free < (255 - MAP_SAVER_UNKNOWN) / 255:
         return Reading(features, frame=frame)
-    message = f"`{image.name}`: {counted(unknown, 'cell')} of shade {MAP_SAVER_UNKNOWN}, which `map_saver` writes for "
-    message += f"unknown, {'is' if unknown == 1 else 'are'} free, since `free_thresh` is {metadata.free:g}"
-    way_out = "write `free_thresh: 0.196`, or `unknown free` if nothing stands there"
+    message = f"`{image.name}`: {counted(unknown, 'cell')} of shade {MAP_SAVER_UNKNOWN} (`map_saver`: "
+    message += f"unknown) {'is' if unknown == 1 else 'are'} read as free, since `free_thresh` is {metadata.free:g}"
+    way_out = "write `free_thresh: 0.196`"
     return Reading(features, (), (Diagnostic(MAP_LEFT_OUT, message, Label(asked.span), help=way_out),), frame)
 
 
@@ -271,34 +271,32 @@ def _image_and_metadata(asked: FileRequest) -> tuple[Source, MapMetadata]:
     if rest:
         metadata = read_metadata(rest[0], asked.span)
         if basename(metadata.image) != basename(first.name):
-            reason = f"it describes `{metadata.image[:80]}`, and not `{basename(first.name)}`"
-            raise unreadable(rest[0], reason, asked.span, "name the one that describes the image, and not the image")
+            reason = f"it describes `{metadata.image[:80]}`, not `{basename(first.name)}`"
+            raise unreadable(rest[0], reason, asked.span, "name the `.yaml` file that describes the image")
         return first, metadata
     if asked.resolution is None:
-        message = f"how large a cell of `{first.name}` is, nobody says: there is no `.yaml` beside it"
-        raise unsaid(
-            message, asked.span, "say it as in `resolution 5 cm`, or put the `.yaml` of the map beside the image"
-        )
+        message = f"the cell size of `{first.name}` is unknown: there is no `.yaml` beside it"
+        raise unsaid(message, asked.span, "set the cell size, for example `resolution 5 cm`")
     return first, MapMetadata(first.name, asked.resolution)
 
 
 def _decoded(source: Source, asked: FileRequest) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Shades from 0 to 255, and where the image is not transparent; (rows, columns) both."""
     pillow = library("PIL.Image", "Pillow", source, asked.span)
-    way_out = "give an image in the form PGM, PNG or BMP"
+    way_out = "use a PGM, PNG or BMP image"
     try:
         with _unlimited(pillow):
             image = pillow.open(BytesIO(source.content), formats=FORMS)
         width, height = image.size
     except Exception:  # a library that reads what anybody wrote fails in many ways
-        raise unreadable(source, "it is no image in the form PGM, PNG or BMP", asked.span, way_out) from None
+        raise unreadable(source, "not a PGM, PNG or BMP image", asked.span, way_out) from None
     if width * height > asked.limits.map_cells:
         raise too_many(source, "cells", "map_cells", width * height, asked.limits, asked.span)
     try:
         deep = image.mode.startswith(("I", "F"))
         pixels = np.asarray(image if deep else image.convert("RGBA"))
     except Exception:
-        raise unreadable(source, "its picture ends early or is damaged", asked.span, way_out) from None
+        raise unreadable(source, "the image is truncated or damaged", asked.span, way_out) from None
     if deep:
         return pixels.astype(np.float64) / 257.0, np.ones(pixels.shape, dtype=bool)
     return pixels[..., :3].mean(axis=-1), pixels[..., 3] == 255

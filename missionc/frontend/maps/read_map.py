@@ -107,7 +107,7 @@ def read_map(asked: FileRequest) -> Reading | Diagnostic:
     try:
         if form is None:
             endings = ", ".join(f"`{each}`" for each in FORMS)
-            raise unreadable(source, "its ending is that of no form that is known", asked.span, f"known are {endings}")
+            raise unreadable(source, "unknown file extension", asked.span, f"use one of {endings}")
         read: Callable[[FileRequest], Reading] = getattr(
             import_module(f"missionc.frontend.maps.{form.module}"), form.module
         )
@@ -116,14 +116,14 @@ def read_map(asked: FileRequest) -> Reading | Diagnostic:
             reading = read(asked)
         summary = reading.summary()
         if summary.extents is None:
-            way_out = "name another file, or say of its features what they are: `kind`"
+            way_out = "set the `kind` of its features"
             raise unusable(f"`{source.name}` has no {asked.kind}{left_out_text(summary.left_out)}", asked.span, way_out)
         if summary.count > asked.limits.map_features:
             raise too_many(source, "places", "map_features", summary.count, asked.limits, asked.span)
         low, high = summary.extents
         if not max(map(abs, (*low, *high))) <= asked.limits.magnitude:
-            far = f"`{source.name}` has places that are more than {asked.limits.magnitude:g} m away"
-            raise unusable(far, asked.span, "check its unit, its origin and its resolution")
+            far = f"`{source.name}` has places more than {asked.limits.magnitude:g} m away"
+            raise unusable(far, asked.span, "check its unit, origin and resolution")
     except MapError as error:
         return error.finding
     return reading

@@ -49,9 +49,11 @@ class Row(Record):
         text = self.cells.get(column, "")
         value = plain_number(text)
         if not text:
-            raise self.wrong(f"column `{column}` is empty here", "write a number in it")
+            raise self.wrong(f"column `{column}` is empty here", "write a number")
         if not abs(value) <= self.limits.magnitude:
-            raise self.wrong(f"`{text[:40]}` in column `{column}` is no number, or too large", "write a plain number")
+            raise self.wrong(
+                f"`{text[:40]}` in column `{column}` is not a number or is too large", "write a plain number"
+            )
         return value
 
     def numbers(self, *columns: str) -> tuple[float, ...]:
@@ -75,17 +77,17 @@ def read_table(source: Source, asked: Span, known: Sequence[str], needed: Sequen
         raise too_many(source, "rows", "map_features", rows_at_most, limits, asked)
     lines = list(_lines(source))
     if not lines:
-        reason = "it has no values" if source.text.strip() else "it has no text in UTF-8"
-        raise unreadable(source, reason, asked, "give a table of values with commas between them")
+        reason = "it is empty" if source.text.strip() else "no UTF-8 text"
+        raise unreadable(source, reason, asked, "use comma-separated values")
     header, *rows = lines
     names = [name.strip().lower() for name in header[1]]
     _check_header(source, header[0], names, known, needed)
     if not rows:
-        raise unusable(f"`{source.name}` has no row", header[0], "add rows below the names of the columns")
+        raise unusable(f"`{source.name}` has no rows", header[0], "add rows below the header")
     for span, cells in rows:
         if len(cells) != len(names):
-            reason = f"`{source.name}`: this row has {len(cells)} values, and there are {len(names)} columns"
-            raise unusable(reason, span, "give each column a value; it may be empty")
+            reason = f"`{source.name}`: this row has {len(cells)} values, but the header has {len(names)} columns"
+            raise unusable(reason, span, "write one value for each column")
     return [
         Row(span, {name: cell.strip() for name, cell in zip(names, cells, strict=True) if cell.strip()}, limits)
         for span, cells in rows
@@ -104,7 +106,7 @@ def _lines(source: Source) -> Iterator[tuple[Span, list[str]]]:
                 yield Span(source, starts[first], starts[first] + len(lines[first].rstrip("\r\n"))), cells
     except csv.Error:
         place = starts[before]
-        raise unreadable(source, "it is no CSV", Span(source, place, place), "check the quotes of this row") from None
+        raise unreadable(source, "not valid CSV", Span(source, place, place), "check the quotes of this row") from None
 
 
 def _check_header(source: Source, span: Span, names: list[str], known: Sequence[str], needed: Sequence[str]) -> None:
@@ -112,17 +114,19 @@ def _check_header(source: Source, span: Span, names: list[str], known: Sequence[
     other = next((sign for sign in (";", "\t") if len(names) == 1 and sign in names[0]), "")
     if other:
         sign = "tabs" if other == "\t" else f"`{other}`"
-        raise unusable(f"`{source.name}`: its values are separated by {sign}", span, "write commas between the values")
+        raise unusable(
+            f"`{source.name}`: values are separated by {sign}, not by commas", span, "separate the values with commas"
+        )
     for name in names:
         if name not in known:
-            meant = suggestion(name, known, f"the first row names columns: {takes}")
-            raise unusable(f"`{source.name}`: `{name[:40]}` is no column of such a table", span, meant)
+            meant = suggestion(name, known, f"use one of the columns {takes}")
+            raise unusable(f"`{source.name}`: unknown column `{name[:40]}`", span, meant)
     twice = next((name for at, name in enumerate(names) if name in names[:at]), "")
     if twice:
-        raise unusable(f"`{source.name}`: column `{twice}` is there twice", span, "leave one of them out")
+        raise unusable(f"`{source.name}`: duplicate column `{twice}`", span, "delete one of the two")
     missing = next((name for name in needed if name not in names), "")
     if missing:
-        raise unusable(f"`{source.name}`: there is no column `{missing}`", span, f"name it in the first row: {takes}")
+        raise unusable(f"`{source.name}`: missing column `{missing}`", span, f"add the column `{missing}`")
 
 
 class PointRow(Record):
@@ -142,7 +146,7 @@ def point_table(source: Source, asked: Span, limits: Limits, *, timed: bool = Fa
     columns = ("t", "x", "y", "z") if timed else ("name", "x", "y", "z")
     try:
         if ending(source.name) != ".csv":
-            raise unreadable(source, "a list of points is a table", asked, "give a file whose name ends in `.csv`")
+            raise unreadable(source, "expected a table of points", asked, "name a `.csv` file")
         rows = read_table(source, asked, columns, columns[not timed : 3], limits)
         return [
             PointRow(
@@ -175,11 +179,11 @@ def pose_table(source: Source, limits: Limits) -> list[PoseRow] | Diagnostic:
         if ending(source.name) == ".json":
             return _listed(source, whole, limits)
         if ending(source.name) != ".csv":
-            raise unreadable(source, "measured poses are a table or a list", whole, "name a `.csv` or a `.json`")
+            raise unreadable(source, "expected a table or a list of poses", whole, "name a `.csv` or `.json` file")
         rows = []
         for row in read_table(source, whole, KNOWN, NEEDED, limits):
             if not row.cells.get("agent"):
-                raise row.wrong("column `agent` is empty here", "write the name of an agent in it")
+                raise row.wrong("column `agent` is empty here", "write the name of an agent")
             if "yaw" in row.cells:
                 row.number("yaw")
             rows.append(PoseRow(row.span, row.cells["agent"], row.numbers("x", "y", "z")))
@@ -193,17 +197,17 @@ def _listed(source: Source, whole: Span, limits: Limits) -> list[PoseRow]:
     try:
         value = parse_json(source.text, limits.json_values)
     except NotJsonError as error:
-        raise unreadable(source, error.reason, Span(source, error.place, error.place), f"give {form}") from None
+        raise unreadable(source, error.reason, Span(source, error.place, error.place), f"write {form}") from None
     if not isinstance(value, list) or not value:
-        raise unusable(f"`{source.name}` is no list of poses", whole, f"give {form}")
+        raise unusable(f"`{source.name}` is not a list of poses", whole, f"write {form}")
     rows = []
     for number, record in enumerate(value, 1):
         strange = set(record) - set(KNOWN) if isinstance(record, dict) else {""}
         if strange or not isinstance(record.get("agent"), str):
-            raise unusable(f"`{source.name}`: record {number} is no pose", whole, f"give {form}")
+            raise unusable(f"`{source.name}`: record {number} is not a pose", whole, f"write {form}")
         for key in (*NEEDED[1:], *(["yaw"] if "yaw" in record else [])):
             measured = record.get(key)
             if not is_number(measured) or abs(measured) > limits.magnitude:
-                raise unusable(f"`{source.name}`: `{key}` of record {number} is no number", whole, "write a number")
+                raise unusable(f"`{source.name}`: `{key}` of record {number} is not a number", whole, "write a number")
         rows.append(PoseRow(whole, record["agent"], tuple(float(record[key]) for key in NEEDED[1:])))
     return rows

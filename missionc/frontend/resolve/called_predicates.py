@@ -22,9 +22,9 @@ def of_class(name: str, kind: object) -> Predicate:
     if kind.value is PlacePredicate.value:
         raise Unfit("its class has no `value`")
     if name in SPELLINGS or name in STATES:
-        raise Unfit("its name is a word of the language")
+        raise Unfit("its name is a keyword")
     if not getattr(kind, "says", "") or not getattr(kind, "example", "").startswith(f"{name}("):
-        raise Unfit(f"its class needs `says`, and an `example` that begins with `{name}(`")
+        raise Unfit(f"its class needs `says` and an `example` that begins with `{name}(`")
     unknown = [each for each in kind.parameters if each not in PARAMETERS]
     if unknown or not kind.parameters:
         wrong = f"`{unknown[0]}` among" if unknown else "no"

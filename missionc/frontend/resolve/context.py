@@ -141,9 +141,7 @@ class Names:
                     help_text, fix = f"did you mean `{near}`?", Fix(name.span, near)
                 case Nothing():
                     pass
-        return Diagnostic(
-            code.UNKNOWN_NAME, f"nothing is called `{name.text}`", Label(name.span), help=help_text, fix=fix
-        )
+        return Diagnostic(code.UNKNOWN_NAME, f"unknown name `{name.text}`", Label(name.span), help=help_text, fix=fix)
 
 
 def collect(program: ast.Program, findings: list[Diagnostic]) -> Names:
@@ -167,11 +165,12 @@ def collect(program: ast.Program, findings: list[Diagnostic]) -> Names:
 
 
 def _ways_out(text: str, kinds: tuple[Kind, ...], needed: str, fitting: list[str]) -> str:
-    declare = f"declare it with `param {text} = VALUE`" if kinds == (Kind.PARAM,) else "declare it"
+    if kinds == (Kind.PARAM,):
+        return f"declare it with `param {text} = VALUE`"
     if "state" in needed:
         states = ", ".join(f"`{word}`" for word in STATE_WORDS)
-        return f"{declare}; the states are {states}, `distance(…)`"
-    return f"{declare}, or name {needed}: {some_of(fitting)}" if fitting else declare
+        return f"use a state: {states} or `distance(…)`"
+    return f"name {needed}: {some_of(fitting)}" if fitting else "declare it"
 
 
 def some_of(names: list[str], most: int = 5) -> str:
@@ -184,8 +183,8 @@ def declared_twice(name: ast.Name, first: Declared) -> Diagnostic:
     return Diagnostic(
         code.NAME_TWICE,
         f"`{name.text}` is declared twice",
-        Label(name.span, "declared again"),
-        labels=(Label(first.span, f"{first.kind.value} of this name"),),
+        Label(name.span, "second declaration"),
+        labels=(Label(first.span, f"{first.kind.value} with this name"),),
         help="give one of them another name",
     )
 
@@ -193,7 +192,7 @@ def declared_twice(name: ast.Name, first: Declared) -> Diagnostic:
 def state_word(name: ast.Name) -> Diagnostic:
     return Diagnostic(
         code.NAME_NOT_ALLOWED,
-        f"`{name.text}` stands for a part of an agent's state",
+        f"`{name.text}` is the name of a state and cannot be declared",
         Label(name.span),
         help="choose another name",
     )
@@ -204,11 +203,13 @@ def wrong_kind(name: ast.Name, declared: Declared, needed: str, fitting: list[st
     fix = None
     if "state" in needed:
         far = declared.kind in (Kind.REGION, Kind.BEACON, Kind.AGENT)
-        help_text = f"ask how far it is: `distance({name.text})`" if far else "compare states, distances and parameters"
+        help_text = (
+            f"use its distance: `distance({name.text})`" if far else "compare a state, a distance or a parameter"
+        )
         fix = Fix(name.span, f"distance({name.text})") if far else None
     return Diagnostic(
         code.WRONG_KIND,
-        f"`{name.text}` is {declared.kind.value}; {needed} is needed here",
+        f"expected {needed}, found {declared.kind.value} `{name.text}`",
         Label(name.span),
         labels=(Label(declared.span, "declared here"),),
         help=help_text,

@@ -78,9 +78,9 @@ def unused(names: Names, program: ast.Program) -> list[Diagnostic]:
 def _nothing_uses(text: str, kind: Kind, declaration: Named, *, once: bool) -> Diagnostic:
     return Diagnostic(
         code.UNUSED_NAME,
-        f"nothing uses `{text}`",
+        f"`{text}` is never used",
         Label(declaration.name.span, kind.value),
-        help="use it or leave it out",
+        help="delete the declaration",
         fix=deleted(declaration.span) if once else None,
     )
 
@@ -100,10 +100,10 @@ def _defined_by_itself(context: Context, cycle: tuple[str, ...]) -> None:
     spans = [context.names.declared[name].span for name in cycle]
     message, labels = f"`{cycle[0]}` is defined by itself", tuple[Label, ...]()
     if len(cycle) > 1:
-        message = f"{len(cycle)} names are defined by one another: {_chain(cycle)}"
-        labels = tuple(Label(span, "and by this") for span in spans[1:4])
+        message = f"{len(cycle)} names are defined in a cycle: {_chain(cycle)}"
+        labels = tuple(Label(span, "part of the cycle") for span in spans[1:4])
     context.report(
-        code.DEFINED_BY_ITSELF, message, spans[0], labels=labels, help="define one of them without the others"
+        code.DEFINED_BY_ITSELF, message, spans[0], labels=labels, help="define one of these names without the others"
     )
 
 

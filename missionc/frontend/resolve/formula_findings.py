@@ -8,6 +8,7 @@ from __future__ import annotations
 from missionc import ir
 from missionc.base.diagnostics import code
 from missionc.base.diagnostics.model import Fix, Label
+from missionc.base.figures import counted
 from missionc.frontend.resolve.called_predicates import CALLED
 from missionc.frontend.resolve.context import Context, some_of
 from missionc.frontend.resolve.resolve_quantities import excerpt, shown
@@ -17,7 +18,7 @@ from missionc.frontend.syntax import ast
 def not_a_formula(context: Context, name: ast.Name, kind: str, way_out: str, fix: Fix | None, *labels: Label) -> None:
     context.report(
         code.WRONG_KIND,
-        f"`{name.text}` is {kind}; a formula is needed here",
+        f"expected a formula, found {kind} `{name.text}`",
         name.span,
         labels=labels,
         help=way_out,
@@ -34,16 +35,18 @@ def no_such_call(context: Context, call: ast.Call) -> None:
             if not each.endswith("?")
         )
         more = " and ".join(each[:-1] for each in CALLED[word].parameters if each.endswith("?"))
-        takes += f" and, if you like, {more}" if more else ""
+        takes += f" and optionally {more}" if more else ""
         context.report(
             code.WRONG_KIND,
-            f"`{word}` takes {takes}; here are {len(call.arguments)}",
+            f"`{word}` takes {takes}; found {counted(len(call.arguments), 'argument')}",
             call.span,
-            help=f"write it as in `{CALLED[word].example}`",
+            help=f"write, for example, `{CALLED[word].example}`",
         )
         return
-    message, known = f"nothing that takes brackets is called `{word}`", list(CALLED)
-    context.report_unknown(code.UNKNOWN_NAME, message, call.name.span, word, known, f"there are {some_of(known)}")
+    message, known = f"unknown predicate `{word}`", list(CALLED)
+    context.report_unknown(
+        code.UNKNOWN_NAME, message, call.name.span, word, known, f"use one of the predicates {some_of(known)}"
+    )
 
 
 def not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Graph, strangers: list[int]) -> None:
@@ -54,22 +57,26 @@ def not_on_the_graph(context: Context, over: ast.Name | ast.Member, graph: ir.Gr
         f"`{name}`{others} of `{excerpt(over.span)}` is not on the graph `{graph.name}`",
         over.span,
         labels=(Label(graph.span, "declared here"),),
-        help=f"name agents that `{graph.name}` is over",
+        help=f"name agents of the graph `{graph.name}`",
     )
 
 
 def asked_of_the_lost(context: Context, part: ir.Formula, around: ast.Quantified) -> None:
     """``without any 1 drone: drone[0]: base``"""
     words = excerpt(around.span).split(":", 1)[0]
-    help = f"ask it outside of `{words}:`"
+    help = f"move this part outside of `{words}:`"
     if isinstance(part, ir.OfAgent):
         name = context.agents[part.agent].name
-        help = f"write `every {name}: …`, which asks nothing of it where it is lost; or `some {name}: …`, false then"
+        help = f"write `every {name}: …`, which is true if `{name}` is lost"
     context.report(
         code.ASKED_OF_THE_LOST,
         f"`{excerpt(part.span)}` names an agent that may be lost",
         part.span,
-        labels=(Label(around.agents.span, "one of these is lost" if _one(around) else "some of these are lost"),),
+        labels=(
+            Label(
+                around.agents.span, "one of these agents is lost" if _one(around) else "some of these agents are lost"
+            ),
+        ),
         help=help,
     )
 

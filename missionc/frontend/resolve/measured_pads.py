@@ -37,7 +37,7 @@ def with_measured_pads(mission: Mission, poses: Source, limits: Limits) -> tuple
         if row.agent not in known:
             findings.append(_unknown(row, sorted(known)))
         elif row.agent in by_name:
-            findings.append(_wrong(f"`{row.agent}` is measured twice", row.span, "leave one of the two out"))
+            findings.append(_wrong(f"two poses of agent `{row.agent}`", row.span, "delete one of the two rows"))
         elif not LOW <= row.position[2] <= HIGH:
             findings.append(_in_the_air(row))
         else:
@@ -45,7 +45,7 @@ def with_measured_pads(mission: Mission, poses: Source, limits: Limits) -> tuple
     missing = [f"`{agent.name}`" for agent in mission.agents if agent.name not in {row.agent for row in rows}]
     if missing:
         whole = Span(poses, 0, len(poses.text)).first_line
-        findings.append(_wrong(f"nobody measured {listed(missing)}", whole, "add a row for each agent"))
+        findings.append(_wrong(f"no measured pose of {listed(missing)}", whole, "add a row for each agent"))
     if findings:
         return None, findings
     agents = []
@@ -74,21 +74,21 @@ def _wrong(message: str, span: Span, way_out: str) -> Diagnostic:
 
 
 def _unknown(row: PoseRow, known: list[str]) -> Diagnostic:
-    meant = suggestion(row.agent, known, f"the mission has {listed(known[:4])}")
+    meant = suggestion(row.agent, known, f"use one of the agents {listed(known[:4])}")
     return _wrong(f"the mission has no agent `{row.agent[:40]}`", row.span, meant)
 
 
 def _in_the_air(row: PoseRow) -> Diagnostic:
-    message = f"`{row.agent}` was measured at a height of {metres(row.position[2])}, and has to stand on the floor"
-    return _wrong(message, row.span, "measure it where it stands, with the floor at height 0")
+    message = f"`{row.agent}` was measured at a height of {metres(row.position[2])}, not on the floor"
+    return _wrong(message, row.span, "measure the agent on the floor, at height 0")
 
 
 def _elsewhere(agent: Agent, row: PoseRow, away: float) -> Diagnostic:
-    where = "its pad" if agent.pad is not None and agent.pad.point is not None else "below its start"
+    where = "its pad" if agent.pad is not None and agent.pad.point is not None else "the point below its start"
     return Diagnostic(
         PAD_ELSEWHERE,
-        f"`{agent.name}` stands {metres(away)} from {where}",
+        f"the measured pose of `{agent.name}` is {metres(away)} from {where}",
         Label(row.span),
-        notes=(f"it is planned from where it stands; up to {metres(NEAR)} nothing is said",),
-        help="look whether this is the vehicle that you think it is",
+        notes=(f"the plan starts at the measured pose; up to {metres(NEAR)} there is no warning",),
+        help="check that this vehicle is `{agent.name}`",
     )

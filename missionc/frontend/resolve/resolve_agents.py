@@ -112,9 +112,9 @@ def resolve_pads(
     if hover is not None and context.dimension == 2:
         context.report(
             code.UNKNOWN_SETTING,
-            f"{owner} flies in a plane, and hovers at its `altitude`",
+            f"unexpected `hover`: in a plane, {owner} hovers at its `altitude`",
             hover.span,
-            help="leave `hover` out, and give the team an `altitude`",
+            help="set `altitude` in place of `hover`",
         )
         del values["hover"]
     points = _points(context, places) if places is not None else (None,) * count
@@ -137,9 +137,9 @@ def _points(context: Context, places: tuple[ir.InitialSet, ...]) -> tuple[ir.Vec
             told.add(place.span)
             context.report(
                 code.VALUE_OUT_OF_RANGE,
-                f"a pad is on the floor, and this one is at a height of {shown(place.point[2])} m",
+                f"the pad is at a height of {shown(place.point[2])} m, not on the floor",
                 place.span,
-                help="give it the height 0; how high the agents rise is said by `hover`",
+                help="give the pad height 0 and set the hover height with `hover`",
             )
         points.append(place.point[:2])
     return tuple(points)
@@ -178,25 +178,25 @@ def _vehicle_figure(context: Context, name: str, setting: ast.Setting) -> float 
 
 
 def _band(context: Context, figure: ir.Figure, setting: ast.Setting, what: str) -> ir.Band:
-    high = resolved_number(context, setting.high, figure.dimension, f"the upper end of {what}", above=0)
+    high = resolved_number(context, setting.high, figure.dimension, f"the upper bound of {what}", above=0)
     if setting.low is None:
         return ir.Band(high, high)
     lower = with_unit_of(setting.low, setting.high, figure.dimension)
-    low = resolved_number(context, lower, figure.dimension, f"the lower end of {what}", least=0)
+    low = resolved_number(context, lower, figure.dimension, f"the lower bound of {what}", least=0)
     if low >= high:
         unit = SI[figure.dimension]
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"{what} runs from {shown(low)}{unit} to {shown(high)}{unit}, which is no band",
+            f"empty range of {what}: {shown(low)}{unit} to {shown(high)}{unit}",
             setting.span,
-            help="write the lower end first",
+            help="write the lower bound first",
         )
     elif figure.around and (low >= 1 or high <= 1):
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"{what} runs from {shown(low)} to {shown(high)}, and at 1 a vehicle hovers",
+            f"{what} from {shown(low)} to {shown(high)} excludes 1, the thrust of hovering",
             setting.span,
-            help="write a band with 1 in it",
+            help="write a range that contains 1",
         )
     return ir.Band(low, high)
 
@@ -226,9 +226,9 @@ def resolve_dynamics(context: Context, dynamics: ast.Dynamics) -> ir.Dynamics:
         restless = " or ".join(f"`{each.word}`" for each in DYNAMICS if each.may_be_restless)
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"the lowest speed is {shown(slowest)} m/s; only a {restless} has one above 0",
+            f"the lowest speed is {shown(slowest)} m/s; only a {restless} has a lowest speed above 0",
             settings["speed"].span,
-            help=f"write `speed <= V`, or take a {restless}",
+            help="write `speed <= V`",
         )
     limits = [_limit(context, dynamics, settings, limit) for limit in kind.limits]
     if any(map(math.isnan, (slowest, fastest, *limits))):
@@ -314,7 +314,7 @@ def _over_the_limit(context: Context, teams: list[ast.Team]) -> bool:
                 code.TOO_MANY_AGENTS,
                 f"the mission has {shown(total)} agents; the limit is {context.limits.agents}",
                 (team.size or team.name).span,
-                help="make the team smaller, or raise the limit with `--limit agents=VALUE`",
+                help="raise the limit with `--limit agents=VALUE`",
             )
             return True
     return False
@@ -342,15 +342,15 @@ def _team(context: Context, team: ast.Team, size: float) -> None:
     else:
         missing(
             context,
-            f"how {owner} moves",
+            f"the `dynamics` of {owner}",
             team.name.span,
-            "say it in the braces, as in `dynamics single_integrator(speed <= 1 m/s)`",
+            "add, for example, `dynamics single_integrator(speed <= 1 m/s)`",
         )
     start: tuple[ir.InitialSet, ...] = ()
     if starts is not None:
         start = _places(context, starts.places, size, owner)
     else:
-        missing(context, f"where {owner} starts", team.name.span, "say it in the braces: `start in REGION`")
+        missing(context, f"the `start` of {owner}", team.name.span, "add `start in REGION`")
     finish = NO_FINISH if ends is None else _places(context, ends.places, size, owner)
     first = len(context.agents)
     count = 0 if math.isnan(size) else int(size)
@@ -439,7 +439,7 @@ def _not_one_each(context: Context, places: ast.AtPoints, owner: str, agents: in
         code.VALUE_OUT_OF_RANGE,
         f"{owner} has {agents} {'agent' if agents == 1 else 'agents'} and {len(places.points)} places",
         places.span,
-        help="give one place for each agent, or use `in`, `line` or `grid`",
+        help="give one place for each agent",
     )
 
 
@@ -484,7 +484,7 @@ def _members(context: Context, member: ast.Member, nobody: ir.AgentSet) -> ir.Ag
         case ast.Arithmetic(span, "-", ast.Number(unit=None) as first, ast.Number(unit=None) as last):
             context.report(
                 code.NO_SUCH_MEMBER,
-                f"`{excerpt(span)}` is a difference; members of a team are counted with two points",
+                f"expected a range of members, found the difference `{excerpt(span)}`",
                 span,
                 help=f"write `{team}[{shown(first.value)}..{shown(last.value)}]`",
                 fix=Fix(span, f"{shown(first.value)}..{shown(last.value)}"),
@@ -496,7 +496,7 @@ def _members(context: Context, member: ast.Member, nobody: ir.AgentSet) -> ir.Ag
     if low > high:
         context.report(
             code.BOUNDS_REVERSED,
-            f"bounds run backwards: {shown(high)} comes after {shown(low)}",
+            f"bounds reversed: {shown(low)} is greater than {shown(high)}",
             member.span,
             help=f"write `{team}[{shown(high)}..{shown(low)}]`",
             fix=Fix(member.span, f"{team}[{shown(high)}..{shown(low)}]"),
@@ -524,9 +524,9 @@ def _room(context: Context, count: int, span: Span) -> bool:
     if before <= limit < context.members:
         context.report(
             code.TOO_LARGE_TO_EXPAND,
-            f"groups and ranges name {context.members} agents up to here, spelt out; the limit is {limit}",
+            f"the expanded groups and ranges have {context.members} agents so far; the limit is {limit}",
             span,
-            help="name whole teams, or raise the limit with `--limit formula_nodes=VALUE`",
+            help="raise the limit with `--limit formula_nodes=VALUE`",
         )
     return context.members <= limit
 
@@ -536,7 +536,7 @@ def _no_such_member(context: Context, member: ast.Member, index: int, size: int)
     last = f"{team}[0]" if size == 1 else f"{team}[0]` … `{team}[{size - 1}]"
     context.report(
         code.NO_SUCH_MEMBER,
-        f"`{team}[{index}]` is not there: `{team}` has {size} {'agent' if size == 1 else 'agents'}",
+        f"unknown agent `{team}[{index}]`: `{team}` has {size} {'agent' if size == 1 else 'agents'}",
         member.span,
         labels=(Label(context.names.declared[team].span, "declared here"),),
         help=f"name `{last}`",

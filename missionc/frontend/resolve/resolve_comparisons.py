@@ -64,7 +64,7 @@ def resolve_length(context: Context, length: ast.Length) -> ir.Length:
         most, least = (_with_unit(length, bound) for bound in (highest, lowest))
         context.report(
             code.BOUNDS_REVERSED,
-            f"bounds run backwards: {most} comes after {least}",
+            f"bounds reversed: {least} is greater than {most}",
             length.span,
             help="write the smaller bound first",
             fix=_swapped(length),
@@ -82,14 +82,14 @@ def _weight(context: Context, unit: ast.Name, graph: ir.Graph) -> ir.Weight:
     """The weight of that name; one that weighs every link 1 once it is reported that there is none."""
     named = {weight.name: weight for weight in graph.weights}
     if unit.text not in named and graph.name:
-        has = f"its links have {some_of(list(named))}" if named else "its links have none"
+        has = f"its weights are {some_of(list(named))}" if named else "it has no weights"
         context.report_unknown(
             code.UNKNOWN_NAME,
-            f"no weight of graph `{graph.name}` is called `{unit.text}`; {has}",
+            f"graph `{graph.name}` has no weight `{unit.text}`; {has}",
             unit.span,
             unit.text,
             ["hops", "distance", *named],
-            f"a length is in `hops`, in `distance`, or in a weight: `graph {graph.name} = … weight {unit.text} 1`",
+            f"declare the weight: `graph {graph.name} = … weight {unit.text} 1`",
             (Label(graph.span, "declared here"),),
         )
     return named.get(unit.text, ir.Weight(unit.text, 1, ()))
@@ -133,10 +133,12 @@ def _which_graph(context: Context, length: ast.Length) -> None:
     labels = tuple(Label(graph.span) for graph in list(context.graphs.values())[:3])
     context.report(
         code.GRAPH_MISSING,
-        f"the mission has {len(names) or 'no'} graphs; this does not say which is meant",
+        f"missing graph: the mission has {len(names) or 'no'} graphs",
         length.span,
         labels=labels,
-        help=f"add `on NAME`: {some_of(names)}" if names else "declare one: `graph radio = proximity 1 m`",
+        help=f"add `on` and one of the graphs {some_of(names)}"
+        if names
+        else "declare a graph: `graph radio = proximity 1 m`",
         fix=Fix(Span(length.span.source, end, end), f" on {names[0]}") if names else None,
     )
 
@@ -155,9 +157,9 @@ def _within(context: Context, angle: ast.Quantity) -> float:
         return value
     context.report(
         code.VALUE_OUT_OF_RANGE,
-        f"the angle to either side is {shown(math.degrees(value))} deg; no heading is more than 180 deg from another",
+        f"the angle to either side is {shown(math.degrees(value))} deg; it must be less than 180 deg",
         angle.span,
-        help="write an angle of less than `180 deg`, with its unit",
+        help="write a smaller angle, with its unit",
     )
     return REPORTED
 
@@ -186,10 +188,10 @@ def _no_place(context: Context, name: ast.Name, declared: Declared) -> None:
     place = "(X, Y)" if where is None else f"({', '.join(map(shown, where))})"
     context.report(
         code.WRONG_KIND,
-        f"`{name.text}` is a region, which lies in many directions at once; an angle or a beacon is needed here",
+        f"expected an angle or a beacon, found a region `{name.text}`",
         name.span,
         labels=(Label(declared.span, "declared here"),),
-        help=f"declare a point of it, as in `beacon {name.text}_middle = {place}`, and name that",
+        help=f"declare a beacon, for example `beacon {name.text}_middle = {place}`",
     )
 
 
@@ -244,9 +246,9 @@ def state_of(context: Context, state: ast.Name | ast.Distance) -> Amount:
         case ast.Name(text=text) if context.dimension == 2 and AXES[text] == 2:
             context.report(
                 code.WRONG_DIMENSION,
-                f"`{text}` is the third coordinate; the world has {counted_points(2)}",
+                f"unexpected `{text}`: the world has {counted_points(2)}",
                 state.span,
-                help="write `altitude`, or give the world three coordinates",
+                help="write `altitude` in place of `{text}`",
                 fix=Fix(state.span, "altitude"),
             )
             return NO_AMOUNT
@@ -264,9 +266,9 @@ def _distance(context: Context, distance: ast.Distance) -> Amount:
         case ends:
             context.report(
                 code.WRONG_KIND,
-                f"a distance has one end or two; here are {len(ends)}",
+                f"`distance` takes one or two arguments; found {len(ends)}",
                 distance.span,
-                help="write `distance(base)` or `distance(drone[0], drone[1])`",
+                help="write, for example, `distance(base)` or `distance(drone[0], drone[1])`",
             )
             return NO_AMOUNT
     return (
@@ -295,9 +297,9 @@ def _distance_between(
     if one == other:
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            "an agent is at no distance from itself",
+            "the distance of an agent to itself is always 0",
             distance.span,
-            help="name two agents",
+            help="name two different agents",
         )
         return UNRESOLVED
     return ir.DistanceBetween(min(one, other), max(one, other))
@@ -323,18 +325,18 @@ def compared_agent(context: Context, reference: ast.Name | ast.Member, needed: s
 def _nothing_changes(context: Context, comparison: ast.Compare) -> None:
     context.report(
         code.WRONG_KIND,
-        f"nothing in `{excerpt(comparison.span)}` changes with time",
+        f"the comparison `{excerpt(comparison.span)}` is constant in time",
         comparison.span,
-        help="compare a state (`x`, `y`, `z`, `speed`, `altitude`) or a `distance(…)`",
+        help="compare a state such as `x`, or a `distance(…)`",
     )
 
 
 def _mixed(context: Context, comparison: ast.Compare) -> None:
     context.report(
         code.QUANTIFIER_TOO_MANY,
-        f"`{excerpt(comparison.span)}` compares one agent's own state with a distance between two named agents",
+        f"`{excerpt(comparison.span)}` mixes the state of one agent with the distance of two named agents",
         comparison.span,
-        help="make two comparisons of it, each about one of them",
+        help="split it into two comparisons",
     )
 
 
@@ -343,8 +345,8 @@ def _several(context: Context, reference: ast.Name | ast.Member, declared: Decla
     team = declared.declaration.name.text if declared.kind is Kind.TEAM else "drone"
     context.report(
         code.WRONG_KIND,
-        f"`{excerpt(reference.span)}` is {kind}; {needed} is needed here",
+        f"expected {needed}, found {kind} `{excerpt(reference.span)}`",
         reference.span,
         labels=(Label(declared.span, "declared here"),),
-        help=f"name one agent, as in `{team}[0]`",
+        help=f"name one agent, for example `{team}[0]`",
     )

@@ -191,7 +191,7 @@ def _asked(context: Context, node: ast.FromFile) -> FileRequest | None:
         return FileRequest(kind, node.file.sources, node.file.span, context.limits)
     if kind not in form.kinds:
         holds = " and ".join(f"{each}s" for each in form.kinds)
-        _not_for(context, f"{form.says} has {holds} alone", node.span, "take them from another file")
+        _not_for(context, f"{form.says} has only {holds}", node.span, "use another kind of file")
     allowed = tuple(name for name in SETTINGS if name in form.options)
     settings = known_settings(context, node.settings, allowed, form.says)
     options = _options(context, node, form.options, form.says)
@@ -199,7 +199,7 @@ def _asked(context: Context, node: ast.FromFile) -> FileRequest | None:
     for again in node.heights[1:]:
         said_twice(context, "`height`", again.span, node.heights[0].span)
     if node.heights and kind == "beacon":
-        _not_for(context, "a beacon has no `height`", node.heights[0].span, "leave it out")
+        _not_for(context, "a beacon has no `height`", node.heights[0].span, "delete the height")
     at = options.get("at")
     place = plane_point(context, at, "where a file is put", "") if isinstance(at, ast.Point) else (0.0, 0.0)
     origin = options.get("origin")
@@ -232,7 +232,7 @@ def _options(
     found: dict[str, ast.FileOption] = {}
     for option in node.options:
         if option.word not in allowed:
-            _not_for(context, f"{form} takes no `{option.word}`", option.span, "leave it out")
+            _not_for(context, f"{form} takes no `{option.word}`", option.span, "delete the option")
         elif option.word in found:
             said_twice(context, f"`{option.word}`", option.span, found[option.word].span)
         else:
@@ -245,21 +245,23 @@ def _length(context: Context, setting: ast.Setting) -> float:
     name = setting.name.text
     value = resolved_number(context, setting.high, Dimension.LENGTH, f"the `{name}` of a file")
     if value <= 0:
-        message = f"the `{name}` of a file is {value:g} m, and not more than 0 m"
-        context.report(code.VALUE_OUT_OF_RANGE, message, setting.high.span, help="give it a length")
+        message = f"the `{name}` of a file is {value:g} m; it must be above 0 m"
+        context.report(code.VALUE_OUT_OF_RANGE, message, setting.high.span, help="write a length above 0 m")
     return value
 
 
 def _origin(context: Context, point: ast.Point) -> tuple[float, float]:
     """Longitude and latitude in degrees."""
-    way_out = "write longitude and latitude, as in `origin (8.54 deg, 47.38 deg)`"
+    way_out = "write longitude and latitude, for example `origin (8.54 deg, 47.38 deg)`"
     if len(point.coordinates) != 2:
-        _not_for(context, "an origin is a longitude and a latitude", point.span, way_out)
+        _not_for(context, "expected a longitude and a latitude", point.span, way_out)
         return math.nan, math.nan
     values = [resolved_number(context, each, Dimension.ANGLE, "the origin") for each in point.coordinates]
     longitude, latitude = (round(math.degrees(value), 12) for value in values)
     if known((longitude, latitude)) and not (abs(longitude) <= 180 and abs(latitude) <= 90):
-        _not_for(context, f"{longitude:g} deg, {latitude:g} deg are no longitude and latitude", point.span, way_out)
+        _not_for(
+            context, f"{longitude:g} deg, {latitude:g} deg are not a longitude and a latitude", point.span, way_out
+        )
     return longitude, latitude
 
 
@@ -368,5 +370,5 @@ def _not_a_name(context: Context, feature: Feature) -> None:
         code.MAP_FEATURE,
         f"`{feature.name[:80]}` cannot be the name of a place",
         feature.name_span,
-        help="call it otherwise in the file, or put a name before it, as in `named hall`",
+        help="add a prefix, for example `named hall`",
     )

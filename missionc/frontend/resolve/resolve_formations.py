@@ -102,7 +102,7 @@ def _heading(context: Context, quantity: ast.Quantity) -> float:
             code.VALUE_OUT_OF_RANGE,
             f"the heading is {shown(heading)} rad, more than a full turn",
             quantity.span,
-            help=f"write `{excerpt(quantity.span)} deg`" if bare else "leave out the whole turns",
+            help=f"write `{excerpt(quantity.span)} deg`" if bare else "write an angle of at most one turn",
             fix=Fix(quantity.span, f"{quantity.span.text} deg") if bare else None,
         )
     return REPORTED
@@ -141,9 +141,9 @@ def _columns(context: Context, formation: ast.Formation, settings: dict[str, ast
     if rows is not None and columns is not None and rows * columns < count:
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"{shown(rows)} rows of {shown(columns)} hold {shown(rows * columns)} of the {count} agents",
+            f"{shown(rows)} rows of {shown(columns)} have {shown(rows * columns)} places for {count} agents",
             formation.span,
-            help="leave `rows` or `columns` out",
+            help="delete `rows` or `columns`",
         )
     if columns is None:
         columns = math.ceil(count / rows) if rows is not None else math.ceil(math.sqrt(count))
@@ -158,9 +158,9 @@ def _room(context: Context, formation: ast.Formation, count: int) -> bool:
     if before <= limit < context.edges:
         context.report(
             code.TOO_LARGE_TO_EXPAND,
-            f"formations keep {context.edges} distances up to `{formation.name.text}`; the limit is {limit}",
+            f"formations up to `{formation.name.text}` have {context.edges} edges; the limit is {limit}",
             formation.span,
-            help="take a `chain` or fewer agents, or raise the limit with `--limit formation_edges=VALUE`",
+            help="raise the limit with `--limit formation_edges=VALUE`",
         )
     return context.edges <= limit
 
@@ -203,7 +203,12 @@ def _distances(context: Context, formation: ast.Formation, agents: tuple[int, ..
     edges: list[ir.FormationEdge] = []
     first: dict[frozenset[float], ast.Link] = {}
     if not formation.links:
-        missing(context, f"the distances of `{formation.name.text}`", formation.span, "list them: `(0-1: 0.8 m)`")
+        missing(
+            context,
+            f"the distances of `{formation.name.text}`",
+            formation.span,
+            "list them, for example `(0-1: 0.8 m)`",
+        )
     for link in formation.links:
         places = [_place(context, formation, item, len(agents)) for item in (link.first, link.second)]
         distance = resolved_number(context, link.distance, Dimension.LENGTH, "the distance", above=0)
@@ -228,9 +233,9 @@ def _place(context: Context, formation: ast.Formation, item: ast.Quantity, count
     if not math.isnan(place):
         context.report(
             code.NO_SUCH_MEMBER,
-            f"there is no agent {shown(place)}: `{formation.name.text}` has {count}, counted from 0",
+            f"no agent has the number {shown(place)}: `{formation.name.text}` has agents 0 to {count - 1}",
             item.span,
-            labels=(Label(formation.agents.span, "of these"),),
+            labels=(Label(formation.agents.span, "agents of the formation"),),
             help=f"write a number from 0 to {count - 1}",
         )
     return REPORTED
@@ -253,7 +258,7 @@ def _length(context: Context, formation: ast.Formation, settings: dict[str, ast.
 def _to_itself(context: Context, link: ast.Link) -> None:
     context.report(
         code.VALUE_OUT_OF_RANGE,
-        "an agent is at no distance from itself",
+        "the distance of an agent to itself is always 0",
         link.span,
-        help="name two agents",
+        help="name two different agents",
     )

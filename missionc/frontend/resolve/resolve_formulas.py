@@ -106,10 +106,10 @@ def _quantifier_missing(context: Context, operand: Typed, others: list[Typed], w
         return
     context.report(
         code.QUANTIFIER_MISSING,
-        f"`{text}` is about one agent; it does not say which",
+        f"`{text}` needs an agent or a quantifier",
         operand.span,
-        labels=tuple(Label(other.span, "this is about the team") for other in others[:1]),
-        help=f"write `{words}`, or `some {who}: …`" if whole else f"write `({words})`, or `(some {who}: …)`",
+        labels=tuple(Label(other.span, "this part is about the team") for other in others[:1]),
+        help=f"write `{words}`" if whole else f"write `({words})`",
         fix=Fix(operand.span, words if whole else f"({words})") if complete and teams else None,
     )
 
@@ -120,23 +120,23 @@ def _nothing_asked(context: Context, operand: Typed, others: list[Typed]) -> Non
     single = isinstance(operand.formula, ir.Belongs) and len(operand.formula.agents.agents) == 1
     context.report(
         code.QUANTIFIER_MISSING,
-        f"`{text}` by itself asks whether an agent belongs to it; this does not say which agent",
+        f"`{text}` alone is a membership test without an agent",
         operand.span,
-        labels=tuple(Label(other.span, "this is about the team") for other in others[:1]),
-        help=f"ask something of it, as in `({text if single else f'every {text}'}: f)`",
+        labels=tuple(Label(other.span, "this part is about the team") for other in others[:1]),
+        help=f"add a formula, for example `({text if single else f'every {text}'}: f)`",
     )
 
 
 def _quantifier_too_many(context: Context, operand: Typed, asker: str, beside: bool) -> None:
     if beside and asker.endswith(":") and isinstance(operand.formula, ir.AtLeastOf | ir.OfAgent):
-        way_out = f"end what `{asker}` asks before it, with brackets: `({asker} …)`; or leave its quantifier out"
+        way_out = f"close `{asker}` before it with parentheses: `({asker} …)`"
     elif isinstance(operand.formula, ir.AtLeastOf | ir.OfAgent) and operand.span == operand.formula.span:
-        way_out = "leave its quantifier out"
+        way_out = "delete its quantifier"
     else:
-        way_out = f"take it out of `{asker}`"
+        way_out = f"move it out of `{asker}`"
     context.report(
         code.QUANTIFIER_TOO_MANY,
-        f"`{excerpt(operand.span)}` is about the team; `{asker}` asks about one agent",
+        f"`{excerpt(operand.span)}` is about the team; `{asker}` needs a formula about one agent",
         operand.span,
         help=way_out,
     )
@@ -197,11 +197,11 @@ def _ends_early(context: Context, formula: ast.Apply, prefix: ast.Apply, body: a
     right = f"{formula.operator}[…] {_right(formula)}"
     context.report(
         code.ENDS_EARLY,
-        f"`{excerpt(words)}` is asked of `{asked}` alone: it ends before `{formula.operator}`",
+        f"`{excerpt(words)}` applies to `{asked}` alone: it ends before `{formula.operator}`",
         words,
-        labels=(Label(formula.operator_span, f"its left side is `{excerpt(left, 60)}`"),),
-        help=f"write `{excerpt(words)} ({asked} {right})` to ask it of the whole, or"
-        f" `({excerpt(prefix.span, 60)}) {right}` for what it says now",
+        labels=(Label(formula.operator_span, f"the left operand is `{excerpt(left, 60)}`"),),
+        help=f"write `{excerpt(words)} ({asked} {right})` to apply it to the whole, or"
+        f" `({excerpt(prefix.span, 60)}) {right}` to keep this meaning",
         fix=Fix(whole, f"({whole.text})"),
     )
 
@@ -213,11 +213,11 @@ def _right(formula: ast.Apply) -> str:
 
 
 AS_FORMULA = {
-    Kind.PARAM: "compare something with it, as in `x <= {name}`",
-    Kind.OBSTACLE: "declare its shape as a region, and name that",
-    Kind.BEACON: "ask how far it is: `distance({name}) <= 2 m`",
-    Kind.RESOURCE: "compare it, as in `{name} >= 15`",
-    Kind.GRAPH: "ask whether it is connected: `connected({name})`",
+    Kind.PARAM: "compare it, for example `x <= {name}`",
+    Kind.OBSTACLE: "declare a region with the same shape",
+    Kind.BEACON: "compare its distance: `distance({name}) <= 2 m`",
+    Kind.RESOURCE: "compare it, for example `{name} >= 15`",
+    Kind.GRAPH: "write `connected({name})`",
 }
 """What to write in place of a name that is no formula."""
 
@@ -276,7 +276,7 @@ def _name(context: Context, name: ast.Name) -> Typed:
     text, span = name.text, name.span
     declared = context.names.declared.get(text)
     if text in STATE_WORDS:
-        not_a_formula(context, name, "a number that changes with time", f"compare it, as in `{text} <= 1`", None)
+        not_a_formula(context, name, "a state", f"compare it, for example `{text} <= 1`", None)
         return stand_in(span)
     if declared is not None and declared.kind in AS_FORMULA:
         way_out = AS_FORMULA[declared.kind].format(name=text)
@@ -287,9 +287,9 @@ def _name(context: Context, name: ast.Name) -> Typed:
     if declared is None and called is not None:
         context.report(
             code.UNKNOWN_NAME,
-            f"`{text}` does not say of which {called.parameters[0]}",
+            f"`{text}` needs {called.parameters[0]} in parentheses",
             span,
-            help=f"write it as in `{called.example}`",
+            help=f"write, for example, `{called.example}`",
         )
         return stand_in(span)
     declaration = context.find(name, *FORMULAS, needed="a formula")
@@ -362,13 +362,13 @@ def _is_number(context: Context, argument: ast.Quantity | ast.Member) -> bool:
 def _order(context: Context, number: ast.Quantity | ast.Member, graph: ir.Graph, agents: int) -> int:
     """How many of so many agents have to be lost to part a graph; 1 where that cannot be meant, and is reported."""
     assert not isinstance(number, ast.Member)
-    value = whole(context, number, f"how often `{graph.name}` is connected", least=1)
+    value = whole(context, number, f"the connectivity order of `{graph.name}`", least=1)
     if agents == 0 or math.isnan(value):
         return 1
     if value >= agents and value > 1:
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"without {shown(value - 1)} of {agents} agents there are no two left to be connected",
+            f"the connectivity order {shown(value)} is too high for {agents} agents",
             number.span,
             labels=(Label(graph.span, "declared here"),),
             help=f"write a number from 1 to {max(1, agents - 1)}",
@@ -437,8 +437,8 @@ def _whole_name(context: Context, argument: ast.Quantity | ast.Member, kind: Kin
         return UNRESOLVED
     context.report(
         code.WRONG_KIND,
-        f"`{excerpt(argument.span)}` is {'a member of a team' if isinstance(argument, ast.Member) else 'a number'};"
-        f" {kind.value} is needed here",
+        f"expected {kind.value}, found {'a member of a team' if isinstance(argument, ast.Member) else 'a number'}"
+        f" `{excerpt(argument.span)}`",
         argument.span,
         help=f"name {kind.value}",
     )
@@ -455,7 +455,7 @@ def _apply(context: Context, formula: ast.Apply) -> Typed:
     operands = tuple(typed)
     operator = by_name.get(formula.operator)
     if operator is None:
-        context.report(code.UNKNOWN_OPERATOR, f"no operator is called `{formula.operator}`", formula.operator_span)
+        context.report(code.UNKNOWN_OPERATOR, f"unknown operator `{formula.operator}`", formula.operator_span)
         return stand_in(formula.span)
     resolved = ir.Apply(
         operator,
@@ -492,7 +492,7 @@ def _bounds(context: Context, formula: ast.Apply, operator: Operator) -> ir.Wind
                 code.WRONG_UNIT,
                 f"`{operator.name}` takes {operator.bounds.value}",
                 formula.operator_span if formula.bounds is None else formula.bounds.span,
-                help=f"write it as in `{operator.example}`",
+                help=f"write, for example, `{operator.example}`",
             )
             return None
 
@@ -514,18 +514,18 @@ def _within_limits(context: Context, formula: Typed) -> Typed:
     if formula.size > limits.formula_nodes:
         context.report(
             code.TOO_LARGE_TO_EXPAND,
-            f"the formula has {shown(formula.size)} parts with every `let` spelt out;"
+            f"the formula has {shown(formula.size)} parts with every `let` expanded;"
             f" the limit is {limits.formula_nodes}",
             formula.span,
-            help="make it smaller, or raise the limit with `--limit formula_nodes=VALUE`",
+            help="raise the limit with `--limit formula_nodes=VALUE`",
         )
         return replace(formula, size=math.nan)
     if formula.depth > limits.nesting and not math.isnan(formula.size):
         context.report(
             code.NESTED_TOO_DEEP,
-            f"the formula is nested {formula.depth} deep with every `let` spelt out; the limit is {limits.nesting}",
+            f"the formula is nested {formula.depth} deep with every `let` expanded; the limit is {limits.nesting}",
             formula.span,
-            help="make it flatter: a chain such as `a and b and c` is one operator",
+            help="write a chain such as `a and b and c`, which is one operator",
         )
         return replace(formula, size=math.nan)
     return formula
@@ -549,7 +549,7 @@ def _quantified(context: Context, formula: ast.Quantified) -> Typed:
         if number > count > 0:
             context.report(
                 code.VALUE_OUT_OF_RANGE,
-                f"`{agents.name}` has {count} {'agent' if count == 1 else 'agents'}; {number} of them are asked for",
+                f"`{agents.name}` has {count} {'agent' if count == 1 else 'agents'}; the formula requires {number}",
                 formula.number.span,
                 labels=(Label(agents.span),),
                 help=f"write a number from 1 to {count}",

@@ -66,9 +66,7 @@ def _formula(context: Context, item: ast.Require | ast.Prefer) -> ir.Formula:
     before = len(context.findings)
     formula = resolve_goal(context, item.body)
     if item.label is not None and item.label.text in context.sets:
-        note = (
-            f"`{item.label.text}:` is read as the label; an agent is named after a label: `LABEL: {item.label.text}: …`"
-        )
+        note = f"`{item.label.text}:` is the label here; write `LABEL: {item.label.text}: …` to name the agent"
         context.findings[before:] = [
             replace(finding, notes=(note,)) if finding.code is code.QUANTIFIER_MISSING else finding
             for finding in context.findings[before:]
@@ -151,23 +149,23 @@ def _label_twice(label: ast.Name, first: ast.Name) -> Diagnostic:
     return Diagnostic(
         code.NAME_TWICE,
         f"two requirements are labelled `{label.text}`",
-        Label(label.span, "labelled again"),
-        labels=(Label(first.span, "labelled here first"),),
+        Label(label.span, "second label"),
+        labels=(Label(first.span, "first label"),),
         help="give one of them another label",
     )
 
 
 def _no_file(context: Context, span: Span) -> None:
     context.report(
-        code.UNKNOWN_SETTING, f"`{ROADMAP}` is not given like this", span, help=f'write `{ROADMAP} = "lanes.graphml"`'
+        code.UNKNOWN_SETTING, f"`{ROADMAP}` needs a file name", span, help=f'write `{ROADMAP} = "lanes.graphml"`'
     )
 
 
 def _nodes_of_both(context: Context, name: str, span: Span, file: Span) -> None:
     context.report(
         code.UNKNOWN_SETTING,
-        f"`{name}` is of a roadmap that is sampled, and this mission brings its own",
+        f"`{name}` sets a sampled roadmap, but this mission has its own roadmap",
         span,
-        labels=(Label(file, "the roadmap is here"),),
-        help=f"leave one of them out: `{name}`, or `{ROADMAP}`",
+        labels=(Label(file, "roadmap of the mission"),),
+        help=f"delete `{name}`",
     )

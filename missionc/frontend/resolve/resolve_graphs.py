@@ -51,7 +51,7 @@ def resolve_resource(context: Context, resource: ast.Resource) -> ir.Resource:
             continue
         key = rate.name.text, unit or Dimension.NUMBER
         if key in given:
-            sum_of_both = "write their sum, or leave one of them out" if rate.name.text == "drain" else None
+            sum_of_both = "write the sum of both" if rate.name.text == "drain" else None
             said_twice(context, f"`{excerpt(given[key].span)}`", rate.span, given[key].span, help=sum_of_both)
         given.setdefault(key, rate)
         values.setdefault(key, _per(rate, value))
@@ -64,7 +64,7 @@ def resolve_resource(context: Context, resource: ast.Resource) -> ir.Resource:
             code.VALUE_OUT_OF_RANGE,
             f"`{name}` starts at {shown(start)}; its capacity is {shown(capacity)}",
             given["start", Dimension.NUMBER].span,
-            help=f"start at {shown(capacity)} or less, or make the capacity larger",
+            help=f"start at {shown(capacity)} or less",
         )
     return ir.Resource(
         name,
@@ -87,13 +87,13 @@ def resolve_flag(context: Context, flag: ast.Flag) -> ir.Flag:
             unknown_word(context, mark.name, MARKS, "`flag`", "setting")
         elif word in marks:
             one, other = marks[word].within.text, mark.within.text
-            either = f"for both regions declare `region either = {one} + {other}`, and write `{word} in either`"
+            either = f"declare `region either = {one} + {other}` and write `{word} in either`"
             union = None if one == other else either
             said_twice(context, f"`{word}`", mark.span, marks[word].span, help=union)
         else:
             marks[word] = mark
     if "set" not in marks and all(mark.name.text in MARKS for mark in flag.marks):
-        missing(context, f"where `{name}` is set", flag.name.span, "add `set in REGION`")
+        missing(context, f"the `set` region of `{name}`", flag.name.span, "add `set in REGION`")
     regions = {word: _region(context, mark.within) for word, mark in marks.items()}
     nowhere = ir.Region(name, NOWHERE, flag.span)
     agents = resolve_set(context, flag.agents).agents
@@ -121,14 +121,14 @@ def _unit(context: Context, rate: ast.Rate) -> Dimension | None:
             wanted = "a time or a length, such as `s` or `m`" if rate.name.text == "drain" else "a time, such as `s`"
             context.report(
                 code.WRONG_UNIT,
-                f"`{rate.name.text}` is per {wanted}; `{rate.unit.text}` is none",
+                f"`{rate.name.text}` is per {wanted}, not per `{rate.unit.text}`",
                 rate.unit.span,
                 help=f"write `{_form(rate)}`",
             )
         case _:
             context.report(
                 code.UNKNOWN_SETTING,
-                f"`{rate.name.text}` is not given like this",
+                f"invalid form of `{rate.name.text}`",
                 rate.span,
                 help=f"write `{_form(rate)}`",
             )
@@ -178,7 +178,7 @@ def _of_one_range(context: Context, graph: ast.Graph, radius: Metres) -> ir.Grap
     if graph.kind == "sight":
         return ir.Sight(name, radius, _shapes_in_the_way(context, graph), agents, graph.name.span)
     if not context.beacons:
-        missing(context, f"a beacon for `{name}`", graph.span, "declare one: `beacon mast = (1, 1)`")
+        missing(context, f"a beacon for `{name}`", graph.span, "declare a beacon, for example `beacon mast = (1, 1)`")
     beacons = tuple(beacon.position for beacon in context.beacons.values())
     return ir.BeaconCover(name, radius, beacons, agents, graph.name.span)
 
@@ -223,9 +223,9 @@ def _weights(context: Context, graph: ast.Graph, whole: ir.Graph) -> tuple[ir.We
 def _named_like_hops(context: Context, weight: ast.Weight) -> None:
     context.report(
         code.NAME_NOT_ALLOWED,
-        "a weight cannot be called `hops`: a length in `hops` is the number of links",
+        "a weight cannot be named `hops`, which counts links",
         weight.name.span,
-        help="call it by what it is: `cost`, `delay`",
+        help="choose another name, such as `cost`",
     )
 
 
@@ -281,10 +281,10 @@ def _said_before(context: Context, pair: ast.OfPair, before: ast.OfPair, ends: t
     one, other = (context.agents[agent].name for agent in ends)
     context.report(
         code.RANGE_SAID_TWICE,
-        f"the {what} from `{one}` to `{other}` is said twice",
+        f"the {what} from `{one}` to `{other}` is given twice",
         pair.span,
-        labels=(Label(before.span, "here first"),),
-        help="leave one of the two out, or name fewer agents in it",
+        labels=(Label(before.span, "first given here"),),
+        help="delete one of the two",
     )
 
 
@@ -292,10 +292,10 @@ def _to_itself(context: Context, pair: ast.OfPair, agent: int, what: str) -> Non
     name = context.agents[agent].name
     context.report(
         code.RANGE_TO_ITSELF,
-        f"a {what} from `{name}` to itself is of no use",
+        f"a {what} from `{name}` to itself has no effect",
         pair.span,
         notes=("no agent is linked to itself",),
-        help=f"name another agent, or leave the {what} out",
+        help=f"delete the {what}",
     )
 
 
@@ -305,6 +305,6 @@ def _shapes_in_the_way(context: Context, graph: ast.Graph) -> tuple[ir.Shape, ..
     count = sum(count_pieces(shape)[0] for shape in shapes)
     if count <= context.limits.shape_parts:
         return shapes
-    what = f"the obstacles that `{graph.name.text}` looks past come to {shown(count)} convex pieces"
+    what = f"the obstacles of the graph `{graph.name.text}` have {shown(count)} convex pieces"
     too_many_parts(context, what, graph.span)
     return ()

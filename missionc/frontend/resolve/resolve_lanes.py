@@ -42,7 +42,7 @@ def resolve_lanes(context: Context, setting: ast.FileSetting) -> ir.Lanes | None
     nodes = _nodes(context, graph)
     lanes = _lanes(context, graph, {node.name: number for number, node in enumerate(nodes)})
     if not nodes:
-        _wrong(context, Span(setting.source, 0, 0), "it has no node")
+        _wrong(context, Span(setting.source, 0, 0), "no nodes")
     return ir.Lanes(setting.path, nodes, lanes, setting.span) if len(context.findings) == before else None
 
 
@@ -50,10 +50,10 @@ def _attributes_known(context: Context, graph: Graphml) -> None:
     for (owner, name), span in graph.keys.items():
         if name in READ[owner] or name in GIVEN_OUT[owner]:
             continue
-        takes = f"a roadmap has `x`, `y` and `z` of nodes, `speed` and `duration` of edges; leave `{name[:40]}` out"
+        takes = f"delete the attribute `{name[:40]}`"
         context.report(
             code.LANE_ATTRIBUTE,
-            f"{'an edge' if owner == 'edge' else 'a node'} of a roadmap has no `{name[:40]}`",
+            f"unknown attribute `{name[:40]}` of {'an edge' if owner == 'edge' else 'a node'}",
             span,
             help=suggestion(name, READ[owner], takes),
         )
@@ -65,15 +65,15 @@ def _nodes(context: Context, graph: Graphml) -> tuple[ir.LaneNode, ...]:
     nodes = []
     for node in graph.nodes:
         if node.name in first:
-            _wrong(context, node.span, f"node `{node.name[:40]}` is there twice", first[node.name])
+            _wrong(context, node.span, f"duplicate node `{node.name[:40]}`", first[node.name])
             continue
         first[node.name] = node.span
         if len(node.name) > context.limits.name_length:
-            _wrong(context, node.span, f"a name of a node has {context.limits.name_length} letters at most")
+            _wrong(context, node.span, f"the name of a node is longer than {context.limits.name_length} characters")
         missing = [axis for axis in axes if axis not in node.data]
         if missing:
             _attribute(
-                context, node.span, f"node `{node.name[:40]}` has no `{missing[0]}`", "give it a place, in metres"
+                context, node.span, f"node `{node.name[:40]}` has no `{missing[0]}`", "add its coordinates, in metres"
             )
         place = tuple(_number(context, node.data, axis, -math.inf) for axis in axes if axis in node.data)
         nodes.append(ir.LaneNode(node.name, place, node.span))
@@ -85,17 +85,17 @@ def _lanes(context: Context, graph: Graphml, numbers: dict[str, int]) -> tuple[i
     for edge in graph.edges:
         unknown = [end for end in (edge.source, edge.target) if end not in numbers]
         if unknown:
-            _wrong(context, edge.span, f"there is no node `{unknown[0][:40]}`")
+            _wrong(context, edge.span, f"unknown node `{unknown[0][:40]}`")
             continue
         if edge.source == edge.target:
-            _wrong(context, edge.span, f"an edge leads from `{edge.source[:40]}` to itself")
+            _wrong(context, edge.span, f"the edge of `{edge.source[:40]}` leads to itself")
             continue
         speed = _number(context, edge.data, "speed", 0.0) if "speed" in edge.data else math.inf
         duration = _number(context, edge.data, "duration", 0.0) if "duration" in edge.data else 0.0
         ends = numbers[edge.source], numbers[edge.target]
         for pair in (ends,) if edge.one_way else (ends, ends[::-1]):
             if pair in lanes:
-                says = f"a second edge leads from `{edge.source[:40]}` to `{edge.target[:40]}`"
+                says = f"duplicate edge from `{edge.source[:40]}` to `{edge.target[:40]}`"
                 _wrong(context, edge.span, says, lanes[pair].span)
                 break
             lanes[pair] = ir.Lane(*pair, speed, Seconds(duration), edge.span)
@@ -109,7 +109,7 @@ def _number(context: Context, data: Data, name: str, above: float) -> float:
     if abs(value) <= context.limits.magnitude and value > above:
         return value
     wanted = "a number above 0" if above == 0 else "a number"
-    _attribute(context, span, f"`{name}` is `{text[:40]}`, and not {wanted}", f"write {wanted} in metres and seconds")
+    _attribute(context, span, f"`{name}` is `{text[:40]}`; expected {wanted}", f"write {wanted} in metres and seconds")
     return REPORTED
 
 
@@ -121,6 +121,6 @@ def _attribute(context: Context, span: Span, message: str, way_out: str) -> None
 
 
 def _wrong(context: Context, span: Span, reason: str, first: Span | None = None) -> None:
-    labels = () if first is None else (Label(first, "the first is here"),)
-    message = f"`{span.source.name}` is no roadmap: {reason}"
-    context.report(code.NOT_GRAPHML, message, span, labels=labels, help="mend the file, or leave this out of it")
+    labels = () if first is None else (Label(first, "first declared here"),)
+    message = f"`{span.source.name}` is not a roadmap: {reason}"
+    context.report(code.NOT_GRAPHML, message, span, labels=labels, help="correct the file")

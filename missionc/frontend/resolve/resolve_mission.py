@@ -128,7 +128,7 @@ def _resolve_things(context: Context, program: ast.Program) -> None:
         place = resolve_point(context, beacon.position)
         context.beacons[beacon.name.text] = ir.Beacon(beacon.name.text, place, beacon.name.span)
     if not any(isinstance(item, ast.Team) for item in program.declarations):
-        missing(context, "a team or an agent", _start(program), "add `team drone[5] { … }` or `agent scout { … }`")
+        missing(context, "a team or an agent", _start(program), "add, for example, `team drone[5] { … }`")
     resolve_teams(context)
     resolve_groups(context)
     for graph in context.declared(ast.Graph):

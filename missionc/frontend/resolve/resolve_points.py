@@ -34,7 +34,7 @@ def resolve_point(context: Context, point: ast.Point) -> ir.Vector:
         f"`{excerpt(point.span)}` has {counted_points(len(values))}; "
         f"the world is a {kind}, with {counted_points(context.dimension)}",
         point.span,
-        help=f"give the point {counted_points(context.dimension)}",
+        help=f"write {counted_points(context.dimension)}",
     )
     return (REPORTED,) * context.dimension
 
@@ -47,9 +47,9 @@ def plane_point(context: Context, point: ast.Point, what: str, otherwise: str) -
         case values:
             context.report(
                 code.WRONG_DIMENSION,
-                f"`{excerpt(point.span)}` has {counted_points(len(values))}; {what} has two, in the plane",
+                f"`{excerpt(point.span)}` has {counted_points(len(values))}; {what} has two",
                 point.span,
-                help=otherwise if context.dimension == 3 else "give it two coordinates",
+                help=otherwise if context.dimension == 3 else "write two coordinates",
             )
             return REPORTED, REPORTED
 
@@ -72,7 +72,7 @@ def resolve_world(context: Context, world: ast.World) -> None:
             code.WRONG_DIMENSION,
             f"the corners of the world have {counted_points(len(first))} and {counted_points(len(second))}",
             wrong.span,
-            help="give both corners two coordinates for a plane, or three for a volume",
+            help="write as many coordinates in both corners",
         )
         return
     context.dimension = len(first)
@@ -103,7 +103,7 @@ def as_many(context: Context, values: ir.Vector, span: Span) -> ir.Vector:
         code.WRONG_DIMENSION,
         f"`{excerpt(span)}` has {counted_points(len(values))}; the world has {counted_points(context.dimension)}",
         span,
-        help=f"give it {counted_points(context.dimension)}",
+        help=f"write {counted_points(context.dimension)}",
     )
     return (REPORTED,) * context.dimension
 

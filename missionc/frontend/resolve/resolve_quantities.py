@@ -76,9 +76,9 @@ def number_needed(context: Context, state: ast.Name | ast.Distance) -> Amount:
     """A state word where only a number can stand."""
     context.report(
         code.WRONG_KIND,
-        f"`{excerpt(state.span)}` changes with time; a number is needed here",
+        f"expected a number, found `{excerpt(state.span)}`, which changes with time",
         state.span,
-        help="write a number with its unit, or a parameter",
+        help="write a number with its unit",
     )
     return NO_AMOUNT
 
@@ -123,8 +123,8 @@ def _with_unit(context: Context, number: ast.Number) -> Amount:
     unit = number.unit or ""
     if unit not in UNITS:
         span = number.unit_span or number.span
-        known, listed = () if "/" in unit else UNITS, f"the units are {', '.join(UNITS)}"
-        context.report_unknown(code.UNKNOWN_UNIT, f"no unit is called `{unit}`", span, unit, known, listed)
+        known, listed = () if "/" in unit else UNITS, f"use one of the units {', '.join(UNITS)}"
+        context.report_unknown(code.UNKNOWN_UNIT, f"unknown unit `{unit}`", span, unit, known, listed)
         return NO_AMOUNT
     dimension, factor = UNITS[unit]
     return _in_range(context, Amount(as_written(number.value) * as_written(factor), POWERS[dimension]), number)
@@ -160,7 +160,7 @@ def _combined(context: Context, quantity: ast.Arithmetic, left: Amount, right: A
                 code.VALUE_OUT_OF_RANGE,
                 f"`{excerpt(quantity.span)}` divides by zero",
                 quantity.right.span,
-                help="divide by something else",
+                help="divide by another number",
             )
             return NO_AMOUNT
         case _:
@@ -224,7 +224,7 @@ def _in_range(context: Context, amount: Amount, quantity: ast.Quantity) -> Amoun
         code.NUMBER_OUT_OF_RANGE,
         f"`{excerpt(quantity.span)}` is {shown(max(sizes))} in SI units; the limit is {limit}",
         quantity.span,
-        help="write a smaller number, or raise the limit with `--limit magnitude=VALUE`",
+        help="raise the limit with `--limit magnitude=VALUE`",
     )
     return NO_AMOUNT
 
@@ -237,16 +237,16 @@ def _two_units(
         f"`{excerpt(span)}` {verb} {measured(one[1])} and {measured(other[1])}",
         span,
         labels=(Label(one[0].span, measured(one[1])), Label(other[0].span, measured(other[1]))),
-        help="give both sides the same kind of unit",
+        help="use the same kind of unit on both sides",
     )
 
 
 def _not_linear(context: Context, quantity: ast.Arithmetic | ast.Extreme, verb: str) -> Amount:
     context.report(
         code.WRONG_KIND,
-        f"`{excerpt(quantity.span)}` {verb} what changes with time; a comparison is linear",
+        f"`{excerpt(quantity.span)}` {verb} quantities that change with time; a comparison is linear",
         quantity.span,
-        help="multiply and divide states and distances by numbers only",
+        help="multiply or divide by numbers only",
     )
     return NO_AMOUNT
 
@@ -265,10 +265,10 @@ def fitted(context: Context, amount: Amount, dimension: Dimension, quantity: ast
     unit_span = quantity.unit_span if isinstance(quantity, ast.Number) else None
     context.report(
         code.WRONG_UNIT,
-        f"`{excerpt(quantity.span)}` is {measured(amount.powers)}; {dimension.value} is needed here",
+        f"expected {dimension.value}, found {measured(amount.powers)} `{excerpt(quantity.span)}`",
         unit_span or quantity.span,
         labels=labels,
-        help=f"write it in {SI[dimension].strip()}" if SI[dimension] else "write a number without a unit",
+        help=f"use the unit {SI[dimension].strip()}" if SI[dimension] else "write a number without a unit",
     )
     return REPORTED
 
@@ -303,7 +303,7 @@ def whole(context: Context, quantity: ast.Quantity, what: str, *, least: int = 0
         return value
     context.report(
         code.NOT_WHOLE,
-        f"{what} is {shown(value)}; a whole number is needed here",
+        f"{what} is {shown(value)}; expected a whole number",
         quantity.span,
         help=f"write `{math.floor(value)}` or `{math.ceil(value)}`",
         fix=Fix(quantity.span, str(max(round(value), least))),
@@ -395,11 +395,11 @@ def read_quantity(name: str, text: str, limits: Limits) -> tuple[ast.Quantity, l
         case (ast.MissionName(), ast.Param(name=ast.Name(text=declared), value=value)) if declared == VALUE:
             return value, []
         case _:
-            return nothing, [Diagnostic(code.SYNTAX, "a quantity is expected, and nothing else", None)]
+            return nothing, [Diagnostic(code.SYNTAX, "expected a single quantity", None)]
 
 
 def _nothing_to_include(written: str, span: Span, /, *, data: bool = False) -> Diagnostic:
-    return Diagnostic(code.INCLUDE_NOT_ALLOWED, "an include cannot stand here", None)
+    return Diagnostic(code.INCLUDE_NOT_ALLOWED, "unexpected `include`", None)
 
 
 def _same_kind(context: Context, name: str, text: str, written: ast.Quantity) -> None:
@@ -412,7 +412,7 @@ def _same_kind(context: Context, name: str, text: str, written: ast.Quantity) ->
                 code.WRONG_UNIT,
                 f"`{text}` is {measured(new)}; `{name}` is {measured(old)}",
                 None,
-                help=f"give {measured(old)}",
+                help=f"write {measured(old)}",
             )
         )
         context.params[name] = NO_AMOUNT
@@ -434,10 +434,12 @@ def _from_command_line(finding: Diagnostic, name: str, text: str) -> Diagnostic:
 
 
 def _unknown_parameter(name: str, names: list[str]) -> Diagnostic:
-    listed = f"the parameters are {some_of(names)}" if names else "declare it in the mission: `param NAME = VALUE`"
+    listed = (
+        f"use one of the parameters {some_of(names)}" if names else "declare it in the mission, as `param NAME = VALUE`"
+    )
     return Diagnostic(
         code.UNKNOWN_PARAMETER,
-        f"no parameter is called `{name}`",
+        f"unknown parameter `{name}`",
         None,
         help=suggestion(name, names, listed),
     )

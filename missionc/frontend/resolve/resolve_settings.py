@@ -48,7 +48,7 @@ def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:
     if allowed[0] == "<=" and setting.relation == "":
         context.report(
             code.UNKNOWN_SETTING,
-            f"`{excerpt(setting.span)}` does not say that it is a limit",
+            f"expected a limit, found `{excerpt(setting.span)}`",
             setting.span,
             help=f"write `{word} <= {setting.high.span.text}`",
             fix=Fix(setting.span, f"{word} <= {setting.high.span.text}"),
@@ -59,7 +59,7 @@ def relation(context: Context, setting: ast.Setting, *allowed: str) -> None:
     ]
     context.report(
         code.UNKNOWN_SETTING,
-        f"`{word}` is not given like this",
+        f"invalid form of `{word}`",
         setting.span,
         help=f"write `{form}`",
         fix=_as_value(setting, allowed[0]),
@@ -79,7 +79,7 @@ def _as_value(setting: ast.Setting, wanted: str) -> Fix | None:
 
 def unknown_word(context: Context, name: ast.Name, known: Sequence[str], owner: str, noun: str) -> str | Nothing:
     """Reports a word that is not known; gives the one that was probably meant."""
-    listed = f"{owner} takes {some_of(list(known), 10)}" if known else f"{owner} takes none"
+    listed = f"use one of {some_of(list(known), 10)}" if known else f"delete the {noun}"
     message = f"{owner} has no {noun} `{name.text}`"
     return context.report_unknown(code.UNKNOWN_SETTING, message, name.span, name.text, known, listed)
 
@@ -89,11 +89,11 @@ def said_twice(
 ) -> None:
     context.report(
         code.DECLARED_AGAIN,
-        f"{what} is said twice; once is allowed",
+        f"{what} is given twice",
         span,
-        beside="said again",
-        labels=(Label(first, "said here first"),),
-        help=help or "leave one of them out",
+        beside="given again",
+        labels=(Label(first, "first given here"),),
+        help=help or "delete one of the two",
         fix=fix,
     )
 

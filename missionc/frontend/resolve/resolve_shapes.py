@@ -64,7 +64,7 @@ def _unit(context: Context, motion: ast.Moving) -> float:
         return factor
     context.report(
         code.WRONG_UNIT,
-        f"`{motion.unit}` is {dimension.value}; a speed is needed here",
+        f"expected a speed, found {dimension.value} in `{motion.unit}`",
         motion.unit_span or motion.span,
         help="write the velocity in m/s",
     )
@@ -85,10 +85,10 @@ def _along(context: Context, along: ast.Along) -> ir.Path:
         if times[index] <= times[index - 1]:
             context.report(
                 code.BOUNDS_REVERSED,
-                f"times run backwards: {shown(times[index])} s stands after {shown(times[index - 1])} s",
+                f"times are not increasing: {shown(times[index])} s follows {shown(times[index - 1])} s",
                 along.waypoints[index].time.span,
-                labels=(Label(along.waypoints[index - 1].time.span, "the time before"),),
-                help="give the offsets in the order of their times, each time once",
+                labels=(Label(along.waypoints[index - 1].time.span, "previous time"),),
+                help="sort the offsets by time",
             )
     return ir.Path(tuple(map(Seconds, times)), offsets)
 
@@ -139,11 +139,11 @@ def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape])
         case ast.Box():
             return _box(context, shape)
         case ast.Disc(height=height):
-            centre = plane_point(context, shape.centre, "the centre of a disc", "write a `ball`, or leave one out")
+            centre = plane_point(context, shape.centre, "the centre of a disc", "write a `ball`")
             band = _band(context, height)
             return ir.Disc(centre, _radius(context, shape.radius, "disc", shape.span), band)
         case ast.Cylinder():
-            centre = plane_point(context, shape.centre, "the foot of a cylinder", "say where it stands by `height`")
+            centre = plane_point(context, shape.centre, "the centre of a cylinder", "set its height with `height a..b`")
             radius = _radius(context, shape.radius, "cylinder", shape.span)
             return ir.Disc(centre, radius, _band(context, shape.height))
         case ast.Ball():
@@ -160,7 +160,9 @@ def resolve_shape(context: Context, shape: ast.Shape, made: dict[str, ir.Shape])
 def _box(context: Context, box: ast.Box) -> ir.Shape:
     if context.dimension == 3 and len(box.low.coordinates) == 2:
         first: ir.Vector = plane_point(context, box.low, "this box", "")
-        second: ir.Vector = plane_point(context, box.high, "the other corner of this box", "give both as many")
+        second: ir.Vector = plane_point(
+            context, box.high, "the other corner of this box", "write as many coordinates in both corners"
+        )
         band = _band(context, box.height)
         assert band is not None
         first, second = (*first, band.low), (*second, band.high)
@@ -169,7 +171,7 @@ def _box(context: Context, box: ast.Box) -> ir.Shape:
         same = known(first) or len(box.high.coordinates) != len(box.low.coordinates)
         second = resolve_point(context, box.high) if same else first  # what is wrong with both is said of one
         if box.height is not None:
-            _height_not_here(context, box.height, "this box has its height in its corners")
+            _height_not_here(context, box.height, "the corners of this box already have heights")
     if len(first) != len(second) or not known(first, second):
         return NOWHERE
     low, high = tuple(map(min, first, second)), tuple(map(max, first, second))
@@ -182,7 +184,7 @@ def _ball(context: Context, ball: ast.Ball) -> ir.Shape:
     if context.dimension == 2:
         context.report(
             code.WRONG_DIMENSION,
-            "a ball has three coordinates; the world is a plane",
+            "a ball needs three coordinates, but the world is a plane",
             ball.span,
             help="write `disc at (x, y) radius r`",
         )
@@ -195,7 +197,7 @@ def _polygon(context: Context, polygon: ast.Polygon) -> ir.Shape:
         too_many_parts(context, f"the polygon has {len(polygon.corners)} corners", polygon.span)
         return NOWHERE
     corners = tuple(
-        plane_point(context, corner, "the corner of a polygon", "say how high it is by `height a..b`")
+        plane_point(context, corner, "the corner of a polygon", "set its height with `height a..b`")
         for corner in polygon.corners
     )
     band = _band(context, polygon.height)
@@ -206,7 +208,7 @@ def _polygon(context: Context, polygon: ast.Polygon) -> ir.Shape:
                     code.NO_AREA,
                     f"the polygon {phrase}",
                     polygon.span,
-                    help="give its corners in the order in which its border passes them, each once",
+                    help="list each corner once, in order along the border",
                 )
             case Simple():
                 pass
@@ -235,7 +237,7 @@ def _band(context: Context, height: ast.Height | None) -> ir.Prism | None:
     if low > high:
         context.report(
             code.BOUNDS_REVERSED,
-            f"bounds run backwards: {shown(high)} m comes after {shown(low)} m",
+            f"bounds reversed: {shown(low)} m is greater than {shown(high)} m",
             height.span,
             help=f"write `height {shown(high)}..{shown(low)}`",
             fix=Fix(height.span, f"height {shown(high)}..{shown(low)}"),
@@ -256,7 +258,9 @@ def _within_limits(
     too_large = count > context.limits.shape_parts or (depth > context.limits.nesting and not math.isnan(count))
     parts[item.name.text] = (math.nan, 1) if too_large else (count, depth)
     if too_large:
-        too_many_parts(context, f"`{item.name.text}` is made of {shown(count)} shapes, {depth} deep", item.shape.span)
+        too_many_parts(
+            context, f"`{item.name.text}` consists of {shown(count)} shapes, nested {depth} deep", item.shape.span
+        )
     return NOWHERE if too_large else shape
 
 
@@ -279,9 +283,9 @@ def too_many_parts(context: Context, what: str, span: Span) -> None:
     limits = context.limits
     context.report(
         code.TOO_LARGE_TO_EXPAND,
-        f"{what}; the limits are {limits.shape_parts} and {limits.nesting} deep",
+        f"{what}; the limits are {limits.shape_parts} and a depth of {limits.nesting}",
         span,
-        help="make it simpler, or raise the limit with `--limit shape_parts=VALUE`",
+        help="raise the limit with `--limit shape_parts=VALUE`",
     )
 
 
@@ -291,12 +295,12 @@ def _stays(context: Context, name: ast.Name, declared: Declared, obstacle: ast.O
         return
     context.report(
         code.WRONG_KIND,
-        f"`{name.text}` {'grows' if obstacle.motion is None else 'moves'}; a shape that stays is needed here",
+        f"expected a constant shape, but `{name.text}` {'grows' if obstacle.motion is None else 'moves'}",
         name.span,
         labels=(Label(declared.span, "declared here"),),
-        help="declare its shape as a region, and use that in both places",
+        help="declare its shape as a region and use the region in both places",
     )
 
 
 def _height_not_here(context: Context, height: ast.Height, why: str) -> None:
-    context.report(code.WRONG_DIMENSION, f"no height can be given here: {why}", height.span, help="leave `height` out")
+    context.report(code.WRONG_DIMENSION, f"unexpected `height`: {why}", height.span, help="delete the height")

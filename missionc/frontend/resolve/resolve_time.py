@@ -62,7 +62,7 @@ def resolve_window(context: Context, window: ast.Window) -> ir.Window:
     if low > high:
         context.report(
             code.BOUNDS_REVERSED,
-            f"bounds run backwards: {_written(context, high)} comes after {_written(context, low)}",
+            f"bounds reversed: {_written(context, low)} is greater than {_written(context, high)}",
             window.span,
             help="write the earlier bound first",
             fix=None if window.high is None else swapped(window.low, window.high, ", "),
@@ -81,9 +81,7 @@ def resolve_window(context: Context, window: ast.Window) -> ir.Window:
 
 def resolve_period(context: Context, period: ast.Period) -> ir.Period:
     """The length of the stretches in which something recurs, one step or more."""
-    steps = _steps(
-        context, period.length, "the period", "nothing recurs within no time", "a period of one step or more"
-    )
+    steps = _steps(context, period.length, "the period", "it must be at least one step", "a period of one step or more")
     if steps < 1:
         _shorter_than_a_step(context, period, steps)
     else:
@@ -93,14 +91,14 @@ def resolve_period(context: Context, period: ast.Period) -> ir.Period:
 
 def resolve_delay(context: Context, delay: ast.Quantity) -> Steps:
     """A delay in whole steps, no more than the mission has."""
-    steps = _steps(context, delay, "the delay", "nobody is late by less than nothing", "a delay of at least 0")
+    steps = _steps(context, delay, "the delay", "it must be at least 0", "a delay of at least 0")
     _whole_bound(context, delay, steps)
     if steps > context.steps and not math.isnan(context.step):
         context.report(
             code.VALUE_OUT_OF_RANGE,
-            f"the delay is {_seconds(context, steps)}, and the mission lasts {_seconds(context, context.steps)}",
+            f"the delay of {_seconds(context, steps)} exceeds the horizon of {_seconds(context, context.steps)}",
             delay.span,
-            help="write a delay within the horizon",
+            help="write a shorter delay",
         )
     return Steps(_whole_or_zero(steps))
 
@@ -113,7 +111,7 @@ def _steps(
     context: Context,
     bound: ast.Quantity,
     what: str = "the bound",
-    why: str = "a window counts from 0 on",
+    why: str = "it must be at least 0",
     instead: str = "a bound of at least 0",
 ) -> float:
     """A bound in steps, not yet whole; NaN once it is reported, or while the step is not known."""
@@ -149,7 +147,7 @@ def _whole_bound(context: Context, bound: ast.Quantity, steps: float) -> None:
         return
     context.report(
         code.NOT_WHOLE_STEPS,
-        f"`{excerpt(bound.span)}` is {shown(steps)} steps of {shown(context.step)} s; a whole number is needed",
+        f"`{excerpt(bound.span)}` is {shown(steps)} steps of {shown(context.step)} s; expected a whole number",
         bound.span,
         help=f"write `{_seconds(context, math.floor(steps))}` or `{_seconds(context, math.ceil(steps))}`",
         fix=Fix(bound.span, _seconds(context, round(steps))),
@@ -161,7 +159,7 @@ def _shorter_than_a_step(context: Context, period: ast.Period, steps: float) -> 
         code.VALUE_OUT_OF_RANGE,
         f"the period is {_written(context, steps)}, shorter than a step",
         period.span,
-        help=f"write `{_written(context, 1)}` or more; what holds at every step is `always[0, end] …`",
+        help=f"write `{_written(context, 1)}` or more",
     )
 
 
@@ -169,7 +167,7 @@ def _no_step(context: Context, window: ast.Window, low: float, high: float) -> N
     around = f"[{_seconds(context, math.floor(low))}, {_seconds(context, math.ceil(high))}]"
     context.report(
         code.WINDOW_EMPTY,
-        f"the window holds no step: the steps beside it are at {_seconds(context, math.floor(low))}"
+        f"the window contains no sample time: the nearest are {_seconds(context, math.floor(low))}"
         f" and {_seconds(context, math.ceil(high))}",
         window.span,
         help=f"write `{around}`",
@@ -181,7 +179,7 @@ def _horizon_not_whole(context: Context, time: ast.Time, step: float, horizon: f
     shorter, longer = (f"{shown(count * step)} s" for count in (math.floor(steps), math.ceil(steps)))
     context.report(
         code.HORIZON_NOT_WHOLE,
-        f"the horizon of {shown(horizon)} s is {shown(steps)} steps of {shown(step)} s; a whole number is needed",
+        f"the horizon of {shown(horizon)} s is {shown(steps)} steps of {shown(step)} s; expected a whole number",
         time.horizon.span,
         labels=(Label(time.step.span, "the step"),),
         help=f"write `horizon {longer}`" if steps < 1 else f"write `horizon {shorter}` or `horizon {longer}`",
@@ -192,7 +190,7 @@ def _horizon_not_whole(context: Context, time: ast.Time, step: float, horizon: f
 def _too_many(context: Context, time: ast.Time, steps: float) -> None:
     context.report(
         code.TOO_MANY_STEPS,
-        f"the mission has {shown(steps)} steps, more than the limit {context.limits.steps}",
+        f"the mission has {shown(steps)} steps; the limit is {context.limits.steps}",
         time.span,
-        help="take a longer step or a nearer horizon, or raise the limit with `--limit steps=VALUE`",
+        help="raise the limit with `--limit steps=VALUE`",
     )

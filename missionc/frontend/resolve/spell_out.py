@@ -150,7 +150,7 @@ class Families:
             between = Span(span.source, indices[0].span.end, indices[1].span.start, span.turns)
             self.context.report(
                 code.NO_SUCH_MEMBER,
-                "members of a team are counted `0..2`, with two points",
+                "expected `..` in a range of members",
                 between,
                 labels=(Label(declared.name.span, "declared here"),),
                 help="write `..`",
@@ -162,30 +162,28 @@ class Families:
 
     def _which_one(self, family: Family, span: Span) -> None:
         text, kind = family.name.text, family.kind.value.split(maxsplit=1)[1]
-        indices = [index.name.text for index in family.name.indices]
         self.context.report(
             code.FAMILY_AS_ONE,
-            f"`{excerpt(span)}` is a family of {kind}s; one of them is needed here",
+            f"expected one {kind}, found the family `{excerpt(span)}`",
             span,
             labels=(Label(self.families[text].name.span, "declared here"),),
-            help=f"name one, as in `{family.first}`; of each of them, `for {', '.join(indices)} in …: …"
-            f" {text}[{', '.join(indices)}]`",
+            help=f"name one member, for example `{family.first}`",
         )
 
     def _not_there(self, family: Family, asked: tuple[int, ...], span: Span) -> None:
         text, members = family.name.text, list(family.members.values())
         wanted = len(family.name.indices)
-        message = f"`{member_name(text, asked)}` is not there: `{text}` has {shown(len(members))} members"
+        message = f"unknown member `{member_name(text, asked)}`: `{text}` has {shown(len(members))} members"
         if len(asked) != wanted:
             each = ", ".join(f"`{index.name.text}`" for index in family.name.indices)
             number = f"{wanted} {'index' if wanted == 1 else 'indices'}, {each}"
-            message = f"`{text}` has {number}; here {'is' if len(asked) == 1 else 'are'} {len(asked)}"
+            message = f"`{text}` has {number}; found {len(asked)}"
         self.context.report(
             code.NO_SUCH_INDEX,
             message,
             span,
             labels=(Label(family.name.whole_span, "declared here"),),
-            help=f"the members are `{members[0]}` … `{members[-1]}`",
+            help=f"use one of `{members[0]}` … `{members[-1]}`",
         )
 
 
@@ -193,16 +191,16 @@ def no_family(context: Context, declared: ast.Name, kind: Kind, span: Span) -> N
     """Reports a member of something that is not a family."""
     context.report(
         code.NO_SUCH_INDEX,
-        f"`{declared.text}` is {kind.value} and no family: it has no member `{excerpt(span)}`",
+        f"`{declared.text}` is {kind.value}, not a family: it has no member `{excerpt(span)}`",
         span,
         labels=(Label(declared.span, "declared here"),),
-        help=f"write `{declared.text}`, or declare a family as in `{declared.text}[i in 0..9]`",
+        help=f"write `{declared.text}`",
     )
 
 
 def reversed_range(context: Context, low: int, high: int, span: Span, way_out: str, fix: Fix | None = None) -> None:
     """Reports a range of indices that ends before it begins."""
-    context.report(code.BOUNDS_REVERSED, f"bounds run backwards: {high} comes after {low}", span, help=way_out, fix=fix)
+    context.report(code.BOUNDS_REVERSED, f"bounds reversed: {low} is greater than {high}", span, help=way_out, fix=fix)
 
 
 def mentions_family(nodes: Iterator[object], families: frozenset[str]) -> bool:
@@ -373,7 +371,7 @@ class _Spelling:
         low, high = map(int, ends)
         if low > high:
             span = env.span(index.low.span.to(index.high.span))
-            reversed_range(context, low, high, span, "write a range from the least to the greatest")
+            reversed_range(context, low, high, span, "write the smaller index first")
             raise UnclearError
         self._count(high - low + 1, env.span(index.span))
         return [Turn(name, value, low, high) for value in range(low, high + 1)]
@@ -383,10 +381,8 @@ class _Spelling:
         if has_errors(self.known.context.findings):
             return UnclearError()
         span = env.span(index.low.span.to(index.high.span))
-        message = f"the range of `{index.name.text}` rests on a parameter that has no value here"
-        return self._unclear(
-            code.INDEX_MISPLACED, message, span, "write numbers, or parameters that are no members of a family"
-        )
+        message = f"the range of `{index.name.text}` uses a parameter without a value here"
+        return self._unclear(code.INDEX_MISPLACED, message, span, "write numbers in place of the parameter")
 
     def _own_name(self, name: ast.Name, around: Env) -> None:
         """An index has a name that means nothing else there."""
@@ -396,10 +392,10 @@ class _Spelling:
             self.known.context.findings.append(state_word(name))
             raise UnclearError
         if around.value(text) is not None:
-            message = f"`{text}` is an index already"
+            message = f"`{text}` is already an index"
             raise self._unclear(code.NAME_TWICE, message, name.span, "choose another name")
         if declared is not None:
-            message = f"`{text}` is declared, so it cannot be an index"
+            message = f"`{text}` is already declared and cannot be an index"
             here = Label(declared.name.span, "declared here")
             raise self._unclear(code.NAME_TWICE, message, name.span, "choose another name", here)
 
@@ -444,8 +440,8 @@ class _Spelling:
         if value is not None and numeric:
             return ast.Number(span, float(value))
         if value is not None:
-            message = f"`{name.text}` is an index, which is a number; something else is needed here"
-            advice = f"name a member with it, as in `w[{name.text}]`, or compute with it"
+            message = f"expected a name, found the index `{name.text}`"
+            advice = f"name a member, for example `w[{name.text}]`"
             raise self._unclear(code.INDEX_MISPLACED, message, name.span, advice)
         if name.text in self.families:
             return self.known.all(ast.Name(span, name.text))
@@ -476,8 +472,8 @@ class _Spelling:
         limit = self.known.context.limits.family_parts
         self.parts += parts
         if self.parts > limit:
-            message = f"families and `for` are spelt out to more than {shown(limit)} parts up to here"
-            advice = "take smaller ranges, or raise the limit with `--limit family_parts=VALUE`"
+            message = f"expanded families and `for` have more than {shown(limit)} parts"
+            advice = "raise the limit with `--limit family_parts=VALUE`"
             raise self._unclear(code.TOO_LARGE_TO_EXPAND, message, span, advice)
 
     def _unclear(self, code: Code, message: str, span: Span, advice: str, *labels: Label) -> UnclearError:

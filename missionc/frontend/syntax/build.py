@@ -95,10 +95,8 @@ def between(span: Span, kind: ast.Name, first: ast.Point, last: ast.Point) -> as
         case "grid":
             return ast.OnGrid(span, first, last)
         case text:
-            message = f"agents stand on a `line` or a `grid` between two points, not on {quoted(text)}"
-            raise MisreadError(
-                Diagnostic(SYNTAX, message, Label(kind.span), help="write `line P to P` or `grid P to P`")
-            )
+            message = f"expected `line` or `grid` between two points, found {quoted(text)}"
+            raise MisreadError(Diagnostic(SYNTAX, message, Label(kind.span), help="write `line P to P`, for example"))
 
 
 def file(span: Span, path: Token) -> ast.File:
@@ -132,8 +130,8 @@ def graph(
     *weights: ast.Weight,
 ) -> ast.Graph:
     if ranges is not None and kind.text == "beacons":
-        message = "two agents share a beacon, so that the range of `beacons` is one for all pairs"
-        help = "give ranges of pairs to `proximity` or `sight`, or leave them out"
+        message = "a graph of `beacons` has one range for all pairs"
+        help = "delete the ranges of pairs"
         raise MisreadError(Diagnostic(SYNTAX, message, Label(ranges.span), help=help))
     return ast.Graph(span, name, kind.text, radius, over, () if ranges is None else ranges.pairs, weights)
 
@@ -157,13 +155,13 @@ def link(span: Span, ends: ast.Quantity, length: ast.Quantity) -> ast.Link:
         case ast.Arithmetic(_, "-", first, second):
             return ast.Link(span, first, second, length)
         case _:
-            message = "a link is between two agents, by their numbers"
+            message = "a link needs two agents, by their numbers"
             raise MisreadError(Diagnostic(SYNTAX, message, Label(ends.span), help="write `0-1: 0.8 m`"))
 
 
 def total(span: Span, name: ast.Name, value: ast.Quantity) -> _Total:
     if name.text != "tolerance":
-        message = f"`tolerance` was expected after `total`, not {quoted(name.text)}"
+        message = f"expected `tolerance` after `total`, found {quoted(name.text)}"
         raise MisreadError(Diagnostic(SYNTAX, message, Label(name.span), help="write `total tolerance 0.5 m`"))
     return _Total(ast.Setting(span, name, "", value))
 
@@ -177,9 +175,9 @@ def formation(
     *settings: ast.Setting | _Total,
 ) -> ast.Formation:
     if kind.text not in FORMATIONS:
-        message = f"no formation is called {quoted(kind.text)}"
+        message = f"unknown formation {quoted(kind.text)}"
         kinds = ", ".join(f"`{known}`" for known in FORMATIONS)
-        raise MisreadError(Diagnostic(SYNTAX, message, Label(kind.span), help=f"write one of {kinds}"))
+        raise MisreadError(Diagnostic(SYNTAX, message, Label(kind.span), help=f"use one of {kinds}"))
     listed = (places,) if isinstance(places, ast.File) else places or ()
     points = tuple(place for place in listed if isinstance(place, ast.Point | ast.File))
     links = tuple(place for place in listed if isinstance(place, ast.Link))

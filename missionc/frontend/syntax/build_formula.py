@@ -186,9 +186,11 @@ def as_formula(node: ast.Formula | ast.Quantity) -> ast.Formula:
             text = quoted(node.span.text)
             finding = Diagnostic(
                 SYNTAX,
-                f"a formula was expected; {text} is a number",
+                f"expected a formula, found the number {text}",
                 Label(node.span),
-                help=f"compare it: `{node.span.text} <= 2`" if len(text) <= 30 else "compare it with another number",
+                help=f"compare it, for example `{node.span.text} <= 2`"
+                if len(text) <= 30
+                else "compare it with another number",
             )
             raise MisreadError(finding)
         case _:
@@ -200,14 +202,14 @@ def _argument(node: ast.Formula | ast.Quantity) -> ast.Quantity | ast.Member:
         case ast.Name() | ast.Member() | ast.Number() | ast.Negative() | ast.Arithmetic() | ast.Extreme():
             return node
         case _:
-            message = f"a name or a number was expected in the brackets, not {quoted(node.span.text)}"
-            advice = "name a region, a graph or agents; `let` gives a name to a formula, `param` to a number"
+            message = f"expected a name or a number in the parentheses, found {quoted(node.span.text)}"
+            advice = "write the name of a region, a graph or a team"
             raise MisreadError(Diagnostic(SYNTAX, message, Label(node.span), help=advice))
 
 
 def _no_measure(call: ast.Call) -> Diagnostic:
-    message = f"no measure is called {quoted(call.name.text)}"
-    advice = "write `distance(…)`, or a state: `x`, `y`, `z`, `speed`, `altitude`"
+    message = f"unknown quantity {quoted(call.name.text)}"
+    advice = "use `distance(…)`, `x`, `y`, `z`, `speed` or `altitude`"
     return Diagnostic(UNKNOWN_NAME, message, Label(call.name.span), help=advice)
 
 
@@ -222,8 +224,8 @@ def as_quantity(node: ast.Formula | ast.Quantity) -> ast.Quantity:
                 raise MisreadError(_no_measure(node))
             finding = Diagnostic(
                 SYNTAX,
-                f"a number was expected; {quoted(node.span.text)} is a formula",
+                f"expected a number, found the formula {quoted(node.span.text)}",
                 Label(node.span),
-                help="compare numbers only, such as `x + 2 <= 3`",
+                help="compare numbers only, for example `x + 2 <= 3`",
             )
             raise MisreadError(finding)

@@ -65,12 +65,12 @@ def read_graphml(source: Source) -> Graphml | Diagnostic:
     try:
         reader.parser.Parse(reader.content, True)
     except expat.ExpatError as error:
-        reason = expat.ErrorString(error.code) or "it ends too early"
-        return _wrong(reader.place(reader.parser.ErrorByteIndex), f"it is not well-formed XML: {reason}")
+        reason = expat.ErrorString(error.code) or "unexpected end of the file"
+        return _wrong(reader.place(reader.parser.ErrorByteIndex), f"invalid XML: {reason}")
     except _WrongError as wrong:
         return wrong.finding
     if not reader.has_graph:
-        return _wrong(Span(source, 0, 0), "it has no graph")
+        return _wrong(Span(source, 0, 0), "no graph found")
     return reader.graph
 
 
@@ -128,21 +128,21 @@ class _Reader:
         return _WrongError(self.place(self.parser.CurrentByteIndex), reason)
 
     def doctype(self, *_: object) -> None:
-        raise self.refuse("it declares a document type, which a roadmap has no use for")
+        raise self.refuse("a document type is not allowed")
 
     def start(self, name: str, attributes: Mapping[str, str]) -> None:
         element, inside = name.rpartition(SPACE)[2], self.open[-1] if self.open else ""
         self.open.append(element)
         if len(self.open) > DEEPEST:
-            raise self.refuse(f"its elements are nested more than {DEEPEST} deep")
+            raise self.refuse(f"elements are nested more than {DEEPEST} deep")
         if inside in ("data", "default", "desc") or "data" in self.open[:-1]:
             return  # what other programs draw by
         if (element == "graphml") != (inside == "") or element not in KNOWN:
-            raise self.refuse(f"`{element[:40]}` is not what a roadmap consists of")
+            raise self.refuse(f"unexpected element `{element[:40]}`")
         match element:
             case "graph":
                 if self.has_graph:
-                    raise self.refuse("it has a second graph, or one within another")
+                    raise self.refuse("more than one graph")
                 self.has_graph, self.directed = True, attributes.get("edgedefault") != "undirected"
             case "key":
                 self.add_key(attributes)
@@ -168,7 +168,7 @@ class _Reader:
     def needed(self, attributes: Mapping[str, str], name: str) -> str:
         value = attributes.get(name, "")
         if not value or not value.isprintable():
-            raise self.refuse(f"`{self.open[-1]}` needs `{name}`, a text of letters that can be seen")
+            raise self.refuse(f"`{self.open[-1]}` needs a printable text `{name}`")
         return value
 
     def characters(self, text: str) -> None:
@@ -185,7 +185,7 @@ class _Reader:
                 self.keys[self.key].default = value
             case "data" if self.owner is not None and self.open[-1] in ("node", "edge"):
                 if self.key not in self.keys:
-                    raise _WrongError(self.began, f"there is no key `{self.key[:40]}`")
+                    raise _WrongError(self.began, f"unknown key `{self.key[:40]}`")
                 if self.keys[self.key].name:
                     self.owner.data[self.keys[self.key].name] = value
             case "node" | "edge":
@@ -211,7 +211,7 @@ class _Reader:
 def _wrong(span: Span, reason: str) -> Diagnostic:
     return Diagnostic(
         NOT_GRAPHML,
-        f"`{span.source.name}` is no roadmap: {reason}",
+        f"`{span.source.name}` is not a roadmap: {reason}",
         Label(span),
-        help="give a GraphML file with one graph of `node` and `edge`, as `networkx.write_graphml` writes it",
+        help="write the graph with `networkx.write_graphml`",
     )

@@ -38,31 +38,31 @@ def foreign_sign(place: Place) -> Diagnostic | None:
     if token.kind != STRAY:
         return None
     if token.text == ";" and "," in place.expected:
-        return finding("`;` is not a sign of the language", token.span, "write `,`", ",")
+        return finding("unexpected `;`", token.span, "write `,`", ",")
     if token.text in ("^", "**"):
-        message = "there are no powers: a comparison is linear"
-        return finding(message, token.span, "multiply by numbers only; `distance(base)` is a distance")
+        message = "powers are not supported: a comparison is linear"
+        return finding(message, token.span, "write `distance(base)` for a Euclidean distance")
     if token.text in forms.SIGNS:
         ours = forms.SIGNS[token.text]
         if not ours:
-            message, advice = f"{quoted(token.text)} stands between no declarations and ends none", "delete it"
+            message, advice = f"unexpected {quoted(token.text)}", "delete it"
             if token.text == "." and place.before.kind == NUMBER and place.before.span.end == token.span.start:
-                message = "a number does not end in a point"
+                message = "unexpected `.` after a number"
         else:
-            message, advice = f"{quoted(token.text)} is not a sign of the language", f"write `{ours}`"
+            message, advice = f"unknown symbol {quoted(token.text)}", f"write `{ours}`"
         return finding(message, token.span, advice, ours)
     if token.text == '"':
-        return finding("the text that starts here has no end", token.span, 'close it with `"` on the same line')
+        return finding("unterminated text", token.span, 'end it with `"` on the same line')
     if token.text in ("==", "!=", "<>", "><"):
         if token.text != "==" and counts(place):
-            advice = "ask for either: `count[…] f < 2 or count[…] f > 2`"
-            return finding(f"`{token.text}` does not compare a count", token.span, advice)
+            advice = "write `count[…] f < 2 or count[…] f > 2`"
+            return finding(f"`{token.text}` cannot compare a count", token.span, advice)
         if "=" in place.expected:
-            return finding(f"`{token.text}` is not a sign of the language", token.span, "write `=`", "=")
+            return finding(f"unexpected `{token.text}`", token.span, "write `=`", "=")
         if token.text == "==" and not counts(place) and place.before.kind == NAME and place.before.text not in STATES:
-            return finding("`==` is not a sign of the language", token.span, "of two formulas, write `iff`", "iff")
+            return finding("unexpected `==` between formulas", token.span, "write `iff`", "iff")
         return _never_equal(place)
-    return finding(f"{quoted(token.text)} means nothing in the language", token.span, "delete it")
+    return finding(f"unexpected {quoted(token.text)}", token.span, "delete it")
 
 
 def equals(place: Place) -> Diagnostic | None:
@@ -73,20 +73,20 @@ def equals(place: Place) -> Diagnostic | None:
     wanted = expected & {"=", ":"}
     if len(expected) == 1 and wanted:
         (sign,) = wanted
-        return finding(f"`{sign}` was expected after {quoted(place.before.text)}", token.span, f"write `{sign}`", sign)
+        return finding(f"expected `{sign}` after {quoted(place.before.text)}", token.span, f"write `{sign}`", sign)
     if token.kind == "=" and place.declaration.word in ("require", "prefer") and place.here == place.first + 2:
-        return finding("a requirement's label ends in `:`", token.span, "write `:`", ":")
+        return finding("unexpected `=` after a label", token.span, "write `:`", ":")
     if token.kind == "=" and expected >= COMPARISONS:
         return _never_equal(place)
     if NUMBER in expected and not place.in_formula:
-        message = f"there is no `{token.kind}` between {quoted(place.before.text)} and what it is"
+        message = f"unexpected `{token.kind}` after {quoted(place.before.text)}"
         return finding(message, token.span, "delete it", "")
     return None
 
 
 def _never_equal(place: Place) -> Diagnostic:
-    message = f"`{place.found.text}` compares nothing: no two measures are ever exactly equal"
-    return finding(message, place.found.span, "say how close: `x >= 2 and x <= 2.1`")
+    message = f"`{place.found.text}` cannot compare quantities: they are never exactly equal"
+    return finding(message, place.found.span, "write a range, for example `x >= 2 and x <= 2.1`")
 
 
 def counts(place: Place) -> bool:
@@ -98,8 +98,8 @@ def counted(place: Place) -> Diagnostic | None:
     """``count[hops 1..1] a and b >= 2``"""
     if not counts(place) or place.found.word not in OPERATORS:
         return None
-    message = f"the comparison of `count` was expected before {quoted(place.found.text)}"
-    return finding(message, place.found.span, "put what is counted in brackets: `count[…] (f and g) >= 2`")
+    message = f"expected a comparison of `count` before {quoted(place.found.text)}"
+    return finding(message, place.found.span, "put the counted formula in parentheses: `count[…] (f and g) >= 2`")
 
 
 def bounds_not_taken(place: Place) -> Diagnostic | None:
@@ -107,11 +107,15 @@ def bounds_not_taken(place: Place) -> Diagnostic | None:
     before = place.before
     adjacent = place.found.kind == "[" and place.found.span.start == before.span.end
     if adjacent and before.kind == "every":
-        return finding("`every` has its period without brackets", place.found.span, "write it as in `every 40 s: …`")
+        return finding(
+            "unexpected `[` after `every`: its period has no brackets",
+            place.found.span,
+            "write, for example, `every 40 s: …`",
+        )
     if not adjacent or before.word not in OPERATORS or before.kind in forms.BOUNDS:
         return None
     message = f"{quoted(before.text)} takes no bounds"
-    advice = "delete them; `next` is one step ahead" if before.word == "next" else "delete them"
+    advice = "delete the bounds: `next` means one step later" if before.word == "next" else "delete the bounds"
     return finding(message, place.found.span, advice)
 
 
@@ -119,9 +123,9 @@ def missing_bounds(place: Place) -> Diagnostic | None:
     before = place.before
     if place.expected != {"["} or before.kind not in forms.BOUNDS:
         return None
-    what = "over which time" if before.kind.startswith("TIME") else "how far"
+    what = "a time window" if before.kind.startswith("TIME") else "a route length"
     written = f"{before.text}{forms.BOUNDS[before.kind]}"
-    return finding(f"{quoted(before.text)} needs its bounds, to say {what}", before.span, f"write `{written}`")
+    return finding(f"{quoted(before.text)} needs {what}", before.span, f"write `{written}`")
 
 
 def wrong_bounds(place: Place) -> Diagnostic | None:
@@ -134,28 +138,28 @@ def wrong_bounds(place: Place) -> Diagnostic | None:
     written = f"write `{operator.text}{forms.BOUNDS[operator.kind]}`"
     if operator.kind.startswith("TIME"):
         if (token.kind in ("..", ":", "to") or token.text == ";") and "," in place.expected:
-            return finding("a comma stands between the ends of a window", token.span, "write `,`", ",")
+            return finding("expected `,` between the bounds of a time window", token.span, "write `,`", ",")
         if token.kind == "end":
-            message = "`end` is the later bound of a window, by itself"
-            return finding(message, token.span, f"write it as in `{operator.text}[5 s, end]`")
+            message = "`end` can only be the upper bound of a time window"
+            return finding(message, token.span, f"write, for example, `{operator.text}[5 s, end]`")
         if token.kind in COMPARISONS or (token.kind == "]" and "," in place.expected):
-            return finding(f"a window has two ends: {quoted(operator.text)} from when to when", token.span, written)
+            return finding(f"the time window of {quoted(operator.text)} needs two bounds", token.span, written)
         if place.before.text in ("hops", "distance"):
-            message = f"{quoted(operator.text)} looks along time, not along a route"
+            message = f"{quoted(operator.text)} takes a time window, not a route length"
             return finding(message, place.before.span, written)
         return None
     if place.expected == {"hops", "distance", NAME}:
-        message = f"{quoted(operator.text)} needs to know what it counts, `hops` or `distance`"
+        message = f"the route length of {quoted(operator.text)} needs `hops` or `distance`"
         return finding(message, operator.span, written)
     if ".." in place.expected:
         if token.kind == ",":
-            return finding("two points stand between the ends of a length", token.span, "write `..`", "..")
+            return finding("expected `..` between the bounds of a length", token.span, "write `..`", "..")
         if token.kind in ("]", "on"):
             value = quoted(place.tokens[place.opened[-1] + 2].span.to(place.before.span).text)
-            message = f"{value} alone does not say whether it is the least or the most"
-            return finding(message, place.before.span, "write it as in `2..2`, `2..` or `<= 2`")
+            message = f"{value} is neither a lower nor an upper bound"
+            return finding(message, place.before.span, "write `2..2`, `2..` or `<= 2`")
     if token.kind in COMPARISONS | {"=", ".."} and "<=" in place.expected:
-        return finding("a length is `<= 2`, or `1..2`, or `1..`", token.span, written)
+        return finding("expected a length such as `<= 2`, `1..2` or `1..`", token.span, written)
     return None
 
 
@@ -164,7 +168,7 @@ def missing_comma(place: Place) -> Diagnostic | None:
     if "," not in place.expected or place.before.kind != ")" or place.found.kind != "(":
         return None
     end = just_after(place.before.span)
-    return finding("`,` was expected between two points", place.found.span, "write `,`", fix=Fix(end, ","))
+    return finding("expected `,` between two points", place.found.span, "write `,`", fix=Fix(end, ","))
 
 
 def needless_comma(place: Place) -> Diagnostic | None:
@@ -174,13 +178,17 @@ def needless_comma(place: Place) -> Diagnostic | None:
         return None
     if following.kind not in place.expected and not (following.may_be_name and NAME in place.expected):
         return None
-    message = f"no comma stands between {quoted(place.before.text)} and {quoted(following.text)}"
+    message = f"unexpected `,` between {quoted(place.before.text)} and {quoted(following.text)}"
     return finding(message, place.found.span, "delete it", "")
 
 
 def two_comparisons(place: Place) -> Diagnostic | None:
     if place.found.kind in COMPARISONS and "and" in place.expected and "<=" not in place.expected:
-        return finding("a comparison has two sides, not three", place.found.span, "write `x >= 0 and x <= 3`")
+        return finding(
+            "chained comparison: a comparison has two sides",
+            place.found.span,
+            "split it, for example `x >= 0 and x <= 3`",
+        )
     return None
 
 
@@ -197,7 +205,7 @@ def bare_arithmetic(place: Place) -> Diagnostic | None:
             return None
     elif tokens[last].kind not in (NUMBER, UNIT):
         return None
-    return finding("arithmetic stands in brackets here", place.found.span, "write it as in `(T + 3 s)`")
+    return finding("arithmetic needs parentheses here", place.found.span, "write, for example, `(T + 3 s)`")
 
 
 def brackets(place: Place) -> Diagnostic | None:
@@ -206,14 +214,14 @@ def brackets(place: Place) -> Diagnostic | None:
     closing = {"(": ")", "[": "]", "{": "}"}
     if not place.opened:
         if token.kind in (")", "]", "}") and (END in place.expected):
-            return finding(f"nothing is open that `{token.text}` could close", token.span, "delete it", "")
+            return finding(f"unmatched `{token.text}`", token.span, "delete it", "")
         return None
     opening = place.tokens[place.opened[-1]]
     closer = closing[opening.kind]
     label = (Label(opening.span, "opened here"),)
     if place.ends and closer in place.expected:
         end = just_after(place.before.span)
-        message = f"`{closer}` was expected after {quoted(place.before.text)}: a bracket is still open"
+        message = f"expected `{closer}` after {quoted(place.before.text)}: unclosed bracket"
         return finding(message, place.before.span, f"close it with `{closer}`", fix=Fix(end, closer), labels=label)
     if token.kind in closing.values() and token.kind != closer:
         return finding(f"`{token.kind}` does not close `{opening.kind}`", token.span, f"write `{closer}`", labels=label)
@@ -223,7 +231,7 @@ def brackets(place: Place) -> Diagnostic | None:
 def limit(place: Place) -> Diagnostic | None:
     """``single_integrator(speed < 2 m/s)``"""
     if place.found.kind in COMPARISONS | {"="} and "<=" in place.expected and not place.in_formula:
-        return finding("a limit is inclusive", place.found.span, "write `<=`", "<=")
+        return finding("expected `<=`: a limit is inclusive", place.found.span, "write `<=`", "<=")
     return None
 
 
@@ -240,15 +248,15 @@ def unknown_declaration(place: Place) -> Diagnostic | None:
     token = place.found
     meant = meant_by(token.text, DECLARATIONS) if token.kind == NAME else ""
     if meant:
-        message = f"no declaration is called {quoted(token.text)}"
+        message = f"unknown declaration {quoted(token.text)}"
         return finding(message, token.span, f"did you mean `{meant}`?", meant)
     if token.kind in FORMULA - {NAME, NUMBER, "-", "("}:
-        message = f"{quoted(token.text)} begins a formula, and a formula stands in a declaration"
+        message = f"unexpected {quoted(token.text)}: a formula belongs in a declaration"
         return finding(message, token.span, f"write `require LABEL: {token.text} …`")
     if token.kind in (")", "]", "}"):
-        return finding(f"nothing is open that `{token.text}` could close", token.span, "delete it", "")
-    message = f"a declaration was expected, not {quoted(token.text)}"
-    return finding(message, token.span, f"begin with one of its words, as in `{forms.DECLARED['require']}`")
+        return finding(f"unmatched `{token.text}`", token.span, "delete it", "")
+    message = f"expected a declaration, found {quoted(token.text)}"
+    return finding(message, token.span, f"begin with a keyword, for example `{forms.DECLARED['require']}`")
 
 
 def reserved_name(place: Place) -> Diagnostic | None:
@@ -258,10 +266,10 @@ def reserved_name(place: Place) -> Diagnostic | None:
         return None
     word = SPELLINGS[token.text]
     if token.text == word.letter:
-        message = f"`{token.text}` is short for `{word.text}`, so it cannot be a name"
+        message = f"`{token.text}` is short for `{word.text}` and cannot be a name"
     else:
-        message = f"`{token.text}` is a word of the language ({word.says}), so it cannot be a name"
-    return finding(message, token.span, f"choose another, such as `{token.text}_1`", code=NAME_NOT_ALLOWED)
+        message = f"`{token.text}` is a keyword ({word.says}) and cannot be a name"
+    return finding(message, token.span, f"choose another name, such as `{token.text}_1`", code=NAME_NOT_ALLOWED)
 
 
 def hyphen(place: Place) -> Diagnostic | None:
@@ -278,7 +286,7 @@ def hyphen(place: Place) -> Diagnostic | None:
         return None
     span = tokens[place.first + 1].span.to(tokens[last].span)
     name = span.text.replace("-", "_")
-    message = f"{quoted(span.text)} is no name: `-` is the sign for minus"
+    message = f"invalid name {quoted(span.text)}: a name has no `-`"
     return finding(message, span, f"write `{name}`", name, NAME_NOT_ALLOWED)
 
 
@@ -291,12 +299,12 @@ def unknown_unit(place: Place) -> Diagnostic | None:
     if token.text in STATES:
         words = place.before.span.to(token.span)
         message, advice = (
-            f"there is no `*` between the numbers of `{words.text}`",
+            f"missing `*` in `{words.text}`",
             f"{place.before.text} * {token.text}",
         )
         return finding(message, words, f"write `{advice}`", advice)
-    message = f"no unit is called {quoted(token.text)}"
-    return finding(message, token.span, f"the units are {', '.join(UNITS)}", code=UNKNOWN_UNIT)
+    message = f"unknown unit {quoted(token.text)}"
+    return finding(message, token.span, f"use one of the units {', '.join(UNITS)}", code=UNKNOWN_UNIT)
 
 
 def unknown_shape(place: Place) -> Diagnostic | None:
@@ -306,10 +314,10 @@ def unknown_shape(place: Place) -> Diagnostic | None:
     if not in_shape or before.kind != NAME:
         return None
     meant = meant_by(before.text, SHAPES)
-    message = f"no shape is called {quoted(before.text)}"
+    message = f"unknown shape {quoted(before.text)}"
     if meant:
         return finding(message, before.span, f"did you mean `{meant}`?", meant)
-    return finding(message, before.span, f"the shapes are {', '.join(sorted(SHAPES))}")
+    return finding(message, before.span, f"use one of the shapes {', '.join(sorted(SHAPES))}")
 
 
 def unknown_operator(place: Place) -> Diagnostic | None:
@@ -326,7 +334,7 @@ def unknown_operator(place: Place) -> Diagnostic | None:
         if meant or not _is_team(place, name.text):
             return _no_operator(name, meant)
         if token.kind == ",":
-            return finding("members of a team are counted `0..2`, with two points", token.span, "write `..`", "..")
+            return finding("expected `..` in a range of members", token.span, "write `..`", "..")
     if "and" not in place.expected:
         return None
     if token.kind == NAME:
@@ -348,18 +356,18 @@ def odd_name(place: Place) -> Diagnostic | None:
     if place.here != place.first + 1 or place.expected != {NAME} or token.kind not in (NUMBER, TEXT):
         return None
     if token.kind == TEXT:
-        return finding("a name stands without quotes", token.span, "delete them", token.text.strip('"'))
+        return finding("unexpected quotes around a name", token.span, "delete the quotes", token.text.strip('"'))
     after = place.tokens[place.here + 1]
     words = token.span.to(after.span) if after.span.start == token.span.end else token.span
-    return finding(f"{quoted(words.text)} is no name: a name begins with a letter", words, "choose another name")
+    return finding(f"invalid name {quoted(words.text)}: a name begins with a letter", words, "choose another name")
 
 
 def no_weight(place: Place) -> Diagnostic | None:
     """``require a: … weight 2``"""
     if place.declaration.word != "require" or place.found.text != "weight" or END not in place.expected:
         return None
-    message = "a requirement has no weight: it must hold"
-    return finding(message, place.found.span, "delete it, or write `prefer` in place of `require`")
+    message = "unexpected `weight`: only a preference has a weight"
+    return finding(message, place.found.span, "write `prefer` in place of `require`")
 
 
 def team_size(place: Place) -> Diagnostic | None:
@@ -367,17 +375,17 @@ def team_size(place: Place) -> Diagnostic | None:
     if place.declaration.word != "team" or place.here != place.first + 2 or place.found.kind != "{":
         return None
     name = place.before
-    message = f"the team {quoted(name.text)} does not say how many agents it has"
-    return finding(message, name.span, f"write `team {name.text}[3]`, or `agent {name.text}` for a single one")
+    message = f"team {quoted(name.text)} has no size"
+    return finding(message, name.span, f"write, for example, `team {name.text}[3]`")
 
 
 def bare_setting(place: Place) -> Diagnostic | None:
     """``single_integrator(2 m/s)``"""
     if place.found.kind != NUMBER or place.expected != {NAME, ")"} or place.tokens[place.here - 3].kind != "dynamics":
         return None
-    message = f"{quoted(place.found.text)} does not say which bound it is"
+    message = f"expected a setting, found {quoted(place.found.text)}"
     start = Span(place.found.span.source, place.found.span.start, place.found.span.start)
-    advice = f"write it as in `speed <= {place.found.text} m/s`"
+    advice = f"write, for example, `speed <= {place.found.text} m/s`"
     return finding(message, place.found.span, advice, fix=Fix(start, "speed <= "))
 
 
@@ -385,23 +393,23 @@ def members(place: Place) -> Diagnostic | None:
     """``group east = drone[0, 1]``"""
     if place.in_formula or not place.in_bounds or ".." not in place.expected or place.found.kind not in (",", ":"):
         return None
-    return finding("members of a team are counted `0..2`, with two points", place.found.span, "write `..`", "..")
+    return finding("expected `..` in a range of members", place.found.span, "write `..`", "..")
 
 
 def inside_without(place: Place) -> Diagnostic | None:
     """``drone[0] in base``, ``every drone: in base``"""
     if not place.in_formula or place.found.kind != "in" or place.in_bounds:
         return None
-    message = "there is no `in` in formulas: a region's name says that an agent is in it"
-    return finding(message, place.found.span, "write it as in `drone[0]: base`")
+    message = "unexpected `in`: in a formula, the name of a region is enough"
+    return finding(message, place.found.span, "write, for example, `drone[0]: base`")
 
 
 def heading_within(place: Place) -> Diagnostic | None:
     """``heading <= 90 deg``, ``heading of 90 deg``"""
     if place.before.kind != "heading" or place.expected != {"within"}:
         return None
-    message = "no heading is more or less than another: they go round in a circle"
-    return finding(message, place.before.span, "ask how near it is, as in `heading within 10 deg of 90 deg`")
+    message = "headings cannot be compared: they are angles of a circle"
+    return finding(message, place.before.span, "write, for example, `heading within 10 deg of 90 deg`")
 
 
 def call_brackets(place: Place) -> Diagnostic | None:
@@ -411,7 +419,7 @@ def call_brackets(place: Place) -> Diagnostic | None:
         return None
     words = place.before.span.to(place.found.span)
     written = f"{place.before.text}({place.found.text})"
-    return finding(f"what {quoted(place.before.text)} is of stands in brackets", words, f"write `{written}`", written)
+    return finding(f"{quoted(place.before.text)} needs parentheses", words, f"write `{written}`", written)
 
 
 def label_colon(place: Place) -> Diagnostic | None:
@@ -423,7 +431,7 @@ def label_colon(place: Place) -> Diagnostic | None:
     if not in_brackets and (place.here != place.first + 2 or place.found.kind not in FORMULA):
         return None
     end = just_after(label.span)
-    message = f"`:` was expected after the label {quoted(label.text)}"
+    message = f"expected `:` after the label {quoted(label.text)}"
     return finding(message, label.span, f"write `{place.declaration.text} {label.text}: …`", fix=Fix(end, ":"))
 
 
@@ -442,7 +450,7 @@ def quantifier_colon(place: Place) -> Diagnostic | None:
     else:
         return None
     end = just_after(words)
-    message = f"`:` was expected after {quoted(words.text)}"
+    message = f"expected `:` after {quoted(words.text)}"
     return finding(message, words, f"write `{words.text}: …`", fix=Fix(end, ":"))
 
 
@@ -454,12 +462,12 @@ def part_of_team(place: Place) -> Diagnostic | None:
     if tokens[here - 2].kind in ("start", "finish") and place.before.kind == NAME and place.found.kind != "(":
         words = tokens[here - 2].span.to(place.before.span)
         in_region = f"{tokens[here - 2].text} in {place.before.text}"
-        message = f"{quoted(words.text)} does not say how its places are given: `in`, `at`, `line` or `grid`"
+        message = f"{quoted(words.text)} needs `in`, `at`, `line` or `grid`"
         return finding(message, words, f"write `{in_region}`", in_region)
     for token in (place.before, tokens[here - 2]):
         meant = meant_by(token.text, ("dynamics", "start", "finish")) if token.kind == NAME else ""
         if meant and place.found.kind in ("in", "at", "("):
-            message = f"no part of a team is called {quoted(token.text)}"
+            message = f"unknown setting {quoted(token.text)} of a team"
             return finding(message, token.span, f"did you mean `{meant}`?", meant)
     return None
 
@@ -469,8 +477,8 @@ def at_most(place: Place) -> Diagnostic | None:
     if place.before.kind != "at" or place.found.text not in forms.INSTEAD or not place.in_formula:
         return None
     words = place.before.span.to(place.found.span)
-    advice = f"say it as in `{forms.INSTEAD[place.found.text]}`"
-    return finding(f"there is no quantifier {quoted(words.text)}", words, advice)
+    advice = f"write, for example, `{forms.INSTEAD[place.found.text]}`"
+    return finding(f"unknown quantifier {quoted(words.text)}", words, advice)
 
 
 def at_least_how_many(place: Place) -> Diagnostic | None:
@@ -484,14 +492,14 @@ def at_least_how_many(place: Place) -> Diagnostic | None:
 
 
 def _no_operator(token: Token, meant: str) -> Diagnostic:
-    message = f"no operator is called {quoted(token.text)}"
+    message = f"unknown operator {quoted(token.text)}"
     if meant and token.text.lower() not in forms.INSTEAD:
         return finding(message, token.span, f"did you mean `{meant}`?", meant, UNKNOWN_OPERATOR)
     if token.text.lower() in forms.INSTEAD:
-        advice = f"say it as in `{forms.INSTEAD[token.text.lower()]}`"
+        advice = f"write, for example, `{forms.INSTEAD[token.text.lower()]}`"
         return finding(message, token.span, advice, code=UNKNOWN_OPERATOR)
     known = ", ".join(sorted(OPERATORS))
-    return finding(message, token.span, f"the operators are {known}", code=UNKNOWN_OPERATOR)
+    return finding(message, token.span, f"use one of the operators {known}", code=UNKNOWN_OPERATOR)
 
 
 def _is_team(place: Place, name: str) -> bool:
@@ -513,17 +521,17 @@ def explain(place: Place) -> Diagnostic:
 def _plain(place: Place) -> Diagnostic:
     """What was expected, without a guess at what was meant."""
     expected, before, token = place.expected, place.before, place.found
-    message = f"{in_words(expected, before)} was expected after {quoted(before.text)}"
-    advice = f"write it as in `{_form(place)}`"
+    message = f"expected {in_words(expected, before)} after {quoted(before.text)}"
+    advice = f"write, for example, `{_form(place)}`"
     labels: tuple[Label, ...] = ()
     if place.opened:
         labels = (Label(place.tokens[place.opened[-1]].span, "inside this bracket"),)
     end = just_after(before.span)
     fix = Fix(end, next(iter(expected))) if len(expected) == 1 and expected <= SIGNS - set("([{}])") else None
     if place.ends:
-        message += ", but the file ends" if token.kind == END else ""
+        message += ", found the end of the file" if token.kind == END else ""
         return finding(message, before.span, advice, fix=fix, labels=labels)
-    return finding(f"{message}, not {quoted(token.text)}", token.span, advice, fix=fix, labels=labels)
+    return finding(f"{message}, found {quoted(token.text)}", token.span, advice, fix=fix, labels=labels)
 
 
 def _form(place: Place) -> str:

@@ -230,32 +230,32 @@ def _start(finding: Diagnostic) -> int:
 def _empty(source: Source) -> Diagnostic:
     return Diagnostic(
         codes.EMPTY,
-        "the mission says nothing: there is no declaration in the file",
+        "the mission is empty: the file has no declaration",
         Label(Span(source, 0, 0)),
-        help="start with `mission NAME`; `missionc explain MC003` shows a whole mission",
+        help="start with `mission NAME`, as `missionc explain MC003` shows",
     )
 
 
 def _too_large(source: Source, sizes: list[int], chain: tuple[Span, ...], limits: Limits) -> Diagnostic:
     total = sum(sizes)
     one = f"the file has {total} bytes"
-    many = f"`{source.name}` is one too many: the {len(sizes)} files of the mission have {total} bytes so far"
+    many = f"with `{source.name}`, the {len(sizes)} files of the mission have {total} bytes"
     return Diagnostic(
         codes.FILE_TOO_LARGE,
         f"{many if chain else one}; the limit is {limits.file_bytes}",
         Label(chain[-1] if chain else Span(source, 0, 0)),
-        help=f"raise the limit: `--limit file_bytes={total}`",
+        help=f"raise the limit with `--limit file_bytes={total}`",
     )
 
 
 def _too_deep(span: Span, limits: Limits) -> Diagnostic:
     raised = min(2 * limits.nesting, DEEPEST)
-    more = f", or raise the limit: `--limit nesting={raised}`" if raised > limits.nesting else ""
+    can_raise = raised > limits.nesting
     return Diagnostic(
         codes.NESTED_TOO_DEEP,
         f"nested more than {limits.nesting} deep",
         Label(span),
-        help=f"name the inner part with `let`{more}",
+        help=f"raise the limit with `--limit nesting={raised}`" if can_raise else "name the inner part with `let`",
     )
 
 
@@ -265,11 +265,11 @@ def _cycle(name: str, chain: tuple[Span, ...]) -> Diagnostic:
     steps = chain[len(chain) - len(files) :]
     if len(files) == 1:
         return Diagnostic(
-            codes.INCLUDE_CYCLE, f"`{name}` includes itself", Label(steps[-1]), help="delete the `include`"
+            codes.INCLUDE_CYCLE, f"`{name}` includes itself", Label(steps[-1]), help="delete this `include`"
         )
     return Diagnostic(
         codes.INCLUDE_CYCLE,
-        f"`{name}` includes itself by way of {', '.join(f'`{file}`' for file in files[1:])}",
+        f"`{name}` includes itself through {', '.join(f'`{file}`' for file in files[1:])}",
         Label(steps[-1], f"`{name}` again"),
         tuple(Label(step, f"`{file}` is included here") for step, file in zip(steps, files[1:], strict=False)),
         help="delete one of these includes",
@@ -281,15 +281,15 @@ def _included_twice(name: str, include: ast.Include, first: Span) -> Diagnostic:
         codes.DECLARED_AGAIN,
         f"`{name}` is included twice",
         Label(include.span),
-        (Label(first, "included here already"),),
-        help="delete one of the two",
+        (Label(first, "first included here"),),
+        help="delete one of the two includes",
     )
 
 
 def _includes_too_deep(chain: tuple[Span, ...], limits: Limits) -> Diagnostic:
     return Diagnostic(
         codes.INCLUDE_TOO_DEEP,
-        f"includes within includes, {len(chain)} deep; the limit is {limits.include_depth}",
+        f"includes are nested {len(chain)} deep; the limit is {limits.include_depth}",
         Label(chain[-1]),
-        help=f"include the files from the main one, or raise the limit: `--limit include_depth={len(chain)}`",
+        help=f"raise the limit with `--limit include_depth={len(chain)}`",
     )

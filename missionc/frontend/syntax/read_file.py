@@ -87,7 +87,7 @@ def text_of(
 ) -> str | Diagnostic:
     """The text that bytes are; arguments as of ``read_bytes``."""
     if b"\0" in content:
-        return _unreadable(code, name, f"it is binary: byte {content.index(0) + 1} is zero", cause)
+        return _unreadable(code, name, f"binary file: byte {content.index(0) + 1} is zero", cause)
     try:
         return content.removeprefix(codecs.BOM_UTF8).decode("utf-8")
     except UnicodeDecodeError as error:
@@ -158,7 +158,7 @@ def loader(main: Path, name: str, limits: Limits) -> Loader:
         try:
             path = leads.get(span.source.name) or (paths[span.source.name].parent / written).resolve()
         except (OSError, RuntimeError, ValueError):
-            return _unreadable(codes.UNREADABLE, written, "its links lead nowhere", span)
+            return _unreadable(codes.UNREADABLE, written, "its symbolic links are broken", span)
         # Whether a file outside exists is nobody's business, so this comes before any look at it.
         if not path.is_relative_to(root):
             return _not_allowed(written, "it lies outside the mission's own folder", span)
@@ -197,7 +197,7 @@ def held(main: str, folder: str, files: Mapping[str, bytes], limits: Limits) -> 
     def source(name: str, cause: Span | None = None, data: bool = False) -> Source | Diagnostic:
         shown = f"{folder}/{name}"
         if name not in files:
-            absent = "it is not one of the mission's files"
+            absent = "it is not a file of the mission"
             return _unreadable(codes.MAP_UNREADABLE if data else codes.UNREADABLE, shown, absent, cause, absent=True)
         if data and not _leads(files[name]):
             return data_of(files[name], shown)
@@ -256,12 +256,14 @@ def too_large(
 ) -> Diagnostic:
     """What is said of ``size`` bytes, or ``more`` of which nobody knows how many, where ``limit`` are allowed."""
     limited = LIMITS.get(code)
-    raised = f"allow more with `--limit {limited}={'BYTES' if more else size}`" if limited else "give a smaller file"
+    raised = (
+        f"raise the limit with `--limit {limited}={'BYTES' if more else size}`" if limited else "use a smaller file"
+    )
     return Diagnostic(
         codes.FILE_TOO_LARGE,
         f"`{name}` has {size} bytes{' or more' if more else ''}; the limit is {limit}",
-        Label(cause, "asked for here") if cause else None,
-        help=f"split the mission with `include`, or {raised}" if code is codes.UNREADABLE else raised,
+        Label(cause, "requested here") if cause else None,
+        help=f"{raised}" if code is codes.UNREADABLE else raised,
     )
 
 
@@ -298,10 +300,10 @@ def _unreadable(code: codes.Code, name: str, reason: str, cause: Span | None, *,
     return (Absent if absent else Diagnostic)(
         code,
         f"cannot read `{name}`: {reason}",
-        Label(cause, "asked for here") if cause else None,
-        help="give a file that is there and can be read"
+        Label(cause, "requested here") if cause else None,
+        help="name an existing, readable file"
         if code in (codes.CHECKPOINT_UNREADABLE, codes.FOLDER_UNREADABLE, codes.MAP_UNREADABLE)
-        else "give a file of UTF-8 text that is there and can be read",
+        else "name a readable file of UTF-8 text",
     )
 
 
@@ -309,9 +311,9 @@ def changed_meanwhile(name: str, cause: Span | None = None) -> Diagnostic:
     """What to say of a file that somebody writes to while it is read, or before what was made of it is written."""
     return Diagnostic(
         codes.FILE_CHANGED,
-        f"`{name}` changed while it was read",
-        Label(cause, "asked for here") if cause else None,
-        help="run the command again when nothing writes to the file",
+        f"`{name}` changed during reading",
+        Label(cause, "requested here") if cause else None,
+        help="run the command again after the file is written",
     )
 
 
@@ -320,5 +322,5 @@ def _not_allowed(written: str, reason: str, span: Span) -> Diagnostic:
         codes.INCLUDE_NOT_ALLOWED,
         f"`{written}` cannot be included: {reason}",
         Label(span),
-        help="include a file in the mission's own folder or below it, by a relative path",
+        help="write a relative path inside the mission's own folder",
     )

@@ -131,8 +131,7 @@ def _pads(item: ast.Pads | ast.Setting, whole: Callable[[ast.File], ast.File]) -
 def _too_large(source: Source, total: int, span: Span, limits: Limits) -> Diagnostic:
     return Diagnostic(
         FILE_TOO_LARGE,
-        f"`{source.name}` is one too many: the files that places are read from have {total} bytes so far; "
-        f"the limit is {limits.map_bytes}",
-        Label(span, "asked for here"),
-        help=f"raise the limit: `--limit map_bytes={total}`",
+        f"with `{source.name}`, the map files of the mission have {total} bytes; the limit is {limits.map_bytes}",
+        Label(span, "requested here"),
+        help=f"raise the limit with `--limit map_bytes={total}`",
     )

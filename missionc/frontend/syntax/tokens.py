@@ -246,7 +246,7 @@ def _unseen(source: Source, begin: int, end: int) -> list[Diagnostic]:
     return [
         Diagnostic(
             NAME_NOT_ALLOWED,
-            f"the character U+{ord(match[0]):04X} cannot be seen, or turns the text around",
+            f"the character U+{ord(match[0]):04X} is invisible or changes the text direction",
             Label(Span(source, match.start(), match.end())),
             help="delete it",
             fix=Fix(Span(source, match.start(), match.end()), ""),
@@ -260,18 +260,18 @@ def _check_name(token: Token, limits: Limits) -> list[Diagnostic]:
         return [
             Diagnostic(
                 NAME_NOT_ALLOWED,
-                f"a name of {len(token.text)} characters; the limit is {limits.name_length}",
+                f"the name has {len(token.text)} characters; the limit is {limits.name_length}",
                 Label(token.span),
-                help=f"choose a shorter one, or raise the limit: `--limit name_length={len(token.text)}`",
+                help=f"raise the limit with `--limit name_length={len(token.text)}`",
             )
         ]
     if not token.text.isascii():
         return [
             Diagnostic(
                 NAME_NOT_ALLOWED,
-                f"{quoted(token.text)} has letters other than a to z",
+                f"name {quoted(token.text)} has letters other than a to z",
                 Label(token.span),
-                help="write it with the letters a to z, digits and `_`; comments may say anything",
+                help="use the letters a to z, digits and `_`",
             )
         ]
     return []
@@ -283,16 +283,16 @@ def _check_number(token: Token, limits: Limits) -> list[Diagnostic]:
         return []
     digits = token.text.lower().partition("e")[0].replace(".", "").lstrip("0")
     if len(digits) > limits.digits:
-        message = f"a number of {len(digits)} digits; at most {limits.digits} are kept exactly"
-        advice = f"round it, or raise the limit: `--limit digits={len(digits)}`"
+        message = f"the number has {len(digits)} digits; at most {limits.digits} are exact"
+        advice = f"raise the limit with `--limit digits={len(digits)}`"
     elif not math.isfinite(value):
-        message = f"{quoted(token.text)} is larger than any number the compiler can hold"
+        message = f"{quoted(token.text)} is larger than any representable number"
         advice = f"write a number up to {limits.magnitude:g}"
     elif value > limits.magnitude:
         message = f"{quoted(token.text)} is larger than {limits.magnitude:g}"
-        advice = f"write a smaller number, or raise the limit: `--limit magnitude={token.text}`"
+        advice = f"raise the limit with `--limit magnitude={token.text}`"
     elif digits and value == 0:
-        message = f"{quoted(token.text)} is smaller than any number the compiler can hold"
+        message = f"{quoted(token.text)} is smaller than any representable number"
         advice = "write `0`"
     else:
         return []
@@ -304,7 +304,7 @@ def _check_unit(token: Token, limits: Limits) -> list[Diagnostic]:
     meant = UNITS_IN_FULL.get(token.text.lower(), "")
     if not meant:
         return []
-    message = f"no unit is called {quoted(token.text)}"
+    message = f"unknown unit {quoted(token.text)}"
     fix = Fix(token.span, meant)
     return [Diagnostic(UNKNOWN_UNIT, message, Label(token.span), help=f"did you mean `{meant}`?", fix=fix)]
 

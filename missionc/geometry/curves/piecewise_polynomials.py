@@ -194,20 +194,20 @@ def read(text: str) -> Pieces | str:
     if lines[0] != ",".join(COLUMNS):
         return "the first line is not the header"
     if lines[-1] != "" or len(lines) < 4:
-        return "it has less than two whole rows"
+        return "fewer than two complete rows"
     rows = []
     for number, line in enumerate(lines[1:-1], start=2):
         try:
             row = [float(word) for word in line.split(",")]
         except ValueError:
-            return f"line {number} holds something else than numbers"
+            return f"line {number} has a value that is not a number"
         if len(row) != len(COLUMNS):
             return f"line {number} has {len(row)} columns, not {len(COLUMNS)}"
         rows.append(row)
     with np.errstate(over="ignore"):
         numbers = np.array(rows).astype(np.float32).astype(np.float64)
     if not np.isfinite(numbers).all() or (numbers[:, 0] <= 0).any():
-        return "a number is not finite, or a duration not positive"
+        return "a number is not finite, or a duration is not positive"
     return Pieces(numbers[:, 0], numbers[:, 1:].reshape(-1, 4, 8))
 
 

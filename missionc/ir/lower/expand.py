@@ -143,16 +143,14 @@ def _too_large(formula: ir.Apply, nodes: int, room: int) -> Diagnostic:
     if isinstance(bounds, ir.Length) and bounds.weight is not None:
         return Diagnostic(
             TOO_LARGE_TO_EXPAND,
-            f"this `{formula.operator.name}` grows to {nodes} parts or more; the limit is {room}",
-            Label(formula.span, f"so many sums of `{bounds.word}` are told apart"),
-            help=f"lower the bounds, choose a larger unit for `{bounds.word}`, lay the graph over fewer agents, or"
-            " raise the limit with `--limit formula_nodes=VALUE`",
+            f"this `{formula.operator.name}` expands to at least {nodes} parts; the limit is {room}",
+            Label(formula.span, f"the expansion distinguishes every sum of `{bounds.word}`"),
+            help="raise the limit with `--limit formula_nodes=VALUE`",
         )
     return Diagnostic(
         TOO_LARGE_TO_EXPAND,
-        f"this `{formula.operator.name}` grows to {nodes} parts or more; the limit is {room}",
-        Label(formula.span, "routes of at least this length can take too many ways"),
-        notes=("to keep a lower bound, the agents that a route has visited are told apart",),
-        help="lower the lower bound, lay the graph over fewer agents, or raise the limit with"
-        " `--limit formula_nodes=VALUE`",
+        f"this `{formula.operator.name}` expands to at least {nodes} parts; the limit is {room}",
+        Label(formula.span, "too many routes have at least this length"),
+        notes=("a lower bound requires the set of visited agents",),
+        help="raise the limit with `--limit formula_nodes=VALUE`",
     )

@@ -42,7 +42,7 @@ def read_profile(name: str, figures: dict[str, object], known: dict[str, Vehicle
     """
     like = figures.get("like", PLAIN.name)
     if like not in known:
-        raise ValueError(f"{name}.toml: there is no profile `{like}` to be like")
+        raise ValueError(f"{name}.toml: unknown profile `{like}` in `like`")
     values = {key: _value(name, key, text) for key, text in figures.items() if key != "like"}
     return replace(known[str(like)], name=name, **values)  # type: ignore[arg-type]
 
@@ -50,22 +50,24 @@ def read_profile(name: str, figures: dict[str, object], known: dict[str, Vehicle
 def _value(name: str, key: str, text: object) -> float | int | Band:
     figure = FIGURES.get(key)
     if figure is None:
-        raise ValueError(f"{name}.toml: a vehicle has no figure `{key}`; it has {', '.join(FIGURES)}")
+        raise ValueError(f"{name}.toml: unknown figure `{key}`; use one of {', '.join(FIGURES)}")
     match = _FIGURE.fullmatch(text) if isinstance(text, str) else None
     if (
         match is None
         or bool(match["low"]) != (figure.relation == "..")
         or _dimension(match["unit"]) != figure.dimension
     ):
-        raise ValueError(f'{name}.toml: `{key}` is {figure.dimension.value} with its unit, as in "{example(figure)}"')
+        raise ValueError(
+            f'{name}.toml: `{key}` must be {figure.dimension.value} with its unit, for example "{example(figure)}"'
+        )
     factor = UNITS[match["unit"]][1] if match["unit"] else 1.0
     high = float(match["high"]) * factor
     if figure.relation == "..":
         low = float(match["low"]) * factor
         if low >= high:
-            raise ValueError(f"{name}.toml: `{key}` runs backwards: {text}")
+            raise ValueError(f"{name}.toml: bounds of `{key}` reversed: {text}")
         if figure.around and not low < 1 < high:
-            raise ValueError(f"{name}.toml: `{key}` does not hold 1: {text}")
+            raise ValueError(f"{name}.toml: `{key}` must contain 1: {text}")
         return Band(low, high)
     if (figure.above and high == 0) or (figure.whole and high % 1):
         raise ValueError(f"{name}.toml: `{key}` is out of range: {text}")

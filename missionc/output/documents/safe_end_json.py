@@ -64,16 +64,16 @@ def read_safe_end(text: str, mission: Mission) -> tuple[Stop, ...] | str:
         return error.reason
     names = [agent.name for agent in mission.agents]
     if set(value) != {"schema", "mission", "agents", "moments"}:
-        return "it has not the keys of safe ends"
+        return "its keys are not those of safe ends"
     if value["agents"] != names or not isinstance(value["moments"], list):
-        return "it is about other agents, or has no list of moments"
+        return "it has other agents, or no list of moments"
     if len(value["moments"]) > MOST_MOMENTS:
         return f"it has more than {MOST_MOMENTS} moments"
     stops = []
     for number, row in enumerate(value["moments"], 1):
         stop = _stop(row, names)
         if stop is None:
-            return f"moment {number} is no stop of all its agents"
+            return f"moment {number} is not a stop of all agents"
         stops.append(stop)
     return tuple(stops)
 

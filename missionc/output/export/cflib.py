@@ -64,7 +64,7 @@ class Compressed:
 def compress(own: Pieces) -> Compressed | str:
     """The compressed form of raw pieces, or why there is none."""
     if own.coefficients[:, 3].any():
-        return "it turns, and firmware before 2026.08 reads compressed yaw wrongly"
+        return "its yaw changes, and firmware before 2026.08 decodes compressed yaw incorrectly"
     raw = control_points(own.coefficients[:, :3], own.duration)
     times = own.times
     # The times are rounded, not the durations, whose errors would add up.
@@ -72,12 +72,12 @@ def compress(own: Pieces) -> Compressed | str:
     lasting = np.diff(clock)
     if lasting.min() < 1 or lasting.max() > LONGEST:
         return (
-            f"a piece lasts {own.duration.min():.3g} s or {own.duration.max():.3g} s; 0.001 s to 65.535 s can be said"
+            f"a piece lasts {own.duration.min():.3g} s or {own.duration.max():.3g} s; the range is 0.001 s to 65.535 s"
         )
     grid = np.rint(raw * 1000).astype(np.int64)
     grid[1:, :, 0] = grid[:-1, :, 7]
     if np.abs(grid).max() > FARTHEST:
-        return f"it is {np.abs(raw).max():.3g} m from the origin; 32.767 m can be said"
+        return f"it is {np.abs(raw).max():.3g} m from the origin; the limit is 32.767 m"
     points = grid / 1000
     apart = np.linalg.norm(points - raw, axis=1).max()
     fastest = speed_bounds(Curves(times, own.coefficients[None, :, :3])).max()
@@ -175,7 +175,7 @@ def _judged(flight: Flight, compressed: list[Compressed]) -> tuple[str, ...] | D
         {each.agent.name: as_polynomials(packed) for each, packed in zip(flight.parts, compressed, strict=True)}
     )
     judged = [check for check in rounded.checks if "flown " in check.name]
-    assert len(judged) == sum("flown " in check.name for check in exact.checks), "some of it was not judged"
+    assert len(judged) == sum("flown " in check.name for check in exact.checks), "a part was not evaluated"
     failed = [check for check in judged if not check.passed]
     if failed:
         worst = min(failed, key=lambda check: check.margin)
@@ -183,8 +183,8 @@ def _judged(flight: Flight, compressed: list[Compressed]) -> tuple[str, ...] | D
         return refused(
             NAME,
             f"raw it does not fit a Crazyflie's memory, and compressed `{worst.name}` fails{when}",
-            f"{worst.detail}; short by {-worst.margin:.3g} {worst.unit}",
-            help="plan with a larger `step`, so that the raw pieces fit, or with more `separation` and `clearance`",
+            f"{worst.detail}; violated by {-worst.margin:.3g} {worst.unit}",
+            help="plan with a larger `step`, so that the raw pieces fit",
         )
     tubes = {check.subject: check.margin for check in exact.checks if check.name == "tube"}
     lines = []
@@ -207,9 +207,9 @@ def _millimetres(metres: float) -> str:
 def _no_room(each: Part, most: int, memory: int, why: str) -> Diagnostic:
     return refused(
         NAME,
-        f"the polynomials of `{each.agent.name}` take {most} bytes of the {memory} there are",
+        f"the polynomials of `{each.agent.name}` need {most} bytes; the memory has {memory}",
         why,
-        help="plan with a larger `step`, or for a shorter time",
+        help="plan with a larger `step`",
     )
 
 

@@ -24,9 +24,9 @@ def write(flight: Flight) -> Exported | Diagnostic:
         if taken > memory:
             return refused(
                 NAME,
-                f"the polynomials of `{each.agent.name}` take {taken} bytes of the {memory} there are",
+                f"the polynomials of `{each.agent.name}` need {taken} bytes; the memory has {memory}",
                 "Crazyswarm2 uploads raw pieces only",
-                help="`cflib` compresses them; or plan with a larger `step`",
+                help="export with `cflib`, which compresses them",
             )
     grounded = cannot_rise_or_land(NAME, flight)
     if grounded is not None:

@@ -59,7 +59,7 @@ class Format:
             return made
         if isinstance(made, Exported) and all(map(_is_file, made.files, made.files.values())):
             return made
-        message = f"the export `{self.name}` made something that is no file of its folder"
+        message = f"the export `{self.name}` returned an item that is not a file of its folder"
         raise ExtensionError(EXTENSION_FAILED, message, f"report it to the authors of the export `{self.name}`")
 
 

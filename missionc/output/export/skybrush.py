@@ -142,9 +142,9 @@ def write(flight: Flight) -> Exported | Diagnostic:
     if flight.in_flight:
         return refused(
             NAME,
-            "it begins in the air, where something was flown before",
-            "a show rises from the floor",
-            help="fly it by another form, such as `cflib`",
+            "it begins in the air, after an earlier flight",
+            "a show starts on the floor",
+            help="use another export, such as `cflib`",
         )
     grounded = cannot_rise_or_land(NAME, flight, GROUND)
     if grounded is not None:
@@ -156,8 +156,8 @@ def write(flight: Flight) -> Exported | Diagnostic:
         return refused(
             NAME,
             f"between whole milliseconds cubics stray {far * 1e3:.3g} mm from it",
-            f"{CLOSE * 1e3:g} mm are allowed",
-            help="fly it slower: a larger `step`, or slower `dynamics`",
+            f"the limit is {CLOSE * 1e3:g} mm",
+            help="use a larger `step`",
         )
     show = {
         "version": 1,

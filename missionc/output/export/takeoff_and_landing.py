@@ -121,10 +121,9 @@ def _shared_column(name: str, flight: Flight) -> Diagnostic | None:
             if apart < need - WAYPOINT:
                 return refused(
                     name,
-                    f"`{first.agent.name}` and `{second.agent.name}` cannot {verb} at once, one above the other",
-                    f"seen from above they are {apart:.3g} m apart, and need {need:.3g} m",
-                    help=f"give them {'starts' if verb == 'take off' else 'finishes'} that are not above each other; "
-                    "the polynomials alone are in `crazyflie/`",
+                    f"`{first.agent.name}` and `{second.agent.name}` cannot {verb} together, one above the other",
+                    f"their horizontal distance is {apart:.3g} m; the minimum is {need:.3g} m",
+                    help=f"move their {'starts' if verb == 'take off' else 'finishes'} apart",
                 )
     return None
 
@@ -152,19 +151,19 @@ def _too_long(name: str, flight: Flight, whole: float) -> Diagnostic | None:
         if whole > flies:
             return refused(
                 name,
-                f"it takes {whole:g} s from the floor to the floor, and `{part.agent.name}` flies {flies:g} s",
-                f"its trajectories alone last {flight.duration:g} s",
-                help="shorten the mission's `horizon`, or give `vehicle` its own `endurance`",
+                f"the flight lasts {whole:g} s, but the endurance of `{part.agent.name}` is {flies:g} s",
+                f"the trajectories alone last {flight.duration:g} s",
+                help="shorten the `horizon`",
             )
     return None
 
 
 def _blocked(name: str, verb: str, part: Part, obstacle: Obstacle, clear: float, need: float) -> Diagnostic:
     where, way = ("start", "below its first point") if verb == "take off" else ("finish", "below its last point")
-    near = f"`{obstacle.name}` is within {max(clear, 0.0):.3g} m of the column {way}, and it needs {need:.3g} m"
+    near = f"`{obstacle.name}` is {max(clear, 0.0):.3g} m from the column {way}; the minimum is {need:.3g} m"
     return refused(
         name,
-        f"`{part.agent.name}` cannot {verb} straight {'up' if verb == 'take off' else 'down'}",
+        f"`{part.agent.name}` cannot {verb} vertically",
         near,
-        help=f"give it a {where} that is not above an obstacle; the polynomials alone are in `crazyflie/`",
+        help=f"give it a {where} that is not above an obstacle",
     )

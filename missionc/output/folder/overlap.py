@@ -59,16 +59,16 @@ def within(path: Path, folder: Path) -> bool:
 
 def _of_inputs(output: WrittenPath, inputs: Sequence[Path]) -> Diagnostic | None:
     if output.folder and os.path.exists(output.path) and within(Path.cwd(), output.path):
-        return exists(output.path, ", and this command runs in it")
+        return exists(output.path, " and is the working directory of this command")
     for read in inputs:
         if output.folder and read.is_dir() and _same(output.path, read):
-            return exists(output.path, ", and this command reads it")
+            return exists(output.path, " and is an input of this command")
         if output.folder and within(read, output.path):
-            return exists(output.path, f" and holds `{shown(read)}`, which this command reads")
+            return exists(output.path, f" and contains `{shown(read)}`, an input of this command")
         if _same(output.path, read):
-            return cannot_write(output.path, "this command reads it", _elsewhere(output))
+            return cannot_write(output.path, "it is an input of this command", _elsewhere(output))
         if read.is_dir() and within(output.path, read):
-            where = f"it lies in `{shown(read)}`, which this command reads"
+            where = f"it is in `{shown(read)}`, an input of this command"
             return cannot_write(output.path, where, _elsewhere(output))
     return None
 
@@ -76,11 +76,9 @@ def _of_inputs(output: WrittenPath, inputs: Sequence[Path]) -> Diagnostic | None
 def _of_outputs(output: WrittenPath, others: Iterable[WrittenPath]) -> Diagnostic | None:
     for other in others:
         if other.folder and within(output.path, other.path):
-            return cannot_write(
-                output.path, f"it lies in `{shown(other.path)}`, which is written as a whole", _elsewhere(output)
-            )
+            return cannot_write(output.path, f"it is in `{shown(other.path)}`, another output", _elsewhere(output))
         if not output.folder and not other.folder and _same(output.path, other.path):
-            return cannot_write(output.path, f"`{other.flag}` names it too", _elsewhere(output))
+            return cannot_write(output.path, f"`{other.flag}` names the same file", _elsewhere(output))
     return None
 
 

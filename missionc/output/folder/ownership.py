@@ -63,10 +63,10 @@ def cannot_write(target: Path, why: str, instead: str = ANOTHER_FOLDER) -> Diagn
 def reason(error: OSError | ValueError) -> str:
     """The words for what the system says, or for a name that it cannot hold at all."""
     if isinstance(error, FileNotFoundError) and nowhere():
-        return "the folder that this runs in is gone"
+        return "the working directory no longer exists"
     if isinstance(error, OSError):
         return error.strerror or str(error)
-    return "its name holds a character that no file name may hold"
+    return "its name has a character that is not allowed in file names"
 
 
 def shown(name: str | os.PathLike[str]) -> str:
@@ -107,7 +107,7 @@ def ownership(folder: Path) -> Ours | Foreign:
     try:
         return _judged(folder)
     except OSError as error:
-        return Foreign(f" and cannot be looked through: {reason(error)}")
+        return Foreign(f" and cannot be listed: {reason(error)}")
 
 
 def remove(folder: Path, ours: Ours) -> bool:
@@ -154,17 +154,17 @@ def _judged(folder: Path) -> Ours | Foreign:
     if not names:
         return Ours({}, "", b"")
     if MANIFEST not in names:
-        return Foreign(f" and holds no `{MANIFEST}`, so it is not the compiler's", tuple(map(_quoted, names)))
+        return Foreign(f" and is not an output folder: it has no `{MANIFEST}`", tuple(map(_quoted, names)))
     content = read_bytes(folder / MANIFEST, MANIFEST, Limits().trace_bytes, FOLDER_UNREADABLE)
     ours = None if isinstance(content, Diagnostic) else listed_files(content)
     if ours is None:
-        return Foreign(f", and its `{MANIFEST}` is not one of the compiler's", tuple(map(_quoted, names)))
+        return Foreign(f" and is not an output folder: its `{MANIFEST}` is invalid", tuple(map(_quoted, names)))
     listing = islice(entries(folder), MOST_LOOKED_AT)
     strange = [
         f"{_quoted(name)}, {why}" for name, status in sorted(listing) if (why := _strange(folder, name, status, ours))
     ]
     if strange:
-        return Foreign(" and holds what the compiler did not write", tuple(strange))
+        return Foreign(" and has files that the compiler did not write", tuple(strange))
     return ours
 
 
@@ -177,17 +177,17 @@ def _strange(folder: Path, name: str, status: os.stat_result, ours: Ours) -> str
     if name == MANIFEST:
         return ""
     if name not in ours.files:
-        return f"which its `{MANIFEST}` does not list"
-    return "" if sha256_of(folder / name) == ours.files[name] else "changed since it was written"
+        return f"not listed in its `{MANIFEST}`"
+    return "" if sha256_of(folder / name) == ours.files[name] else "changed after it was written"
 
 
 def _kind(status: os.stat_result) -> str:
     return (
         "a symbolic link"
         if stat.S_ISLNK(status.st_mode)
-        else "no folder"
+        else "a file"
         if stat.S_ISREG(status.st_mode)
-        else "no file"
+        else "not a regular file"
     )
 
 

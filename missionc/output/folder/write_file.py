@@ -19,7 +19,7 @@ from missionc.base.diagnostics.model import Diagnostic
 from missionc.output.folder.ownership import ANOTHER_FILE, cannot_write, reason
 from missionc.output.folder.staging import numbered, staging, sweep
 
-NOT_REGULAR = "it is no regular file"
+NOT_REGULAR = "it is not a regular file"
 
 
 def refuse_file(target: Path) -> Diagnostic | None:
@@ -30,12 +30,12 @@ def refuse_file(target: Path) -> Diagnostic | None:
         # A name that is too long is told from one that is free.
         status = standing(real)
         if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
-            return cannot_write(target, f"`{parent}` is not a folder one can write to", ANOTHER_FILE)
+            return cannot_write(target, f"the folder `{parent}` is not writable", ANOTHER_FILE)
         sweep(parent)
         if status and not stat.S_ISREG(status.st_mode):
             return cannot_write(target, NOT_REGULAR, ANOTHER_FILE)
         if status and not os.access(real, os.W_OK):
-            return cannot_write(target, "it may not be written to", ANOTHER_FILE)
+            return cannot_write(target, "it is not writable", ANOTHER_FILE)
     except (OSError, ValueError) as error:
         return cannot_write(target, reason(error), ANOTHER_FILE)
     return None
@@ -60,7 +60,7 @@ def linked(folder: Path, name: str) -> Diagnostic | None:
     target = folder / name
     if os.path.realpath(target) == os.path.join(os.path.realpath(folder), name):
         return None
-    return cannot_write(target, "a symbolic link leads to another place")
+    return cannot_write(target, "a symbolic link leads out of the folder")
 
 
 def beside(folder: Path, ending: str) -> Path:
@@ -114,7 +114,7 @@ def _replace(real: Path, content: bytes) -> None:
     if before and not stat.S_ISREG(before.st_mode):
         raise OSError(errno.EINVAL, NOT_REGULAR)
     if before and not os.access(real, os.W_OK):
-        raise OSError(errno.EACCES, "it may not be written to")
+        raise OSError(errno.EACCES, "it is not writable")
     real.parent.mkdir(parents=True, exist_ok=True)
     with staging(real) as staged:
         create(staged.new, content, 0o600 if before else 0o666)
@@ -135,7 +135,7 @@ def _overwrite(real: Path, content: bytes) -> None:
         try:
             _fill(real, old)
         except OSError as error:
-            raise OSError(error.errno, f"{reason(error)}; what it held is in `{copy}`") from None
+            raise OSError(error.errno, f"{reason(error)}; its previous content is in `{copy}`") from None
         copy.unlink()
         raise
     copy.unlink()

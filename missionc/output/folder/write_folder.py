@@ -22,7 +22,7 @@ from missionc.output.folder.ownership import Foreign, Ours, cannot_write, exists
 from missionc.output.folder.staging import LONGEST_NAME, Staging, alone, staging, sweep
 from missionc.output.folder.write_file import create, keep_rights, standing
 
-FORCE_IS_NOT_ENOUGH = "`--force` replaces nothing but the compiler's own output, unchanged"
+FORCE_IS_NOT_ENOUGH = "`--force` replaces only unchanged output of the compiler"
 
 
 def refuse(target: Path, force: bool) -> Diagnostic | None:
@@ -40,9 +40,9 @@ def refuse(target: Path, force: bool) -> Diagnostic | None:
         if isinstance(owner, Diagnostic):
             return owner
         if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
-            return cannot_write(target, f"`{shown(parent)}` is not a folder one can write to")
+            return cannot_write(target, f"the folder `{shown(parent)}` is not writable")
         if any(len(os.fsencode(name)) > LONGEST_NAME for name in place.relative_to(parent).parts):
-            return cannot_write(target, f"a name has {LONGEST_NAME} bytes at most")
+            return cannot_write(target, f"a name is longer than {LONGEST_NAME} bytes")
     except (OSError, ValueError) as error:
         return cannot_write(target, reason(error))
     return None
@@ -116,7 +116,7 @@ def _replaceable(target: Path, place: Path, force: bool) -> Ours | Diagnostic:
         return _exists(target, owner)
     if force or owner.holds == NEAR_MISS:
         return owner
-    help_ = "name another folder with `-o`, or replace it with `--force`"
+    help_ = "replace it with `--force`"
     return Diagnostic(OUTPUT_EXISTS, f"`{shown(target)}` exists", None, help=help_)
 
 
@@ -141,6 +141,6 @@ def _exists(target: Path, foreign: Foreign) -> Diagnostic:
 def _kept(target: Path, where: Path) -> Diagnostic:
     return exists(
         target,
-        ", written anew; what is left of the old one is kept",
-        (f"it lies in `{shown(where)}`: it came there meanwhile, or cannot be removed",),
+        " and was replaced; other files of the old folder were kept",
+        (f"they are in `{shown(where)}`: new or not removable",),
     )

@@ -21,8 +21,8 @@ def refuse_moments(request: FigureRequest, mission: Mission) -> Diagnostic | Non
     late = [moment for moment in request.at if moment > last + 1e-9]
     if not late:
         return None
-    message = f"a snapshot at {late[0]:g} s comes after the mission's end at {last:g} s"
-    return Diagnostic(NO_SUCH_MOMENT, message, None, help=f"name seconds from 0 to {last:g} with `--at`")
+    message = f"a snapshot at {late[0]:g} s is after the end of the mission at {last:g} s"
+    return Diagnostic(NO_SUCH_MOMENT, message, None, help=f"use a time from 0 to {last:g} with `--at`")
 
 
 def figure(

@@ -107,7 +107,7 @@ def read_past(text: str, magnitude: float) -> Past | str:
     except NotJsonError as error:
         return error.reason
     if not isinstance(stretches, list) or not 1 <= len(stretches) <= MOST_STRETCHES:
-        return "it has no list of stretches"
+        return "no list of stretches"
     flown = [_flown(each, magnitude) for each in stretches]
     wrong = next((each for each in flown if isinstance(each, str)), None)
     return wrong or Past(tuple(each for each in flown if isinstance(each, Flown)))
@@ -115,17 +115,17 @@ def read_past(text: str, magnitude: float) -> Past | str:
 
 def _flown(entry: Any, magnitude: float) -> Flown | str:
     if not isinstance(entry, dict) or set(entry) - {STAYS} != ENTRIES or entry.get(STAYS, True) is not True:
-        return "a stretch of it has other entries than it should"
+        return "a stretch has unexpected entries"
     step, until, lost, given_up = (entry[key] for key in ("step", "until", "lost", "given_up"))
     slow, texts, agents = (entry[key] for key in ("slow", "texts", "agents"))
     if not (_is_within(step, magnitude) and _is_within(until, magnitude)) or step <= 0 or until < 0:
-        return "the `step` or `until` of a stretch is no such number"
+        return "the `step` or `until` of a stretch is invalid"
     if not (_names(lost) and _names(given_up) and isinstance(texts, dict) and _names(list(texts.values()))):
-        return "the names or texts of a stretch are none"
+        return "a stretch has invalid names or texts"
     if not isinstance(slow, dict) or not all(_is_within(each, magnitude) and each > 0 for each in slow.values()):
-        return "the speeds of a stretch are none"
+        return "a stretch has invalid speeds"
     if not isinstance(agents, list) or not agents or not all(isinstance(each, dict) for each in agents):
-        return "a stretch of it has no agents"
+        return "a stretch has no agents"
     names = [each.get("name") for each in agents]
     arrays = [
         [_array(each.get(key), dimensions, magnitude) for each in agents]
@@ -133,10 +133,10 @@ def _flown(entry: Any, magnitude: float) -> Flown | str:
     ]
     flat = [array for column in arrays for array in column]
     if not _names(names) or any(array is None for array in flat):
-        return "the states of an agent are no lists of finite numbers"
+        return "the states of an agent are not lists of finite numbers"
     moving, begins = (_states(entry[key], names, magnitude) for key in ("moving", "begins"))
     if moving is None or begins is None:
-        return "the states in its `moving` or `begins` are not those of its agents"
+        return "the states in `moving` or `begins` do not match the agents"
     shapes = [{array.shape for array in column if array is not None} for column in arrays]
     if any(len(each) != 1 for each in shapes) or shapes[0] != shapes[1]:
         return "its agents have different numbers of states"

@@ -83,10 +83,8 @@ def _unknown(
             if name not in known:
                 near = nearest(name, known)
                 what = "requirement" if flag == "--give-up" else "agent"
-                hint = f"did you mean `{near}`?" if isinstance(near, str) else f"it has {', '.join(known[:8])}"
-                return Diagnostic(
-                    NOT_TO_BE_CHANGED, f"`{flag} {name}`: the mission has no such {what}", None, help=hint
-                )
+                hint = f"did you mean `{near}`?" if isinstance(near, str) else f"use one of {', '.join(known[:8])}"
+                return Diagnostic(NOT_TO_BE_CHANGED, f"unknown {what} in `{flag} {name}`", None, help=hint)
     return None
 
 

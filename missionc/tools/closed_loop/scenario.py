@@ -87,11 +87,11 @@ def read_scenario(source: Source, agents: tuple[str, ...]) -> Scenario | list[Di
     except ValueError as error:  # a number of more than 4,300 digits has no class of its own
         where = re.search(r"line (\d+)", str(error))
         line = int(where[1]) if where else len(source.line_starts) if "end of document" in str(error) else 1
-        return [_wrong(source, line, "this is not TOML")]
+        return [_wrong(source, line, "not valid TOML")]
     except RecursionError:
-        return [_wrong(source, 1, "the lists are nested too deep")]
+        return [_wrong(source, 1, "nested too deeply")]
     strange = [key for key in document if key not in (*NUMBERS, "event")]
-    findings = [_wrong(source, _line(source, key), f"a scenario has no `{key}`") for key in strange]
+    findings = [_wrong(source, _line(source, key), f"unknown key `{key}`") for key in strange]
     numbers = {
         name: _number(source, document.get(table), table, name, most, findings)
         for table, names in NUMBERS.items()
@@ -99,7 +99,7 @@ def read_scenario(source: Source, agents: tuple[str, ...]) -> Scenario | list[Di
     }
     listed = document.get("event", [])
     if not isinstance(listed, list) or len(listed) > MOST_EVENTS:
-        findings.append(_wrong(source, _line(source, "event"), f"events are `[[event]]`, {MOST_EVENTS} at most"))
+        findings.append(_wrong(source, _line(source, "event"), f"expected at most {MOST_EVENTS} `[[event]]` tables"))
         listed = []
     lines = [number for number, line in enumerate(source.text.split("\n"), 1) if line.strip().startswith("[[event]]")]
     events = [_event(each, agents) for each in listed]
@@ -125,12 +125,12 @@ def _number(source: Source, table: Any, name: str, key: str, most: float, findin
         return 0.0
     if not isinstance(table, dict) or any(each not in NUMBERS[name] for each in table):
         known = ", ".join(f"`{each}`" for each in NUMBERS[name])
-        finding = _wrong(source, _line(source, name), f"`[{name}]` has {known}")
+        finding = _wrong(source, _line(source, name), f"unknown key in `[{name}]`; use {known}")
         findings += [finding] if not findings or findings[-1].message != finding.message else []
         return 0.0
     value = table.get(key, 0.0)
     if not is_finite_number(value) or not 0 <= value <= most:
-        findings.append(_wrong(source, _line(source, key), f"`{key}` is a number from 0 to {most:g}"))
+        findings.append(_wrong(source, _line(source, key), f"`{key}` must be a number from 0 to {most:g}"))
         return 0.0
     return float(value)
 
@@ -139,16 +139,16 @@ def _event(entry: Any, agents: tuple[str, ...]) -> Event | str:
     """An event, or what is wrong with it."""
     kinds = [kind for kind in KINDS if isinstance(entry, dict) and kind in entry]
     if len(kinds) != 1 or set(entry) - {"at", "to", *kinds}:
-        return "an event has `at` and one of `lose`, `slow` (with `to`) and `change`"
+        return "an event needs `at` and one of `lose`, `slow` (with `to`) or `change`"
     at, to, what = entry.get("at"), entry.get("to", HALF), entry[kinds[0]]
     if not is_finite_number(at) or not 0 <= at <= LONGEST:
-        return f"`at` of an event is a time in seconds, from 0 to {LONGEST:g}"
+        return f"`at` of an event must be a time from 0 s to {LONGEST:g} s"
     if not isinstance(what, str) or not what:
-        return f"`{kinds[0]}` of an event is a text"
+        return f"`{kinds[0]}` of an event must be a text"
     if kinds[0] != "change" and what not in agents:
         return f"the mission has no agent `{what}`"
     if not (is_finite_number(to) and 0 < to <= 1) or ("to" in entry and kinds != ["slow"]):
-        return "`to`, the share of its top speed that one has left, is more than 0 and at most 1"
+        return "`to`, a fraction of the top speed, must be above 0 and at most 1"
     return Event(float(at), **{kinds[0]: what}, to=float(to) if kinds == ["slow"] else 1.0)
 
 
@@ -162,4 +162,4 @@ def _wrong(source: Source, line: int, message: str) -> Diagnostic:
     line = min(line, len(source.line_starts))
     start = source.line_starts[line - 1]
     span = Span(source, start, start + len(source.line(line)))
-    return Diagnostic(SCENARIO_UNUSABLE, message, Label(span), help="docs/fly.md shows a scenario with all its parts")
+    return Diagnostic(SCENARIO_UNUSABLE, message, Label(span), help="see the full scenario in docs/fly.md")

@@ -27,10 +27,10 @@ def compare_reports(first: Reverified, second: Reverified) -> bytes | Diagnostic
     if different:
         return Diagnostic(
             NOT_ONE_MISSION,
-            f"`{first.folder}` and `{second.folder}` hold plans of different missions",
+            f"`{first.folder}` and `{second.folder}` are plans of different missions",
             None,
             notes=(different,),
-            help="compile one mission twice, with another seed or backend, or draw each folder alone",
+            help="name two plan folders of the same mission",
         )
     plots = [plotted(each.opened, each.certificate) for each in (first, second) if each.opened and each.certificate]
     names = _short_names(first.folder, second.folder)
@@ -51,7 +51,7 @@ def _difference(first: OutputFolder, second: OutputFolder) -> str:
     ours, theirs = texts(first.checked), texts(second.checked)
     # The mission's own file may have been called otherwise.
     if [name for name, _ in ours[1:]] != [name for name, _ in theirs[1:]]:
-        return f"the first is of the files {_listed(ours)}, the second of {_listed(theirs)}"
+        return f"the first has the files {_listed(ours)}, the second {_listed(theirs)}"
     for (name, text), (_, changed) in zip(ours, theirs, strict=True):
         for number, (one, other) in enumerate(zip_longest(text.splitlines(), changed.splitlines()), 1):
             if one != other:
@@ -66,7 +66,7 @@ def _of_values(first: OutputFolder, second: OutputFolder) -> str:
         times = [f"{mission.steps} steps of {mission.step:g} s" for mission in (ours, theirs)]
         return f"the first lasts {times[0]}, the second {times[1]}"
     names = [", ".join(agent.name for agent in mission.agents) for mission in (ours, theirs)]
-    return "" if names[0] == names[1] else f"the first is flown by {names[0]}, the second by {names[1]}"
+    return "" if names[0] == names[1] else f"the first has the agents {names[0]}, the second {names[1]}"
 
 
 def _listed(files: tuple[tuple[str, str], ...]) -> str:

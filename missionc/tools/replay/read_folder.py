@@ -44,7 +44,7 @@ from missionc.verification.monitoring.read_trace import read_trace
 STRETCH, VEHICLE = "stretch", "vehicle"
 """How many times slower than planned a plan may be flown."""
 
-UNLISTED = "the manifest does not list it"
+UNLISTED = "not listed in the manifest"
 
 
 class Listed(Protocol):
@@ -97,7 +97,7 @@ def read_files(folder: Path, limits: Limits, wanted: str) -> FolderFiles | Diagn
         return manifest
     inputs, listed = names_and_hashes(manifest.get("inputs")), names_and_hashes(manifest.get("files"))
     if not inputs or wanted not in listed:
-        return unusable(folder, f"its `{file_names.MANIFEST}` names no mission and no `{wanted}`")
+        return unusable(folder, f"its `{file_names.MANIFEST}` names neither a mission nor `{wanted}`")
     missions = [f"{file_names.MISSION}/{name}" for name in inputs]
     wrong = _misspelt(listed) or _misspelt(inputs) or _absent(lying, [*listed, *missions])
     if wrong:
@@ -113,7 +113,7 @@ def read_files(folder: Path, limits: Limits, wanted: str) -> FolderFiles | Diagn
 
 def file_checks(found: Listed) -> tuple[Check, ...]:
     """That every file is the one that was written, and that no other one lies beside them."""
-    detail = "its SHA-256 is the one in the manifest"
+    detail = "the SHA-256 matches the manifest"
     listed = (
         Check("manifest", name, 0.0, "", 0.0, name not in found.differing, detail=detail)
         for name in sorted(found.files)
@@ -131,10 +131,10 @@ def check_mission(found: FolderFiles, limits: Limits, *, of_plan: bool = True) -
     folder, inputs = found.path, names_and_hashes(found.manifest["inputs"])
     stretch = _stretch(found.manifest)
     if stretch is None:
-        return unusable(folder, f"the `{STRETCH}` in its `{file_names.MANIFEST}` is no number from 1 to {SLOWEST:g}")
+        return unusable(folder, f"the `{STRETCH}` in its `{file_names.MANIFEST}` is not a number from 1 to {SLOWEST:g}")
     vehicle = option(found.manifest, VEHICLE) or ""
     if vehicle and vehicle not in profiles():
-        return unusable(folder, f"the `{VEHICLE}` in its `{file_names.MANIFEST}` is none that this version knows")
+        return unusable(folder, f"the `{VEHICLE}` in its `{file_names.MANIFEST}` is unknown to this version")
     own = {name: found.files[f"{file_names.MISSION}/{name}"] for name in inputs}
     poses = _poses(found, own_names=inputs)
     if isinstance(poses, Diagnostic):
@@ -163,7 +163,7 @@ def _rest(found: FolderFiles, checked: Checked, limits: Limits) -> Checked | Dia
     """The mission that begins after what was flown of it."""
     past = read_past(found.files[file_names.PAST].decode("utf-8", errors="replace"), limits.magnitude)
     if isinstance(past, str):
-        return unusable(found.path, f"its `{file_names.PAST}` cannot be used: {past}")
+        return unusable(found.path, f"invalid `{file_names.PAST}`: {past}")
     return remaining(checked, past, limits)
 
 
@@ -173,7 +173,7 @@ def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnos
     if name is None:
         return None
     if name not in own_names:
-        return unusable(found.path, f"the `{POSES}` in its `{file_names.MANIFEST}` is none of its inputs")
+        return unusable(found.path, f"the `{POSES}` in its `{file_names.MANIFEST}` is not one of its inputs")
     return data_of(found.files[f"{file_names.MISSION}/{name}"], str(found.path / file_names.MISSION / name))
 
 
@@ -183,18 +183,18 @@ def _poses(found: FolderFiles, own_names: Mapping[str, str]) -> Source | Diagnos
 def lying_in(folder: Path, limits: Limits) -> dict[str, os.stat_result] | Diagnostic:
     """Everything in the folder, where it is no more than may be read and holds no link."""
     if not folder.is_dir():
-        return unusable(folder, "it is no folder")
+        return unusable(folder, "it is not a folder")
     try:
         lying = contents(folder)
     except OSError as error:
         return cannot_read(FOLDER_UNREADABLE, printable(str(folder)), error)
     if file_names.MANIFEST not in lying:
-        return unusable(folder, f"there is no `{file_names.MANIFEST}` in it")
+        return unusable(folder, f"it has no `{file_names.MANIFEST}`")
     if len(lying) > MOST_ENTRIES:
-        return unusable(folder, f"there are more than {MOST_ENTRIES} files in it")
+        return unusable(folder, f"it has more than {MOST_ENTRIES} files")
     for name in sorted(lying):
         if kind(lying[name]):
-            return unusable(folder, f"`{printable(name)}` in it is {kind(lying[name])}")
+            return unusable(folder, f"its `{printable(name)}` is {kind(lying[name])}")
     size = sum(status.st_size for status in lying.values() if stat.S_ISREG(status.st_mode))
     if size > limits.trace_bytes:
         return too_large(FOLDER_UNREADABLE, printable(str(folder)), size, limits.trace_bytes)
@@ -206,10 +206,10 @@ def _misspelt(names: Iterable[str]) -> str:
     seen: dict[str, str] = {}
     for name in names:
         if not is_normal(name):
-            return f"`{name}`, which is not how a file in it is called"
+            return f"`{name}`, which is not a normalized name"
         before = seen.setdefault(name.casefold(), name)
         if before != name:
-            return f"`{name}` beside `{before}`, which is the same file where case does not matter"
+            return f"`{name}` and `{before}`, which differ only in case"
     return ""
 
 
@@ -217,7 +217,7 @@ def _absent(lying: Mapping[str, os.stat_result], names: Sequence[str]) -> str:
     """The first name of no file in the folder."""
     for name in names:
         if name not in lying or not stat.S_ISREG(lying[name].st_mode):
-            return f"`{name}`, which is no file in it"
+            return f"`{name}`, which is missing"
     return ""
 
 
@@ -281,9 +281,9 @@ def _overrides(manifest: Mapping[str, object]) -> dict[str, str]:
 def unusable(folder: Path, why: str) -> Diagnostic:
     return Diagnostic(
         FOLDER_UNREADABLE,
-        f"`{printable(str(folder))}` is no folder that `missionc compile` wrote: {why}",
+        f"`{printable(str(folder))}` is not a plan folder: {why}",
         None,
-        help="name a folder written by `missionc compile`; an older one has to be compiled again",
+        help="name a folder written by this version of `missionc compile`",
     )
 
 
@@ -373,9 +373,7 @@ def _with_alternatives(
         wanted = [*listed, *(f"{file_names.MISSION}/{file}" for file in inputs)]
         if not inputs or PLAN not in listed or any(file not in own for file in wanted):
             return (
-                unusable(
-                    path, f"its `{file_names.MANIFEST}` names no mission, no `{PLAN}`, or files that are not in it"
-                ),
+                unusable(path, f"its `{file_names.MANIFEST}` has no mission, no `{PLAN}`, or files that are missing"),
             )
         files = {file: own[file] for file in dict.fromkeys(wanted)}
         read = _read(FolderFiles(path, manifest, there, files), limits)

@@ -94,8 +94,8 @@ def _foreign(opened: OutputFolder, name: str) -> bool:
 def _left_alone(path: Path) -> Diagnostic:
     return Diagnostic(
         OUTPUT_EXISTS,
-        f"`{shown(path)}` exists and is not what the compiler wrote",
+        f"`{shown(path)}` exists and was not written by the compiler",
         None,
-        notes=("the flight is not added to the folder",),
-        help="move the file out of the folder and compile the mission again, or fly another folder",
+        notes=("the flight was not added to the folder",),
+        help="move the file out of the folder and compile the mission again",
     )

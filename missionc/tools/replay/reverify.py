@@ -153,10 +153,10 @@ def _undecided(certificate: Certificate) -> bool:
 def _not_judged(folder: Path, certificate: Certificate) -> Diagnostic:
     return Diagnostic(
         NOT_JUDGED,
-        f"a simulation in `{folder}` cannot be judged here; nothing else in it is wrong",
+        f"a simulation in `{folder}` cannot be repeated here; all other checks pass",
         None,
         notes=tuple(map(_plan_failure_text, certificate.failures)),
-        help="fly it again with `missionc simulate`, or verify the folder where the simulation can be flown",
+        help="repeat the simulation with `missionc simulate`",
     )
 
 
@@ -165,17 +165,17 @@ def _plan_refused(folder: Path, certificate: Certificate) -> Diagnostic:
     more = len(failures) - MOST_REASONS
     return Diagnostic(
         FOLDER_REFUSED,
-        f"`{folder}` is not to be flown: {len(failures)} of {len(certificate.checks)} checks fail",
+        f"do not fly `{folder}`: {len(failures)} of {len(certificate.checks)} checks fail",
         None,
         notes=(*map(_plan_failure_text, failures[:MOST_REASONS]), *([f"and {more} more"] if more > 0 else [])),
-        help="compile the mission again; files that were changed by hand are no longer the ones that were verified",
+        help="compile the mission again",
     )
 
 
 def _plan_failure_text(check: Check) -> str:
     """One failed check in words: what, of whom, by how much and when."""
     if check.name == "manifest":
-        why = check.detail if check.detail == UNLISTED else "its content is not the one that was written"
+        why = check.detail if check.detail == UNLISTED else "its content has changed"
         return f"file `{printable(check.subject)}`: {why}"
     if check.name in (DOCUMENT, UNJUDGED):
         return f"file `{check.subject}`: {check.detail}"
@@ -213,10 +213,10 @@ def reverify_refusal(folder: Path, limits: Limits | None = None) -> Reverified |
 
 def _proven(conflict: tuple[str, ...] | None) -> str:
     if conflict is None:
-        return f"the clauses in `{CNF}` cannot all hold; that a roadmap and the mission ask for them is not checked"
+        return f"the clauses in `{CNF}` are unsatisfiable; how they follow from the mission is not checked"
     names = all_listed([f"`{name}`" for name in conflict])
     if not conflict:
-        return "no motion of these agents is a plan, whatever the requirements"
+        return "no motion of these agents is feasible, even without the requirements"
     return f"no motion of these agents satisfies {names}{' together' if len(conflict) > 1 else ''}"
 
 
@@ -230,15 +230,15 @@ def _proof_refused(found: FolderFiles, certificate: Certificate) -> Diagnostic:
     failures = certificate.failures
     return Diagnostic(
         PROVES_NOTHING,
-        f"`{printable(str(found.path))}` proves nothing: {len(failures)} of {len(certificate.checks)} checks fail",
+        f"invalid proof in `{printable(str(found.path))}`: {len(failures)} of {len(certificate.checks)} checks fail",
         None,
         notes=tuple(map(_proof_failure_text, failures[:MOST_REASONS])),
-        help="compile the mission again with `--certify`; files that were changed by hand prove nothing any more",
+        help="compile the mission again with `--certify`",
     )
 
 
 def _proof_failure_text(check: Check) -> str:
     if check.name == "manifest":
-        why = check.detail if check.detail == UNLISTED else "its content is not the one that was written"
+        why = check.detail if check.detail == UNLISTED else "its content has changed"
         return f"file `{printable(check.subject)}`: {why}"
     return f"{check.name} of {printable(check.subject)}: {check.detail}"

@@ -96,20 +96,20 @@ def _beyond(mission: Mission, pieces: list[Pieces], limits: Limits) -> dict[str,
     """Whose polynomials ask for what no arithmetic follows, and why."""
     times = sample_times(mission.horizon)
     sizes = ((agent.name, np.abs(setpoints(own, times))) for agent, own in zip(mission.agents, pieces, strict=True))
-    why = f"lead beyond {limits.magnitude:g} m, m/s or m/s^2"
+    why = f"exceed {limits.magnitude:g} m, m/s or m/s^2"
     return {name: why for name, each in sizes if not (each <= limits.magnitude).all()}
 
 
 def _nobody_there(mission: Mission, why: str) -> Diagnostic:
     names = ", ".join(f"`{agent.name}`" for agent in mission.agents[:SHOWN])
     more = ", …" if len(mission.agents) > SHOWN else ""
-    help_ = f"`--lose AGENT@T` takes {names}{more}, and a second of the flight, 0 to {float(mission.horizon):g}"
+    help_ = f"write `--lose AGENT@T` with an agent of {names}{more} and a time from 0 to {float(mission.horizon):g} s"
     return Diagnostic(NOT_TO_BE_LOST, why, None, help=help_)
 
 
 def _unable(engine: str, error: engines.EngineError) -> Diagnostic:
     message = f"`--engine {engine}` cannot be used: {error}"
-    help_ = f"install it with all it needs: `pip install 'missionc[{engine}]'`; or leave `--engine` out"
+    help_ = f"install it with `pip install 'missionc[{engine}]'`"
     return Diagnostic(EXTRA_MISSING, message, None, help=help_)
 
 
@@ -117,7 +117,7 @@ def _unread(folder: Path, wrong: dict[str, str]) -> Diagnostic:
     name, why = next(iter(wrong.items()))
     return Diagnostic(
         FOLDER_REFUSED,
-        f"`{folder}` is not to be flown: the polynomials of `{name}` {why}",
+        f"do not fly `{folder}`: the polynomials of `{name}` {why}",
         None,
         help="compile the mission again",
     )

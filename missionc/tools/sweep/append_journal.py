@@ -99,8 +99,8 @@ def locked(path: Path, of: Path, another: str) -> Iterator[Journal | Diagnostic]
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            help_ = f"wait until it has ended, or name {another}"
-            message = f"another command is at work in `{shown(of)}`"
+            help_ = "wait until the other command has ended"
+            message = f"`{shown(of)}` is in use by another command"
             yield Diagnostic(SWEEP_AT_WORK, message, None, help=help_)
             return
         yield Journal(handle)

@@ -286,7 +286,7 @@ def _not_there(mission: Mission, lost: tuple[tuple[str, float], ...]) -> Diagnos
     from missionc.flight.simulation.trials import cannot_lose
 
     why = cannot_lose(mission, Disturbance(lose=lost))
-    help_ = "name an agent that there is in every combination, and a second of the flight, with `--lose AGENT@T`"
+    help_ = "write `--lose AGENT@T` with an agent of every combination"
     return Diagnostic(NOT_TO_BE_LOST, why, None, help=help_) if why else None
 
 

@@ -107,8 +107,8 @@ def refuse(old: SweepFolder, grid: Grid) -> Diagnostic | None:
 
 
 def _nothing(old: SweepFolder) -> Diagnostic:
-    help_ = "compare sweeps that vary the same parameters, over some of the same values and seeds"
-    return Diagnostic(NOT_COMPARABLE, f"no run is in this sweep and in `{shown(old.path)}`", None, help=help_)
+    help_ = "compare sweeps with common parameters, values and seeds"
+    return Diagnostic(NOT_COMPARABLE, f"this sweep and `{shown(old.path)}` have no run in common", None, help=help_)
 
 
 def _compared(values: Combination | None, pairs: Sequence[tuple[Row, Row]]) -> list[Comparison]:

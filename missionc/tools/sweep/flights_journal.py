@@ -106,7 +106,7 @@ class FlightsJournal:
                 return _unreadable(self._path, f"it is larger than {LARGEST:,} bytes")
             *lines, half = self._journal.read().split(b"\n")
             if not (lines or _first(of).startswith(half)):
-                return _unreadable(self._path, "it has no line that says what it is of")
+                return _unreadable(self._path, "its first line is missing")
             wrong = self._read(lines, of, like) if lines else None
             if wrong:
                 return wrong
@@ -138,7 +138,7 @@ class FlightsJournal:
                 self.over |= _flights(line, like)
         except (ValueError, KeyError, TypeError) as error:
             why = f": {error.reason}" if isinstance(error, NotJsonError) else ""
-            return _unreadable(self._path, f"line {number} is not one of a journal of flights{why}")
+            return _unreadable(self._path, f"invalid line {number}{why}")
         return None
 
 
@@ -158,9 +158,9 @@ def _not_of(line: bytes, of: Identity) -> str:
     """Why a first line is one of other flights; empty where it is not."""
     document = parse_record(line)
     if document["schema"] != SCHEMA:
-        return f"it is written as `{str(document['schema'])[:40]}`, and not `{SCHEMA}`"
+        return f"its schema is `{str(document['schema'])[:40]}`, not `{SCHEMA}`"
     what, why = difference(dict(document["run"]), of) or ("", "")
-    return "the folder that they were flown from is another one, or was compiled anew" if what == "folder" else why
+    return "the plan folder is different or was compiled again" if what == "folder" else why
 
 
 def _flights(line: bytes, like: Flight) -> dict[int, Flight]:
@@ -168,7 +168,7 @@ def _flights(line: bytes, like: Flight) -> dict[int, Flight]:
     document = parse_json(line, finite=False)
     first, flights = document["first"], read_flights(document["flights"], like.trace)
     if type(first) is not int or not all(_alike(each, like) for each in flights):
-        raise NotJsonError("its flights are not those of this team")
+        raise NotJsonError("its flights belong to another team")
     return dict(enumerate(flights, first))
 
 
@@ -207,14 +207,10 @@ def _is_like(value: object, like: object, *, optional: bool) -> bool:
 
 
 def _other(path: Path, why: str) -> Diagnostic:
-    message = f"`{shown(path)}` is a journal of other flights"
-    return Diagnostic(
-        CHECKPOINT_MISMATCH, message, None, notes=(why,), help=f"give the same folder and flags, or {ANOTHER}"
-    )
+    message = f"`{shown(path)}` belongs to other flights"
+    return Diagnostic(CHECKPOINT_MISMATCH, message, None, notes=(why,), help=f"use {ANOTHER}")
 
 
 def _unreadable(path: Path, why: str) -> Diagnostic:
-    message = f"`{shown(path)}` is no journal of flights"
-    return Diagnostic(
-        CHECKPOINT_UNREADABLE, message, None, notes=(why[:200],), help=f"name {ANOTHER}; this one is left as it is"
-    )
+    message = f"`{shown(path)}` is not a journal of flights"
+    return Diagnostic(CHECKPOINT_UNREADABLE, message, None, notes=(why[:200],), help=f"use {ANOTHER}")

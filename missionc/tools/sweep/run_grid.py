@@ -51,9 +51,9 @@ def read_varied(pairs: Sequence[tuple[str, str]], fixed: Sequence[str]) -> tuple
     for name, text in pairs:
         values = _values(text)
         if name in [each.name for each in found]:
-            wrong.append(_refused(f"`{name}` is varied twice", "give all of its values at once"))
+            wrong.append(_refused(f"`{name}` is varied twice", "write all of its values in one `--vary`"))
         elif name in fixed:
-            wrong.append(_refused(f"`{name}` is varied, and given one value too", "leave one of the two out"))
+            wrong.append(_refused(f"`{name}` is varied and also set to one value", "delete one of the two"))
         elif isinstance(values, str):
             wrong.append(_refused(f"in `--vary {name}={text[:DIGITS]}`: {values}", "write `N=3,5,8` or `R=1..2/0.25`"))
         else:
@@ -71,7 +71,7 @@ def too_many(runs: int) -> Diagnostic | None:
     """What to say of more runs than a sweep may have."""
     if runs <= MOST_RUNS:
         return None
-    return _refused(f"the sweep has {runs:,} runs; {MOST_RUNS:,} at most", "vary less at once, or take fewer seeds")
+    return _refused(f"the sweep has {runs:,} runs; the limit is {MOST_RUNS:,}", "use fewer values or seeds")
 
 
 def _values(text: str) -> tuple[str, ...] | str:
@@ -88,9 +88,9 @@ def _values(text: str) -> tuple[str, ...] | str:
         else:
             values.append(part.strip())
     if len(values) > MOST_VALUES:
-        return f"these are {len(values)} values; {MOST_VALUES} at most"
+        return f"{len(values)} values; the limit is {MOST_VALUES}"
     twice = next((value for number, value in enumerate(values) if _same(value) in map(_same, values[:number])), None)
-    return tuple(values) if twice is None else f"the value `{twice}` comes twice"
+    return tuple(values) if twice is None else f"duplicate value `{twice}`"
 
 
 def _same(value: str) -> object:
@@ -100,15 +100,15 @@ def _same(value: str) -> object:
 def _range(part: str) -> list[str] | str:
     match = RANGE.fullmatch(part)
     if match is None:
-        return f"`{part.strip()[:DIGITS]}` is no range; it has a first value, two dots, a last one, and `/` and a step"
+        return f"`{part.strip()[:DIGITS]}` is not a range FIRST..LAST/STEP"
     first, last, step = Decimal(match[1]), Decimal(match[2]), Decimal(match[3] or 1)
     if step <= 0:
-        return f"the step {step} is not above 0"
+        return f"the step {step} must be above 0"
     if last < first:
-        return f"the range runs backwards: {first} comes after {last}"
+        return f"range reversed: {first} is greater than {last}"
     count = (last - first) / step
     if count > MOST_VALUES:
-        return f"the range has {count:.3g} steps; {MOST_VALUES} at most"
+        return f"the range has {count:.3g} steps; the limit is {MOST_VALUES}"
     if count != int(count):
         return f"steps of {step} do not lead from {first} to {last}"
     unit = f" {match[4]}" if match[4] else ""

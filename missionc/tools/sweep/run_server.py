@@ -125,7 +125,7 @@ def _forked(text: str, carry_out: Callable[[str], RunResult], seconds: float, re
         os.close(life)
         _, status, usage = os.wait4(child, 0)
     if late:
-        return run_answer.failed("the run did not end by its time limit, and was killed")
+        return run_answer.failed("the run exceeded its time limit and was ended")
     if not answer.endswith(b"\n"):
         return run_answer.failed(f"the run's process {_ended(status)}")
     return run_answer.with_usage(answer.decode("ascii"), usage.ru_utime + usage.ru_stime, usage.ru_maxrss << 10)
@@ -150,9 +150,9 @@ def _carried_out(text: str, carry_out: Callable[[str], RunResult]) -> str:
     try:
         return run_answer.run_answer_text(carry_out(text))
     except MemoryError:
-        return run_answer.failed("there was not enough memory for the run")
+        return run_answer.failed("out of memory")
     except Exception as error:
-        return run_answer.failed(f"a defect of the compiler: {type(error).__name__}: {error}")
+        return run_answer.failed(f"internal error: {type(error).__name__}: {error}")
 
 
 def _heard(read_end: int, requests: int, deadline: float) -> tuple[bytes, bool]:
@@ -174,7 +174,7 @@ def _heard(read_end: int, requests: int, deadline: float) -> tuple[bytes, bool]:
 
 def _ended(status: int) -> str:
     code = os.waitstatus_to_exitcode(status)
-    return f"was ended by signal {-code}" if code < 0 else f"ended with status {code}, and said nothing"
+    return f"ended with signal {-code}" if code < 0 else f"ended with status {code} without an answer"
 
 
 def main() -> None:

@@ -114,7 +114,7 @@ class RunProcesses:
             if answer:
                 return answer
             self._forget(process)
-        return run_answer.failed(f"the process of the run died, {TRIES} times")
+        return run_answer.failed(f"the process of the run ended unexpectedly {TRIES} times")
 
     def end(self) -> None:
         """End them all, with the runs under way."""
@@ -227,7 +227,7 @@ def missing() -> Diagnostic | None:
     if find_spec("distributed"):
         return None
     message = "`--cluster` needs the package distributed, which is not installed"
-    help_ = "install it with `pip install 'missionc[cluster]'`, or leave `--cluster` out"
+    help_ = "install it with `pip install 'missionc[cluster]'`"
     return Diagnostic(EXTRA_MISSING, message, None, help=help_)
 
 
@@ -248,7 +248,7 @@ def on_cluster(cluster: str) -> Iterator[Pool | Diagnostic]:
         try:
             client.wait_for_workers(1, timeout=CONNECTION_PATIENCE)
         except TimeoutError:
-            yield _unreachable(cluster, "it has no worker")
+            yield _unreachable(cluster, "no workers")
             return
         yield Pool(client.get_executor(pure=False), answer_to, lambda: _threads(client))
     finally:
@@ -305,20 +305,20 @@ def _silence() -> None:
 
 
 def _unreachable(cluster: str, why: str) -> Diagnostic:
-    help_ = "start a scheduler with `dask scheduler` and workers with `dask worker`, or leave `--cluster` out"
+    help_ = "start a scheduler with `dask scheduler` and workers with `dask worker`"
     return Diagnostic(CLUSTER_UNREACHABLE, f"the cluster `{cluster}` cannot be used", None, notes=(why,), help=help_)
 
 
 def not_done(why: str) -> Diagnostic:
     """What to say where a worker did not bring to an end what it was given."""
-    help_ = "give the same command again, or one with fewer processes where their memory did not suffice"
-    return Diagnostic(CLUSTER_UNREACHABLE, "a worker did not do what it was given", None, notes=(why,), help=help_)
+    help_ = "run the same command again"
+    return Diagnostic(CLUSTER_UNREACHABLE, "a worker did not finish its run", None, notes=(why,), help=help_)
 
 
 def lost(why: str) -> Diagnostic:
     """What to say where the scheduler is no longer there."""
-    help_ = "give the same command again once it is there: what is done is kept"
-    return Diagnostic(CLUSTER_UNREACHABLE, "the cluster was lost", None, notes=(why,), help=help_)
+    help_ = "run the same command again; finished runs are kept"
+    return Diagnostic(CLUSTER_UNREACHABLE, "the connection to the cluster was lost", None, notes=(why,), help=help_)
 
 
 AHEAD = 4
@@ -422,14 +422,14 @@ def received_answers(done: Future[str], asked: Mapping[str, str]) -> Answer | Di
     try:
         answer = run_answer.read_run_answer(done.result())
     except CancelledError:
-        return lost("it no longer knows of the runs it was given")
+        return lost("it no longer has the submitted runs")
     except (ValueError, KeyError, TypeError) as error:
         return Answer(RunResult(ERROR, {"says": f"the answer cannot be read: {error}"}))
     except ImportError as error:
-        return _other_versions("a worker", f"it has no such module: {error}")
+        return _other_versions("a worker", f"missing module: {error}")
     except Exception as error:
         if abandoned(done):
-            return Answer(RunResult(ERROR, {"says": "every worker that this run was given to died"}))
+            return Answer(RunResult(ERROR, {"says": "every worker of this run ended unexpectedly"}))
         return lost(f"{type(error).__name__}: {error}")
     if not answer.versions:
         return answer
@@ -453,4 +453,6 @@ def _written(row: Row, journal: Journal, folder: Path, keep: bool) -> Diagnostic
 
 def _other_versions(who: str, why: str) -> Diagnostic:
     help_ = "install the same versions on every machine: `pip install -c constraints.txt missionc`"
-    return Diagnostic(OTHER_VERSIONS, f"{who} has other versions than this machine", None, notes=(why,), help=help_)
+    return Diagnostic(
+        OTHER_VERSIONS, f"the package versions of {who} differ from this machine", None, notes=(why,), help=help_
+    )

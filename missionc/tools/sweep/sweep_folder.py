@@ -31,7 +31,7 @@ from missionc.tools.sweep.run_grid import Run
 
 SWEEP, SCHEMA = "sweep.json", "missionc.sweep/1"
 JOURNAL = "runs.jsonl"
-AGAIN = "start the sweep again in another folder"
+AGAIN = "start the sweep in another folder"
 PLANS = "plans"
 """Where the folders of plans lie, each by the name of its run."""
 MISSION = "mission"
@@ -95,7 +95,7 @@ def begin(path: Path, about: Mapping[str, object], files: Mapping[str, bytes]) -
     except OSError as error:
         return cannot_write(path, reason(error))
     if there and SWEEP not in there:
-        return exists(path, ", and holds no sweep", [f"there is `{shown(name)}` in it" for name in there])
+        return exists(path, " and contains no sweep", [f"there is `{shown(name)}` in it" for name in there])
     for home in {path, path / PLANS, *((path / MISSION / name).parent for name in files)}:
         sweep(home)
     if there:
@@ -128,7 +128,7 @@ def _about(path: Path) -> dict[str, Any] | Diagnostic:
     if isinstance(content, Diagnostic):
         return content
     if content is None:
-        return _unreadable(path, f"there is no `{SWEEP}` in it", "name a folder that `missionc sweep` wrote")
+        return _unreadable(path, f"it has no `{SWEEP}`", "name a folder that `missionc sweep` wrote")
     try:
         document = parse_record(content, SCHEMA)
     except NotJsonError as error:
@@ -161,9 +161,7 @@ def _rows(path: Path) -> dict[Run, Row] | Diagnostic:
     for number, line in enumerate(lines[:-1], 1):  # what comes after the last line end is half a line
         row = _row(line)
         if isinstance(row, str):
-            return _unreadable(
-                path, f"line {number} of its `{JOURNAL}` is no run: {row}", f"{AGAIN}, or remove the line"
-            )
+            return _unreadable(path, f"line {number} of its `{JOURNAL}` is not a run: {row}", "remove the line")
         rows[row.run] = row
     return rows
 
@@ -176,13 +174,13 @@ def _row(line: bytes) -> Row | str:
     values, seed, outcome = record.pop("values", None), record.pop("seed", None), record.pop("outcome", None)
     host, sizes = record.pop("host", ""), record.pop("sizes", {})
     if not (isinstance(values, dict) and all(isinstance(each, str) for each in values.values())):
-        return "its `values` are no texts"
+        return "its `values` are not texts"
     if type(seed) is not int or not isinstance(outcome, str) or outcome not in OUTCOMES:
-        return "it has no `seed`, or no `outcome` that there is"
+        return "it has no `seed` or no valid `outcome`"
     if not (isinstance(sizes, dict) and all(type(each) is int for each in sizes.values())):
-        return "its `sizes` are no whole numbers"
+        return "its `sizes` are not whole numbers"
     if not all(isinstance(each, str | int | float) and not isinstance(each, bool) for each in record.values()):
-        return "a value of it is no text and no number"
+        return "one of its values is neither a text nor a number"
     return Row(Run(tuple(values.items()), seed), RunResult(outcome, record, sizes), str(host))
 
 
@@ -195,21 +193,21 @@ def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]
     """In what a sweep differs from the one in the folder, in words; nothing where it is the same, or has more runs."""
     was, has = _flat(before), _flat(now)
     different = [
-        f"`{name}` was {_brief(was.get(name))}, and is {_brief(has.get(name))}"
+        f"`{name}` was {_brief(was.get(name))} and is now {_brief(has.get(name))}"
         for name in dict.fromkeys((*was, *has))
         if was.get(name) != has.get(name)
     ]
     old, new = before["varied"], now["varied"]
     if list(old) != list(new):
-        different.append(f"`--vary` had {_brief(list(old))}, and has {_brief(list(new))}")
+        different.append(f"`--vary` had {_brief(list(old))} and now has {_brief(list(new))}")
     else:
         different += [
-            f"`--vary {name}` had {_brief(missing[0])}, and has it no longer"
+            f"`--vary {name}` no longer has {_brief(missing[0])}"
             for name in old
             if (missing := [value for value in old[name] if value not in new[name]])
         ]
     if before["seeds"] > now["seeds"]:
-        different.append(f"there were {before['seeds']} seeds, and are {now['seeds']}")
+        different.append(f"there were {before['seeds']} seeds and are now {now['seeds']}")
     return different
 
 
@@ -235,8 +233,8 @@ def _brief(value: object) -> str:
 def _other(path: Path, differences: list[str]) -> Diagnostic:
     more = len(differences) - SHOWN
     notes = (*differences[:SHOWN], *([f"and {more} more"] if more > 0 else []))
-    help_ = "name another folder with `-o`; a sweep goes on in its folder, and may have more values and more seeds"
-    return Diagnostic(OTHER_SWEEP, f"`{shown(path)}` holds another sweep", None, notes=notes, help=help_)
+    help_ = "name another folder with `-o`"
+    return Diagnostic(OTHER_SWEEP, f"`{shown(path)}` contains another sweep", None, notes=notes, help=help_)
 
 
 def _unreadable(path: Path, why: str, way_out: str) -> Diagnostic:

@@ -195,8 +195,8 @@ def sentence(name: str, culprits: tuple[Culprit, ...], certain: bool, motion: Mo
     first = culprits[0]
     parts = " and ".join(_part(culprit, certain, motion) for culprit in culprits)
     if certain:
-        return f"`{name}` is true at every step, but not {_between(first, motion)}: {_times(first, motion)} {parts}"
-    return f"`{name}` is true at every step; in between that is not decided: {_times(first, motion)} {parts}"
+        return f"`{name}` is true at every sample, but not {_between(first, motion)}: {_times(first, motion)} {parts}"
+    return f"`{name}` is true at every sample; between samples it is not decided: {_times(first, motion)} {parts}"
 
 
 def stretch(culprit: Culprit) -> tuple[int, int]:
@@ -220,7 +220,7 @@ def _between(culprit: Culprit, motion: Motion) -> str:
     """The steps between which it fails; what decides that may itself be at a step, where no two are named."""
     before, after = culprit.tick // STEP, -(-culprit.tick // STEP)
     step = motion.mission.step
-    return "at every moment between" if before == after else f"between {before * step:g} s and {after * step:g} s"
+    return "between samples" if before == after else f"between {before * step:g} s and {after * step:g} s"
 
 
 def _times(culprit: Culprit, motion: Motion) -> str:
@@ -231,15 +231,15 @@ def _times(culprit: Culprit, motion: Motion) -> str:
 def _part(culprit: Culprit, certain: bool, motion: Motion) -> str:
     names = [motion.mission.agents[agent].name for agent in agents_of(culprit, motion)]
     text = _text(culprit.label)
-    whom = f" of {names[0]}" if len(names) == 1 and not culprit.team else ""
+    whom = f" for {names[0]}" if len(names) == 1 and not culprit.team else ""
     if not certain:
-        return f"{text}{whom} is too near its border to tell"
+        return f"{text}{whom} is too close to its border to decide"
     because = _because(culprit, motion)
     return f"{text} is {'true' if culprit.says else 'false'}{whom}{because}"
 
 
 def _text(node: Node) -> str:
-    return f"`{' '.join(node.span.text.split())}`" if node.span else "a part of it"
+    return f"`{' '.join(node.span.text.split())}`" if node.span else "a part of the requirement"
 
 
 def _because(culprit: Culprit, motion: Motion) -> str:
@@ -255,9 +255,9 @@ def _because(culprit: Culprit, motion: Motion) -> str:
         shown = [(names[one], names[other], range_of(graph, one, other)) for one, other, _ in changed[:MOST_LINKS]]
         reach = f"`{graph.name}` reaches " + ", ".join(f"{far:g} m from {one} to {other}" for one, other, far in shown)
     if isinstance(graph, Sight):
-        seen = "nothing is" if linked else "an obstacle is"
+        seen = "no obstacle blocks" if linked else "an obstacle blocks"
         near = all(length < range_of(graph, one, other) for one, other, length in changed)
-        reach += f", and {seen} in the way" if near else ""
+        reach += f", and {seen} the line of sight" if near else ""
     if isinstance(graph, BeaconCover):
         links = [
             f"{names[one]} and {names[other]} share {'a' if linked else 'no'} beacon"

@@ -34,7 +34,7 @@ def check_flight(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -
             "s",
             clock(mission),
             agents=(agent.name,),
-            detail="it lasts as long as the plan",
+            detail="the duration of the file equals that of the plan",
         ),
         *check_smooth(agent, own),
         _waypoints(agent, own.coefficients[:, : mission.dimension], times, planned),
@@ -46,10 +46,10 @@ def check_level(mission: Mission, agent: Agent, own: Pieces) -> list[Check]:
     """Altitude of a plane mission, and yaw if it is one angle: neither changes in an agent's file."""
     found = []
     if mission.dimension == 2:
-        detail = f"it flies at {agent.altitude:g} m"
+        detail = f"the altitude is {agent.altitude:g} m"
         found.append(_worst(agent, "altitude", -_off(own, 2, agent.altitude), own.times, exactness(own), detail))
     if isinstance(agent.yaw, Fixed):
-        detail, tolerance = f"its nose points at {agent.yaw.angle:g} rad throughout", max(1.0, abs(agent.yaw.angle))
+        detail, tolerance = f"the yaw is {agent.yaw.angle:g} rad in continuous time", max(1.0, abs(agent.yaw.angle))
         off = _off(own, 3, agent.yaw.angle)
         found.append(_worst(agent, "yaw", -off, own.times, MOTION * tolerance, detail, "rad"))
     return found
@@ -122,8 +122,10 @@ def _joints(agent: Agent, own: Pieces, exact: float, stops: bool) -> Check:
         length = _length(off, before.radius, unit)
         jumps = np.maximum(jumps, np.where(moving <= exact, 0.0, length) if stops and order == 4 else length)
         moving = np.maximum(moving, _length(before.points[..., -1], before.radius, unit)) if order else moving
-    detail = "from position to snap, nothing jumps between pieces"
-    return _worst(agent, "joints", -jumps, own.times[1:], exact, f"{detail}, but for snap at rest" if stops else detail)
+    detail = "pieces are continuous from position to snap"
+    return _worst(
+        agent, "joints", -jumps, own.times[1:], exact, f"{detail}, except for snap at rest" if stops else detail
+    )
 
 
 def _rest(agent: Agent, own: Pieces, times: Array, exact: float) -> Check:
@@ -146,7 +148,7 @@ def _begins(agent: Agent, own: Pieces, exact: float) -> Check:
     for order, state in enumerate(agent.begins):
         off = _change(own.coefficients[:1], order)[:, :, 0] - np.array(state)
         jump = np.maximum(jump, _length(off, 0.0, own.duration[:1] ** order / math.perm(DEGREE, order)))
-    return _worst(agent, "begins", -jump, own.times, exact, "from position to snap, nothing jumps as it begins")
+    return _worst(agent, "begins", -jump, own.times, exact, "the first state is continuous from position to snap")
 
 
 def _waypoints(agent: Agent, level: Array, times: Array, planned: Curves) -> Check:
@@ -156,7 +158,9 @@ def _waypoints(agent: Agent, level: Array, times: Array, planned: Curves) -> Che
     end = values(planned.coefficients[agent.index, -1:], planned.durations[-1:])
     error = np.linalg.norm(values(level[piece], local) - np.concatenate([start, end]), axis=-1)
     error += ALLOWANCE * (1 + values(np.abs(level[piece]), local).sum(axis=-1)) * (1 + times[-1])
-    return _worst(agent, "waypoints", -error, planned.times, WAYPOINT, "at every step's time it is where the plan is")
+    return _worst(
+        agent, "waypoints", -error, planned.times, WAYPOINT, "the position equals the plan at the sample times"
+    )
 
 
 def tube(mission: Mission, agent: Agent, own: Pieces, planned: Curves) -> Claim:

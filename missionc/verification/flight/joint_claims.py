@@ -197,9 +197,9 @@ def world(mission: Mission, flight: Flight) -> Claim:
     inset = (inset[:, None] + flight.off).reshape(-1, 1)
     low = np.where(inset > 0, raised(np.array(mission.world.low) + inset), mission.world.low)
     high = np.where(inset > 0, lowered(np.array(mission.world.high) - inset), mission.world.high)
-    detail = "every centre is inside it throughout"
+    detail = "every centre is inside the world in continuous time"
     if inset.any():
-        detail += ", by the fence inset and the tracking margin of its vehicle"
+        detail += ", with the fence inset and the tracking margin of its vehicle"
     judge = between_bounds(low, high)
     level = flight.position[:, :, : mission.dimension]
     curve = of_agents(level)
@@ -229,11 +229,11 @@ def _obstacle(mission: Mission, flight: Flight, obstacle: Obstacle, strict: bool
     need = raised(room[:, None] + flight.off[piece])
     if not obstacle.constant:
         need = raised(need + flight.drift(_skews(mission))[:, piece])
-    detail = "no bodies touch throughout"
+    detail = "no bodies touch in continuous time"
     if strict:
         wanted = np.array([agent.radius + mission.clearance for agent in mission.agents])
         need = np.maximum(need, wanted[:, None])
-        detail = f"every body stays {mission.clearance:g} m clear of it throughout"
+        detail = f"every body has a clearance of {mission.clearance:g} m in continuous time"
     judge = clear_of(obstacle.shape, mission.dimension, need.ravel())
     low, high = (corner[:, : mission.dimension] for corner in flight.extent) if obstacle.constant else extent(seen)
     if obstacle.growth:
@@ -259,10 +259,10 @@ def separation(mission: Mission, flight: Flight, strict: bool) -> list[Claim]:
     bodies = radius[pairs].sum(axis=1)
     apart = np.maximum(bodies, distance[pairs].max(axis=1))
     need = raised(apart[:, None] + _missed(mission, flight, pairs))
-    detail = "no bodies touch throughout"
+    detail = "no bodies touch in continuous time"
     if strict:
         need = np.maximum(need, (bodies + mission.separation)[:, None])
-        detail = f"every two bodies stay {mission.separation:g} m apart throughout"
+        detail = f"every pair of bodies has a separation of {mission.separation:g} m in continuous time"
     level = flight.position[:, :, : mission.dimension]
     return [_of_pairs("separation", "m", detail, pairs, flight, level, need)]
 
@@ -290,7 +290,7 @@ def downwash(mission: Mission, flight: Flight) -> list[Claim]:
     axes = np.stack([raised(wide + missed)] * 2 + [raised(raised(tall))], axis=-1)
     # Dividing is multiplying by an inverse that is not too large: rounding makes vehicles nearer, not farther.
     shrink = lowered(lowered(1.0 / raised(axes)))
-    detail = "no vehicle is in the downwash of another throughout"
+    detail = "no vehicle is in the downwash of another in continuous time"
     return [_of_pairs("downwash", "", detail, pairs, flight, flight.position, np.ones((len(pairs), 1)), shrink)]
 
 

@@ -45,8 +45,8 @@ def limits(mission: Mission, flight: Flight) -> list[Claim]:
     acceleration = flight.derived(2)
     thrust = acceleration.moved(np.array([0.0, 0.0, GRAVITY]))
     lengths: tuple[tuple[str, str, str, Enclosed, Callable[[Vehicle], float]], ...] = (
-        ("speed", "m/s", "sideways", flight.derived(1, (0, 1)), lambda vehicle: vehicle.speed),
-        ("vertical speed", "m/s", "up and down", flight.derived(1, (2,)), lambda vehicle: vehicle.vertical_speed),
+        ("speed", "m/s", "horizontally", flight.derived(1, (0, 1)), lambda vehicle: vehicle.speed),
+        ("vertical speed", "m/s", "vertically", flight.derived(1, (2,)), lambda vehicle: vehicle.vertical_speed),
         ("acceleration", "m/s^2", "in any direction", acceleration, lambda vehicle: vehicle.acceleration),
         ("jerk", "m/s^3", "in any direction", flight.derived(3), lambda vehicle: vehicle.jerk),
         ("yaw rate", "rad/s", "about the vertical", flight.derived(1, (3,)), lambda vehicle: vehicle.yaw_rate),
@@ -60,20 +60,20 @@ def limits(mission: Mission, flight: Flight) -> list[Claim]:
     most = np.array([agent.vehicle.tilt for agent in mission.agents])
     chosen = np.flatnonzero(np.isfinite(most))
     judge = upright(_of_items(flight, most[chosen]))
-    detail = "no vehicle leans its thrust further from straight up than it may"
+    detail = "no vehicle exceeds its tilt limit"
     claims.append(_claim(flight, "tilt", "rad", detail, chosen, thrust, judge))
     # A length is never negative: a band from 0 has no lower end.
     low = np.array([agent.vehicle.thrust.low or -np.inf for agent in mission.agents])
     high = np.array([agent.vehicle.thrust.high for agent in mission.agents])
     chosen = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     judge = in_band(_of_items(flight, low[chosen]), _of_items(flight, high[chosen]))
-    detail = "every vehicle's thrust, in multiples of its weight, is in its band"
+    detail = "the thrust of every vehicle, in multiples of its weight, is in its range"
     claims.append(_claim(flight, "thrust", "g", detail, chosen, thrust.scaled(1 / GRAVITY), judge))
     low = np.array([agent.vehicle.height.low for agent in mission.agents])
     high = np.array([agent.vehicle.height.high for agent in mission.agents])
     chosen = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     judge = between_bounds(_of_items(flight, low[chosen])[:, None], _of_items(flight, high[chosen])[:, None])
-    detail = "every vehicle is in its band of heights"
+    detail = "every vehicle is in its height range"
     claims.append(_claim(flight, "height", "m", detail, chosen, flight.position[:, :, [2]], judge))
     return [claim for claim in claims if claim.items]
 
@@ -92,7 +92,7 @@ def check_memory(mission: Mission, flight: Flight) -> list[Check]:
             0.0,
             size <= agent.vehicle.memory,
             agents=(agent.name,),
-            detail=f"{pieces} pieces take {raw} bytes, {compressed} compressed; it holds {agent.vehicle.memory}",
+            detail=f"{pieces} pieces need {raw} bytes, {compressed} compressed; the memory has {agent.vehicle.memory}",
         )
         for agent in mission.agents
         if agent.vehicle != PLAIN
@@ -111,7 +111,7 @@ def check_endurance(mission: Mission, flight: Flight) -> list[Check]:
             0.0,
             seconds <= agent.vehicle.endurance,
             agents=(agent.name,),
-            detail=f"its polynomials last {seconds:g} s; on one charge it flies {agent.vehicle.endurance:g} s",
+            detail=f"the polynomials last {seconds:g} s; the battery endurance is {agent.vehicle.endurance:g} s",
         )
         for agent in mission.agents
         if np.isfinite(agent.vehicle.endurance)
@@ -194,7 +194,7 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
         checks += check_flight(mission, agent, own, planned)
         prove_all(mission, [tube(mission, agent, own, planned)], checks, boxes)
     same = all(np.array_equal(own.duration, pieces[0].duration) for own in pieces)
-    checks.append(Check("clock", "polynomials", 0.0, "s", 0.0, same, detail="all files have the same durations"))
+    checks.append(Check("clock", "polynomials", 0.0, "s", 0.0, same, detail="the durations of all files are equal"))
     if not same:
         return Certificate(mission.name, tuple(checks), boxes=tuple(boxes))
     flight = Flight(pieces[0].duration, np.stack([own.coefficients for own in pieces]))
@@ -213,7 +213,9 @@ def verify_polynomials(mission: Mission, kernel: Kernel, trace: Trace, files: Ma
 
 def check_file(agent: Agent, value: Pieces | str) -> Check:
     """That it could be read."""
-    detail = value if isinstance(value, str) else "header, columns, at least two rows, finite, durations positive"
+    detail = (
+        value if isinstance(value, str) else "header, columns, at least two rows, finite numbers, positive durations"
+    )
     return Check("file", agent.name, 0.0, "", 0.0, isinstance(value, Pieces), agents=(agent.name,), detail=detail)
 
 
@@ -243,7 +245,7 @@ def check_apart(mission: Mission, flight: Flight, checks: list[Check], boxes: li
                 wanted = mission.separation if together else mission.clearance
                 warnings.append(
                     f"the polynomials bring {who} within {check.margin + wanted:.3f} m of {what} "
-                    f"at {check.at:.2f} s; the mission asks for {wanted:g} m"
+                    f"at {check.at:.2f} s; the mission requires {wanted:g} m"
                 )
                 check, proof = less, short
         checks.append(check)
@@ -257,7 +259,7 @@ def _thrust(peak: Figure) -> tuple[str, ...]:
     who, at = f"`{peak.subject}`", f"{peak.at:.2f} s"
     return (
         f"{who} accelerates at {peak.value:.1f} m/s^2 at {at}; "
-        f"a Crazyflie with its standard motors reaches about {STRONGEST:g} m/s^2",
+        f"a Crazyflie with standard motors reaches about {STRONGEST:g} m/s^2",
     )
 
 
@@ -276,7 +278,7 @@ def _requirements(mission: Mission, kernel: Kernel, trace: Trace, flight: Flight
             name=f"flown {check.name}",
             tolerance=ROUNDING,
             passed=check.passed or check.margin >= -ROUNDING,
-            detail="judged by the monitor where the polynomials are at the steps",
+            detail="evaluated by the monitor on the polynomials at the sample times",
         )
         for check in required
     ]
@@ -286,7 +288,7 @@ def _memory(mission: Mission, flight: Flight) -> tuple[str, ...]:
     pieces, most = flight.durations.size, MEMORY_BYTES // PIECE_BYTES
     if pieces <= most or all(agent.vehicle != PLAIN for agent in mission.agents):
         return ()
-    return (f"each trajectory has {pieces} pieces; a Crazyflie's memory holds {most} at a time",)
+    return (f"each trajectory has {pieces} pieces; the memory of a Crazyflie has space for {most}",)
 
 
 def _peak(mission: Mission, flight: Flight, order: int, name: str, unit: str) -> Figure:

@@ -151,10 +151,10 @@ def _moments(stops: Sequence[Stop], before: float, end: float, to_the_end: bool)
     times = [stop.at for stop in stops]
     sound = all(-before - MOTION <= time <= end + AT_THE_END for time in times)
     sound = sound and all(here < after for here, after in pairwise(times))
-    detail = "they follow each other, within the flight"
+    detail = "the stops are in order and within the flight"
     if to_the_end:
         sound = sound and bool(times) and abs(times[-1] - end) <= AT_THE_END
-        detail = "there is one at the end of the flight, and those before it follow each other"
+        detail = "the stops are in order, and the last is at the end of the flight"
     return Check("moments", "stops", 0.0, "", 0.0, sound, detail=detail)
 
 
@@ -186,7 +186,7 @@ def _begin_off(flown: Sequence[Pieces], before: float, stops: Sequence[Stop]) ->
 def _begins(agent: Agent, flown: Pieces, off: Array, stops: Sequence[Stop]) -> Check:
     """That each stop begins in the state of the flight, without a jump up to snap, and ends at rest."""
     worst = int(off.argmax())
-    detail = "every stop begins as the flight is there, without a jump from position to snap, and ends at rest"
+    detail = "every stop continues the flight from position to snap and ends at rest"
     margin, when = -float(off[worst]), stops[worst].at
     return judged("begin", agent.name, margin, "m", 4 * exactness(flown), at=when, agents=(agent.name,), detail=detail)
 
@@ -273,9 +273,9 @@ def _landing(mission: Mission, margins: Sequence[list[tuple[float, float, int]]]
     """That whoever lands touches nobody: who lands with it, who hovers still, who has landed, and what stands there."""
     found = [each for own in margins for each in own]
     if not found:
-        return Check("landing", "stops", 0.0, "m", WAYPOINT, True, detail="nobody lands")
+        return Check("landing", "stops", 0.0, "m", WAYPOINT, True, detail="no agent lands")
     worst, when, who = min(found)
-    detail = "whoever lands after a stop goes straight down clear of all others and of what stands there"
+    detail = "every agent that lands after a stop descends vertically without a collision"
     name = mission.agents[who].name
     worst = min(worst, FARTHEST)
     return judged("landing", "stops", worst, "m", WAYPOINT, at=when, agents=(name,), detail=detail)
@@ -293,7 +293,7 @@ def last_to_stand(mission: Mission, stop: Stop, aloft: float) -> float:
 def _endurance(mission: Mission, stops: Sequence[Stop], aloft: float) -> list[Check]:
     """That batteries last until everybody who lands after a stop stands."""
     latest = max(last_to_stand(mission, stop, aloft) for stop in stops)
-    begun = "the take-off began" if is_whole(mission) else "its polynomials began"
+    begun = "takeoff" if is_whole(mission) else "the start of the polynomials"
     return [
         Check(
             "endurance",
@@ -303,7 +303,7 @@ def _endurance(mission: Mission, stops: Sequence[Stop], aloft: float) -> list[Ch
             0.0,
             latest <= agent.vehicle.endurance,
             agents=(agent.name,),
-            detail=f"after the last stop to end everybody stands {latest:g} s after {begun}",
+            detail=f"all agents have landed {latest:g} s after {begun}",
         )
         for agent in mission.agents
         if math.isfinite(agent.vehicle.endurance)

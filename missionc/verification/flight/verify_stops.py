@@ -61,7 +61,7 @@ def verify_stops(stops: Stops) -> Certificate:
     pieces = [each for each in flown if isinstance(each, Pieces)]
     alike = {each.duration.tobytes() for each in pieces}
     if wrong or len(pieces) != len(mission.agents) or len(alike) != 1:
-        detail = "there is one for each agent, and all have pieces that last as long"
+        detail = "one stop for each agent, with pieces of equal durations"
         return Certificate(mission.name, (Check("stop", "files", 0.0, "", 0.0, False, detail=detail),))
     with np.errstate(over="ignore", invalid="ignore"):
         smooth = [
@@ -94,7 +94,7 @@ def body_checks(mission: Mission, pieces: Sequence[Pieces]) -> list[Check]:
     curves = stop_curves(mission, pieces)
     bare = replace(mission, separation=Metres(0.0), clearance=Metres(0.0))
     return [
-        replace(check, name=f"stop {check.name}", detail=f"until the plan begins, nothing touches: {check.detail}")
+        replace(check, name=f"stop {check.name}", detail=f"before the plan begins: {check.detail}")
         for check in (*check_separation(bare, curves), *check_obstacles(bare, curves))
     ]
 
@@ -103,7 +103,7 @@ def _smooth(stops: Stops, agent: Agent, own: Pieces) -> list[Check]:
     """Check the first state, every joint, rest at the end unless the plan begins in motion, and altitude in a plane."""
     begin = stops.begins.get(agent.name)
     if begin is None:
-        detail = "`past.json` states the position to snap in which it begins"
+        detail = "`past.json` states the first position and its derivatives up to snap"
         return [Check("begins", agent.name, 0.0, "", 0.0, False, agents=(agent.name,), detail=detail)]
     checks = check_smooth(replace(agent, begins=tuple(map(tuple, begin.tolist()))), own, stops=True)
     smooth = [check for check in checks if check.name != "rest" or not agent.begins]
@@ -119,7 +119,7 @@ def _told(stops: Stops, agent: Agent, own: Pieces) -> Check:
     places = curves_of([own], slice(stops.mission.dimension)).at(times[told] - begin)[0]
     off = np.linalg.norm(places - position[told], axis=-1)
     worst = float(off.max(initial=0.0)) if stops.until <= max(begin, 0.0) + late else np.inf
-    detail = "it begins after the flown states, and is where `past.json` has it at every step"
+    detail = "it follows the recorded states and matches `past.json` at the sample times"
     return judged("told", agent.name, -worst, "m", exactness(own), agents=(agent.name,), detail=detail)
 
 
@@ -129,7 +129,7 @@ def _end(mission: Mission, agent: Agent, own: Pieces) -> Check:
     place = end[0, : mission.dimension]
     off = float(np.linalg.norm(place - agent.start.point)) if agent.start.point is not None else np.inf
     margin = min(WAYPOINT - off, ENDS - _jump(agent, end))
-    motion = "in the motion in which" if agent.begins else "at rest where"
+    motion = "with the velocity with which" if agent.begins else "at rest where"
     detail = f"it ends {motion} the plan begins"
     return Check("stop", agent.name, margin, "m", 0.0, margin >= 0, 0.0, (agent.name,), detail)
 

@@ -312,7 +312,7 @@ def verify_whole_flight(mission: Mission, files: Mapping[str, str], ways: Ways) 
     whole = Certificate(mission.name, ())
     for stage, way in wanted.items():
         if stage not in ways:
-            detail = "nobody is anywhere else at the end of it, or there is a file of each agent"
+            detail = "the path is not needed, or there is one file for each agent"
             there = Check(f"{stage.value} way", "ways", 0.0, "", 0.0, not way.needed, detail=detail)
             whole = whole.joined(Certificate(mission.name, (there,)))
             continue
@@ -385,7 +385,7 @@ def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> 
     warnings: list[str] = []
     own = [each for each in read_files.values() if isinstance(each, Pieces)]
     same = len(own) == len(read_files) and all(np.array_equal(each.duration, own[0].duration) for each in own)
-    checks.append(Check("clock", "polynomials", 0.0, "s", 0.0, same, detail="all files have the same durations"))
+    checks.append(Check("clock", "polynomials", 0.0, "s", 0.0, same, detail="the durations of all files are equal"))
     if same:
         flown = way_mission(mission, stage, way, float(own[0].times[-1]), 1, math.inf)
         flight = Flight(own[0].duration, np.stack([each.coefficients for each in own]))
@@ -396,7 +396,7 @@ def _way(mission: Mission, stage: Stage, way: Way, files: Mapping[str, str]) -> 
             warnings += check_apart(flown, flight, checks, boxes)
             prove_all(flown, [*downwash(flown, flight), *limits(flown, flight)], checks, boxes)
     word = stage.value
-    said = tuple(f"on the way {word}: {warning}" for warning in warnings)
+    said = tuple(f"on the path {word}: {warning}" for warning in warnings)
     return Certificate(mission.name, tuple(checks), warnings=said, boxes=tuple(boxes)).under(word)
 
 
@@ -409,7 +409,7 @@ def _ends(agent: Agent, own: Pieces, way: Way) -> list[Check]:
         ("end", last, way.end[agent.index], float(own.times[-1])),
     ):
         off = float(np.linalg.norm(here - wanted))
-        detail = f"it {name}s at ({', '.join(f'{value:.4g}' for value in wanted.tolist())})"
+        detail = f"the path {name}s at ({', '.join(f'{value:.4g}' for value in wanted.tolist())})"
         found.append(judged(name, agent.name, -off, "m", exactness(own), at=time, agents=(agent.name,), detail=detail))
     return found
 
@@ -437,7 +437,7 @@ def _columns(
                 need = max(agent.radius + agent.vehicle.tracking, agent.radius + mission.clearance)
                 point = tuple(hovers[agent.index, :size].tolist())
                 clear = column_clearance(obstacle, point, begin, end)
-                detail = "every body that goes straight up or down above its pad keeps clear of it"
+                detail = "every body avoids the obstacle on the vertical path above its pad"
                 found.append(
                     judged(
                         f"{name} obstacle",
@@ -456,7 +456,7 @@ def _columns(
 def _fence(mission: Mission, agent: Agent, point: list[float]) -> Check:
     low, high = mission.room(agent.index)
     margin = min(min(point[axis] - low[axis], high[axis] - point[axis]) for axis in (0, 1))
-    detail = "every pad is inside the world, by the fence inset and the tracking margin of its vehicle"
+    detail = "every pad is inside the world, with the fence inset and the tracking margin of its vehicle"
     return judged("column world", "world", margin, "m", MOTION, agents=(agent.name,), detail=detail)
 
 
@@ -469,8 +469,8 @@ def _turns(mission: Mission, hovers: Array) -> Check:
     bare = replace(mission, obstacles=())
     margin, index = min((each, index) for index, each in landing_margins(bare, above_pads(hovers, turns)))
     name, count = mission.agents[index].name, len(turns)
-    how = "all at once" if count == 1 else f"in {count} turns"
-    detail = f"they rise and sink {how}, each far enough from those beside it, who hover, or who stand"
+    how = "together" if count == 1 else f"in {count} turns"
+    detail = f"the agents take off and land {how}, with enough distance to all others"
     return judged("column separation", "all pairs", margin, "m", MOTION, agents=(name,), detail=detail)
 
 
@@ -478,7 +478,7 @@ def _pair(mission: Mission, first: int, second: int, points: list[list[float]]) 
     """Sideways, whatever their heights: so that neither is in the other's downwash."""
     apart = math.dist(points[first][:2], points[second][:2])
     names = (mission.agents[first].name, mission.agents[second].name)
-    detail = "seen from above, pads are as far apart as vehicles have to be, or one hovers well above the other"
+    detail = "the pads have enough horizontal distance, or the hover heights enough vertical distance"
     margin = apart - mission.spacing(first, second).sideways
     return judged("column separation", "all pairs", margin, "m", MOTION, agents=names, detail=detail)
 
@@ -487,8 +487,8 @@ def _endurance(mission: Mission, lasting: Phases) -> list[Check]:
     """That everybody is on the floor again before its battery is empty; of a mission in flight with what was flown."""
     aloft = max(agent.pad.risen or 0.0 for agent in mission.agents if agent.pad is not None)
     whole = aloft + lasting.whole
-    took = f"after {aloft:g} s of the mission it takes" if has_risen(mission) else "it takes"
-    where = "to the floor" if has_risen(mission) else "from the floor to the floor"
+    took = f"after {aloft:g} s of the mission, the flight lasts" if has_risen(mission) else "the flight lasts"
+    where = "until landing" if has_risen(mission) else "from takeoff to landing"
     return [
         Check(
             "whole endurance",
@@ -498,7 +498,7 @@ def _endurance(mission: Mission, lasting: Phases) -> list[Check]:
             0.0,
             whole <= agent.vehicle.endurance,
             agents=(agent.name,),
-            detail=f"{took} {lasting.whole:g} s {where}; on one charge it flies {agent.vehicle.endurance:g} s",
+            detail=f"{took} {lasting.whole:g} s {where}; the battery endurance is {agent.vehicle.endurance:g} s",
         )
         for agent in mission.agents
         if math.isfinite(agent.vehicle.endurance)

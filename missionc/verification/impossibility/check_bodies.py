@@ -96,7 +96,7 @@ class CheckedLabels:
         if key not in self._known:
             label = next(self._left, None)
             if label is None or label.of != of or label.agents != agents:
-                raise Unreadable("its labels are not those that the requirements ask for")
+                raise Unreadable("its labels do not match the requirements")
             measured = margin()
             shape = label.never_true.shape
             may_hold = np.broadcast_to(measured.high >= -self._certain, shape)
@@ -196,7 +196,7 @@ def check_boxes(mission: Mission, cover: ClaimedCover) -> Iterator[str]:
         if name not in shapes:
             yield f"the mission has no {name}"
         elif not all(lies_in(box, shapes[name]) for box in boxes_in(name, cover)):
-            yield f"a box that is said to lie in {name} does not"
+            yield f"a box is not inside {name} as stated"
 
 
 def check_rooms(mission: Mission, cover: ClaimedCover) -> Iterator[str]:

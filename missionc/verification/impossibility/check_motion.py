@@ -90,19 +90,19 @@ def check_space(mission: Mission, cover: ClaimedCover, kind: CellsOfKind) -> Ite
     if any(
         (each.dynamics, each.radius, each.altitude) != (first.dynamics, first.radius, first.altitude) for each in agents
     ):
-        yield "its agents are not alike"
+        yield "its agents are not of one kind"
     room = np.zeros(len(kind.left_out[0]), dtype=np.bool_)
     for number, obstacle in enumerate(mission.obstacles):
         if obstacle.constant:
             room |= blocked(mission, cover, number, float(first.radius), 0, kind.left_out)
     for box in np.flatnonzero(~room).tolist():
         begin, end = (_at(corners[box]) for corners in kind.left_out)
-        yield f"a centre may be clear in what is left out from {begin} to {end}"
+        yield f"a centre may be free in the excluded box from {begin} to {end}"
     cells = len(kind) - kind.points
     boxes = tuple(np.concatenate([kind.boxes[side][:cells], kind.left_out[side]]) for side in (0, 1))
     hole = _hole(np.array(mission.world.low) - MOTION, np.array(mission.world.high) + MOTION, (boxes[0], boxes[1]))
     if hole is not None:
-        yield f"no cell holds {_at(hole)}"
+        yield f"no cell contains {_at(hole)}"
 
 
 def _hole(low: Array, high: Array, boxes: Boxes) -> Array | None:
@@ -120,7 +120,7 @@ def _hole(low: Array, high: Array, boxes: Boxes) -> Array | None:
         for axis in range(len(low))
     ]
     if math.prod(map(len, lines)) > MOST_GAPS:
-        raise Unreadable("its cells have more sides than anybody looks at")
+        raise Unreadable("its cells have too many sides to check")
     held = np.zeros([len(each) - 1 for each in lines], dtype=np.bool_)
     for begin, end in zip(*boxes, strict=True):
         held[tuple(slice(*np.searchsorted(each, (begin[axis], end[axis]))) for axis, each in enumerate(lines))] = True
@@ -256,7 +256,7 @@ def check_turns(mission: Mission, kind: CellsOfKind, limits: MotionLimits) -> It
             twice = Interval(-2 * side.high[None, :, None], -2 * side.low[None, :, None])
             bent.append(once + twice + Interval(side.low[None, None, :], side.high[None, None, :]))
         for cells in np.argwhere(never & (length(bent).low <= bend))[:1].tolist():
-            yield f"cells {cells} may be gone through, {steps} steps from one to the next"
+            yield f"cells {cells} may be visited in order, {steps} steps apart"
 
 
 def check_visits(mission: Mission, cover: ClaimedCover, agent: Agent, limits: MotionLimits) -> Iterator[str]:

@@ -58,7 +58,7 @@ def check_refutation(
     except (Unreadable, TooManyClauses) as error:
         return (_check("cover", COVER, [str(error)]),)
     if clauses.dimacs() != files.get(CNF):
-        return (*checks, _check("clauses", CNF, ["they are not those of this cover and this mission"]))
+        return (*checks, _check("clauses", CNF, ["its clauses do not match this cover and this mission"]))
     return (*checks, _check("clauses", CNF, []), check_drat(files, limits, deadline))
 
 
@@ -72,7 +72,7 @@ def check_cover(mission: Mission, kernel: Kernel, cover: ClaimedCover) -> tuple[
     if len(goals) != len(set(cover.conflict)):
         raise Unreadable("it names requirements that the mission does not have")
     if not set(cover.asked) <= cover.absent.keys():
-        raise Unreadable("it does not say where the agents are that it asks")
+        raise Unreadable("it does not state the cells of its agents")
     labels = CheckedLabels(mission, cover)
     clauses = refutation(mission, goals, cover, labels)
     checks = (*_of_motion(mission, cover, limits_of(mission, goals)), _check("labels", "all", labels.faults))
@@ -125,22 +125,22 @@ def _faults_of_proof(files: Mapping[str, bytes], limits: Limits, deadline: float
         return
     literals = sum(len(each) - len(each.translate(None, SPACES)) for each in (proof, clauses))
     if literals > limits.proof_literals:
-        yield f"it has {literals} literals, more than the limit: allow more with `--limit proof_literals={literals}`"
+        yield f"it has {literals} literals; raise the limit with `--limit proof_literals={literals}`"
         return
     steps = max(proof.count(b"\n"), sum(1 for _ in _END.finditer(proof)))
     if steps > limits.proof_steps:
-        yield f"it has {steps} steps, more than the limit: allow more with `--limit proof_steps={steps}`"
+        yield f"it has {steps} steps; raise the limit with `--limit proof_steps={steps}`"
         return
     try:
         formula = parse_dimacs(clauses.decode())
         if formula.nvars > len(clauses):
-            raise ValueError("its clauses promise more variables than they name")
+            raise ValueError("its header states more variables than its clauses use")
         steps_until = _until(deadline, formula.nvars, parse_proof(proof.decode()))
         result = DRATChecker(formula, check_rat=False).check(steps_until)
     except ValueError as error:
         yield f"it cannot be read: {str(error)[:200]}"
     except _TooLateError:
-        yield "time was up before it was gone through"
+        yield "the time limit was reached before the end of the proof"
     else:
         if not result.ok:
             yield str(result)
@@ -154,7 +154,7 @@ def _until(
         if time.monotonic() >= deadline:
             raise _TooLateError
         if any(literal >> 1 >= variables for literal in literals):
-            raise ValueError("a step names a variable that no clause has")
+            raise ValueError("a step uses a variable without a clause")
         yield kind, literals
 
 

@@ -194,7 +194,7 @@ def read_cover(text: str, mission: Mission) -> ClaimedCover:
     try:
         return _Reader(mission).cover(found)
     except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
-        raise Unreadable(f"it is no cover of this mission: {error}") from error
+        raise Unreadable(f"not a cover of this mission: {error}") from error
 
 
 class _Reader:
@@ -206,7 +206,7 @@ class _Reader:
 
     def cover(self, found: Json) -> ClaimedCover:
         if found["schema"] != COVER_SCHEMA or found["mission"] != self.mission.name:
-            raise ValueError(f"its schema is not {COVER_SCHEMA}, or it is of another mission")
+            raise ValueError(f"its schema is not {COVER_SCHEMA}, or it belongs to another mission")
         kinds = tuple(self.kind(each) for each in found["kinds"])
         size = {agent: len(kind) for kind in kinds for agent in kind.agents}
         if sorted(agent for kind in kinds for agent in kind.agents) != list(range(len(self.mission.agents))):
@@ -214,12 +214,12 @@ class _Reader:
         rows, asked = self.steps + 1, self.agents(found["asked"])
         pairs = [self.pair(each["agents"]) for each in found["not_together"]]
         if not {agent for pair in pairs for agent in pair} <= set(asked):
-            raise ValueError("a pair of agents that it does not ask")
+            raise ValueError("an unexpected pair of agents")
         if len(found["at_most"]) > MOST_ROOMS or any(len(each) > MOST_ROOMS for each in found["bodies"].values()):
-            raise ValueError("more boxes than anybody looks at")
+            raise ValueError("too many boxes")
         rooms = tuple(self.room(each) for each in found["at_most"])
         if any(comb(len(asked), most + 1) > MOST_CHOICES for *_, most in rooms):
-            raise ValueError("more choices of agents than anybody looks at")
+            raise ValueError("too many choices of agents")
         return ClaimedCover(
             conflict=tuple(map(_text, found["conflict"])),
             asked=asked,
@@ -240,11 +240,11 @@ class _Reader:
         agents, boxes, points = self.agents(found["agents"]), self.boxes(found["cells"]), found["points"]
         count = len(boxes[0])
         if not agents:
-            raise ValueError("a kind of no agents")
+            raise ValueError("a kind without agents")
         if count > MOST_CELLS or (found["no_turn"] and count > MOST_THIRDS):
-            raise ValueError("more cells than anybody looks at")
+            raise ValueError("too many cells")
         if type(points) is not int or not 0 <= points <= count:
-            raise ValueError("a number of points that are no cells")
+            raise ValueError("points that are not cells")
         return CellsOfKind(
             agents=agents,
             boxes=boxes,
@@ -259,7 +259,7 @@ class _Reader:
         sizes = [len(kind) for agent in agents for kind in kinds if agent in kind.agents]
         shape = {"cells": sizes[:1], "moves": sizes[:1] * 2, "pairs": sizes[:2]}[found["of"]]
         if len(agents) != (2 if found["of"] == "pairs" else 1):
-            raise ValueError("a label of other agents than it is about")
+            raise ValueError("a label with the wrong agents")
         never = (_flags(found[name], tuple(shape)) for name in ("never_true", "never_false"))
         return Label(_text(found["leaf"]), found["of"], agents, *never)
 
@@ -279,27 +279,27 @@ class _Reader:
     def number(self, found: str) -> int:
         number = int(found)
         if not 0 < number <= self.steps or str(number) != found:
-            raise ValueError("a number of steps that the mission does not have")
+            raise ValueError("more steps than the mission has")
         return number
 
     def room(self, found: Json) -> tuple[Array, Array, int]:
         low, high = self.boxes([found["box"]])
         if type(found["agents"]) is not int or found["agents"] < 0:
-            raise ValueError("a number of agents that is none")
+            raise ValueError("an invalid number of agents")
         return low[0], high[0], found["agents"]
 
     def boxes(self, found: Json) -> Boxes:
         if len(found) > MOST_BOXES:
-            raise ValueError("more boxes than anybody looks at")
+            raise ValueError("too many boxes")
         corners = np.array(found, dtype=np.float64).reshape(len(found), 2, self.dimension)
         if not ((np.abs(corners) <= FURTHEST).all() and (corners[:, 0] <= corners[:, 1]).all()):
-            raise ValueError("a box without an inside, or out of every world")
+            raise ValueError("an empty box, or a box outside the world")
         return corners[:, 0], corners[:, 1]
 
 
 def _text(found: Json) -> str:
     if not isinstance(found, str):
-        raise TypeError("what is no text")
+        raise TypeError("an entry that is not a text")
     return found
 
 
@@ -309,11 +309,11 @@ def _flags(found: Json, shape: tuple[int, ...]) -> Flags:
     if len(shape) == 1:
         numbers = np.array(found, dtype=object)
         if any(type(each) is not int or not 0 <= each < shape[0] for each in numbers):
-            raise ValueError("a cell that there is not")
+            raise ValueError("an unknown cell")
         flags[numbers.astype(np.int64)] = True
         return flags
     if len(found) != shape[0]:
-        raise ValueError("rows for other cells than there are")
+        raise ValueError("rows for unknown cells")
     for row, each in enumerate(found):
         flags[row] = _flags(each, shape[1:])
     return flags

@@ -92,14 +92,16 @@ def _from_csv(source: Source, mission: Mission, limits: Limits) -> tuple[list[St
     missing = [name for name in needed if name not in header]
     if missing:
         names = ", ".join(f"`{name}`" for name in missing)
-        return [], [_unreadable(_first_line(source), f"the first line names no column {names}", _columns(needed))]
+        return [], [_unreadable(_first_line(source), f"missing column {names} in the first line", _columns(needed))]
     states, findings = [], []
     for number, row in enumerate(rows[1:], start=2):
         if not row or row == [""]:
             continue
         span = _line(source, number)
         if len(row) != len(header):
-            findings.append(_unreadable(span, f"{len(row)} values where the first line names {len(header)} columns"))
+            findings.append(
+                _unreadable(span, f"the row has {len(row)} values, but the first line has {len(header)} columns")
+            )
             continue
         words = {name: word for name, word in zip(header, row, strict=True) if name in _NUMBERS}
         numbers = {name: value for name, word in words.items() if (value := _number(word)) is not None}
@@ -140,7 +142,7 @@ def _from_json(source: Source, limits: Limits) -> tuple[list[State], list[Diagno
     try:
         times, agents = _list(document["times"]), _list(document["agents"])
     except (KeyError, TypeError):
-        return [], [_unreadable(_first_line(source), "the plan has no lists `times` and `agents`", _PLAN)]
+        return [], [_unreadable(_first_line(source), "the lists `times` and `agents` are missing", _PLAN)]
     _allow_samples(source, len(agents) * max(1, len(times)), limits)
     states: list[State] = []
     findings: list[Diagnostic] = []
@@ -168,7 +170,7 @@ def _agent_states(span: Span, times: list[Any], agent: Any) -> list[State]:
         if (values is None and key == "position") or not isinstance(values, list | None):
             raise _StrangeError(f"`{name}` has no list `{key}`")
         if values is not None and len(values) != len(times):
-            raise _StrangeError(f"`{name}` has {len(values)} entries in `{key}`; there are {len(times)} times")
+            raise _StrangeError(f"`{name}` has {len(values)} entries in `{key}`for {len(times)} times")
     for index, time in enumerate(times):
         numbers = _vector(name, "position", ("x", "y", "z"), columns["position"][index])
         if columns["velocity"] is not None:
@@ -186,7 +188,7 @@ def _vector(agent: str, key: str, axes: tuple[str, ...], value: Any) -> dict[str
     numbers = [_number(entry) for entry in value] if isinstance(value, list) else []
     finite = {axis: number for axis, number in zip(axes, numbers, strict=False) if number is not None}
     if not numbers or len(finite) != len(numbers):
-        raise _StrangeError(f"`{agent}` has an entry in `{key}` that is not up to {len(axes)} finite numbers")
+        raise _StrangeError(f"`{agent}` has an entry in `{key}` without {len(axes)} finite numbers")
     return finite
 
 
@@ -195,8 +197,8 @@ def _too_large(states: list[State], magnitude: float) -> list[Diagnostic]:
     return [
         _unreadable(
             state.span,
-            f"`{name}` of `{state.agent}` is {number:g} at {state.time:g} s; the largest number may be {magnitude:g}",
-            "give positions in metres from an origin nearby, or allow more with `--limit magnitude=…`",
+            f"`{name}` of `{state.agent}` is {number:g} at {state.time:g} s; the limit is {magnitude:g}",
+            "write positions in metres from a nearby origin",
         )
         for state in states
         for name, number in {"t": state.time, **state.numbers}.items()
@@ -241,15 +243,15 @@ def _unknown_headings(mission: Mission, own: dict[str, list[State]]) -> list[Dia
                 name = mission.agents[agent].name
                 bare = next((state for state in own[name] if "yaw" not in state.numbers), None)
                 if bare is not None:
-                    message = f"the trace does not say where `{name}` faces, which the mission asks for"
-                    return [mismatch(bare.span, message, "give every agent its `yaw` at each time, in rad")]
+                    message = f"missing `yaw` of `{name}`: the mission uses its heading"
+                    return [mismatch(bare.span, message, "add `yaw` at each time, in rad")]
     return []
 
 
 def _misfits(source: Source, mission: Mission, name: str, samples: list[State]) -> list[Diagnostic]:
     """Why an agent's samples, in order of time, are no motion through the whole mission."""
     if not samples:
-        return [mismatch(_first_line(source), f"the trace says nothing of `{name}`", _times(mission))]
+        return [mismatch(_first_line(source), f"no samples of `{name}`", _times(mission))]
     axes = "xyz"[: mission.dimension]
     for state in samples:
         if any(axis not in state.numbers for axis in axes):
@@ -257,16 +259,16 @@ def _misfits(source: Source, mission: Mission, name: str, samples: list[State]) 
             return [mismatch(state.span, message)]
     last = mission.step * mission.steps
     if samples[0].time > ON_TIME:
-        message = f"`{name}` is first seen at {samples[0].time:g} s; the mission begins at 0 s"
+        message = f"`{name}` has its first sample at {samples[0].time:g} s; the mission begins at 0 s"
         return [mismatch(samples[0].span, message, _times(mission))]
     if samples[-1].time < last - ON_TIME:
-        message = f"`{name}` is last seen at {samples[-1].time:g} s; the mission lasts {last:g} s"
+        message = f"`{name}` has its last sample at {samples[-1].time:g} s; the mission lasts {last:g} s"
         return [mismatch(samples[-1].span, message, _times(mission))]
     for before, after in pairwise(samples):
         if after.time - before.time <= ON_TIME / 2:
-            return [mismatch(after.span, f"`{name}` is in two places at {after.time:g} s", _times(mission))]
+            return [mismatch(after.span, f"`{name}` has two positions at {after.time:g} s", _times(mission))]
         if after.time - before.time > mission.step + ON_TIME:
-            message = f"`{name}` is not seen from {before.time:g} s to {after.time:g} s, longer than a step"
+            message = f"`{name}` has no samples from {before.time:g} s to {after.time:g} s, longer than a step"
             return [mismatch(after.span, message, _times(mission))]
     return []
 
@@ -324,17 +326,15 @@ def _headings(velocity: Array) -> Array:
 
 # ------------------------------------------------------------------ messages
 
-_PLAN = "give `times` and `agents`, each with `name` and `position`, as `plan.json` does"
+_PLAN = "write `times` and `agents`, each with `name` and `position`, as in `plan.json`"
 
 
 def _columns(needed: list[str]) -> str:
-    return f"begin the file with `{','.join(needed)}`"
+    return f"begin the file with the header `{','.join(needed)}`"
 
 
 def _times(mission: Mission) -> str:
-    return (
-        f"give every agent a position each {mission.step:g} s at least, from 0 s to {mission.step * mission.steps:g} s"
-    )
+    return f"add positions at least every {mission.step:g} s, from 0 s to {mission.step * mission.steps:g} s"
 
 
 def _unreadable(span: Span, message: str, help: str = "") -> Diagnostic:
@@ -407,7 +407,7 @@ def read_flown(
     until = min([*ends, end])
     if ends and until >= end - ON_TIME:
         over = next(samples[-1] for name, samples in own.items() if samples and name not in lost)
-        return None, [mismatch(over.span, f"the mission is over at {end:g} s: nothing of it is left to be planned")]
+        return None, [mismatch(over.span, f"the mission ended at {end:g} s; no time is left to plan")]
     kept = [
         _without_holes(_until(samples, until, name in lost, mission.step), mission.step)
         for name, samples in own.items()

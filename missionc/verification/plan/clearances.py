@@ -136,7 +136,7 @@ def _check(mission: Mission, curves: Curves, around: Extents, obstacle: Obstacle
         passed=lower >= -tolerance - CERTAIN and upper >= -tolerance,
         at=float(seen.times[item % pieces] + bounds.at[item]),
         agents=(mission.agents[item // pieces].name,),
-        detail=f"every body stays {mission.clearance:g} m clear of it throughout",
+        detail=f"every body has a clearance of {mission.clearance:g} m in continuous time",
     )
 
 
@@ -156,9 +156,9 @@ def check_separation(mission: Mission, curves: Curves, tolerance: float = CONTAC
     slack = 0.0 if curves.coefficients.shape[-1] == 2 else CERTAIN
     passed = lower >= -tolerance - slack and upper >= -tolerance
     names = (mission.agents[pair[0]].name, mission.agents[pair[1]].name)
-    detail = f"every two bodies stay {mission.separation:g} m apart throughout"
+    detail = f"every pair of bodies has a separation of {mission.separation:g} m in continuous time"
     if any(agent.vehicle != PLAIN for agent in mission.agents):
-        detail += ", and vehicles as far as theirs keep"
+        detail += ", or the distance that their vehicles require"
     return [Check("separation", "all pairs", lower, "m", tolerance + slack, passed, at, names, detail)]
 
 

@@ -29,7 +29,7 @@ def check_lanes_kept(mission: Mission, trace: Trace) -> list[Check]:
 def _along_lanes(agent: Agent, lanes: Lanes, position: Array, step: float) -> Check:
     margin = lane_margins(segments(agent, lanes, step), position)
     at = int(margin.argmin())
-    detail = f"every step leads along lanes of `{lanes.path}`"
+    detail = f"every step follows lanes of `{lanes.path}`"
     return judged("lane", agent.name, float(margin[at]), "m", MOTION, at=at * step, agents=(agent.name,), detail=detail)
 
 

@@ -19,7 +19,7 @@ def check_requirements(mission: Mission, judgements: Judgements) -> tuple[list[C
             passed=judgement.satisfied,
             at=None if judgement.step is None else judgement.step * mission.step,
             agents=judgement.agents,
-            detail="judged at the steps by the monitor",
+            detail="evaluated by the monitor at the sample times",
         )
         for judgement in judgements.requirements
     ]

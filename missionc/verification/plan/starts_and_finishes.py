@@ -49,7 +49,7 @@ def check_world(mission: Mission, curves: Curves, tolerance: float = CONTACT) ->
         tolerance,
         at=float(curves.times[piece]),
         agents=(mission.agents[int(agent)].name,),
-        detail="every centre is inside it throughout",
+        detail="every centre is inside the world in continuous time",
     )
 
 

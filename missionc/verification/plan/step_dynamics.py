@@ -81,13 +81,17 @@ def _straight(agent: Agent, position: Array, velocity: Array, step: float) -> Ch
     error = norm(np.diff(position, axis=0) - velocity[:-1] * step)
     # The last velocity is that of the motion that ended there.
     last = norm(velocity[-1:] - velocity[-2:-1]) * step
-    return _worst(agent, "motion", -np.concatenate([error, last]), "m", step, "position, velocity and time agree")
+    return _worst(
+        agent, "motion", -np.concatenate([error, last]), "m", step, "position, velocity and time are consistent"
+    )
 
 
 def _parabolic(agent: Agent, position: Array, velocity: Array, step: float) -> Check:
     error = np.diff(position, axis=0) - (velocity[1:] + velocity[:-1]) / 2 * step
     margin = -norm(error)
-    return _worst(agent, "motion", margin, "m", step, "position, velocity and time agree under constant acceleration")
+    return _worst(
+        agent, "motion", margin, "m", step, "position, velocity and time are consistent with constant acceleration"
+    )
 
 
 def _speed(agent: Agent, speeds: Array, slowest: float, fastest: float, step: float) -> Check:
@@ -105,7 +109,7 @@ def _acceleration(agent: Agent, velocity: Array, most: float, step: float) -> Ch
 
 def _facing(agent: Agent, position: Array, heading: Array, step: float) -> Check:
     error = facing_errors(position, heading[:-1])
-    return _worst(agent, "heading", -error, "m", step, "it moves where it faces")
+    return _worst(agent, "heading", -error, "m", step, "it moves along its heading")
 
 
 def _turn(agent: Agent, heading: Array, turn: float, step: float) -> Check:

@@ -63,9 +63,9 @@ def check_tolerances(mission: Mission, delays: tuple[Delay, ...]) -> Iterator[Ch
     for index, steps in sorted(tolerated_steps(mission).items()):
         delay, asked = delays[index], steps * float(mission.step)
         margin = round(delay.tolerated / mission.step) - steps
-        detail = f"late by up to {asked:g} s, all others on time, it violates nothing"
+        detail = f"no violation with a delay of up to {asked:g} s of this agent alone"
         if margin < 0:
-            detail = f"late by {delay.tolerated + mission.step:g} s it breaks {delay.broken}"
+            detail = f"a delay of {delay.tolerated + mission.step:g} s violates {delay.broken}"
         passed = margin >= 0
         at, agents = (None, (delay.agent,)) if passed else (delay.at, delay.agents)
         yield Check("delay", delay.agent, margin * float(mission.step), "s", 0.0, passed, at, agents, detail)

@@ -168,7 +168,7 @@ def fault(boxes: Boxes) -> str | None:
     claim = boxes.claim
     for rows, what in ((boxes.ends, "boxes"), (boxes.bounds, "bounds")):
         if len(rows) != len(claim.agents):
-            return f"it has {what} for {len(rows)} subjects, not for {len(claim.agents)}"
+            return f"it has {what} for {len(rows)} subjects instead of {len(claim.agents)}"
     subjects, moments, widths, stated_bounds = [], [], [], []
     far = claim.far(np.arange(len(claim.agents))) if claim.far is not None else np.full(len(claim.agents), -np.inf)
     for subject, (ends, bounds) in enumerate(zip(boxes.ends, boxes.bounds, strict=True)):
@@ -185,7 +185,7 @@ def fault(boxes: Boxes) -> str | None:
             widths += [part[1] for part in parts]
             stated_bounds += [bound] * len(parts)
             if len(moments) > MOST_PARTS:
-                return "it has more boxes than can be looked at"
+                return "it has too many boxes to check"
     start, width = np.array(moments), np.array(widths)
     piece = np.floor(start).astype(np.int64)
     item = np.array(subjects, dtype=np.int64) * claim.pieces + piece

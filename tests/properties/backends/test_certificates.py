@@ -55,7 +55,7 @@ def way(planned: Planned, cover: ClaimedCover, draw: random.Random) -> list[int]
         low, high = inflated(cover.kind_of(agent))
         for place, literal, absent in zip(planned.trace.position[agent], own, cover.absent[agent], strict=True):
             inside = np.flatnonzero(np.all((low <= place) & (place <= high), axis=1) & ~absent)
-            assert inside.size, f"no cell holds {place}"
+            assert inside.size, f"no cell contains {place}"
             literals.append(int(literal[draw.choice(inside.tolist())]))
     return literals
 

@@ -295,4 +295,4 @@ def test_what_does_not_hold_throughout_has_a_moment_and_a_sentence(case: Case, s
             assert each.until is not None
             assert 0 <= each.at <= each.until <= steps
             assert set(each.agents) <= {agent.name for agent in mission.agents}
-            assert each.detail.startswith("`asked` is true at every step")
+            assert each.detail.startswith("`asked` is true at every sample")

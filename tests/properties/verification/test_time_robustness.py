@@ -149,4 +149,4 @@ def test_a_plan_that_does_not_tolerate_what_is_asked_does_not_pass() -> None:
         certificate = verify(asked, NOTHING, straight([way]))
         assert certificate.passed is passes
     (check,) = certificate.failures
-    assert (check.name, check.margin, check.detail) == ("delay", -1.0, "late by 2 s it breaks its finish at 3 s")
+    assert (check.name, check.margin, check.detail) == ("delay", -1.0, "a delay of 2 s violates its finish at 3 s")

@@ -106,8 +106,8 @@ def test_the_command_line_overrules_the_mission() -> None:
 def test_a_backend_that_cannot_express_the_mission_is_refused_with_the_words_in_the_way() -> None:
     finding = only(text(HOPS, "solve with clot"), CANNOT_EXPRESS)
     assert finding.message == "the backend `clot` cannot express a route bounded in hops"
-    assert words(finding) == [("somewhere[hops 1..2]", ""), ("solve with clot", "`clot` is chosen here")]
-    assert finding.help == "write `solve with auto`, or choose `smt` or `hybrid`, which can"
+    assert words(finding) == [("somewhere[hops 1..2]", ""), ("solve with clot", "`clot` chosen here")]
+    assert finding.help == "choose `smt` or `hybrid`"
 
 
 @pytest.mark.parametrize(
@@ -125,9 +125,9 @@ def test_smt_says_what_it_cannot_express(parts: str, feature: Feature) -> None:
 def test_the_least_duration_of_agents_that_cannot_wait_is_refused() -> None:
     parts = (ROW, "minimize duration")
     finding = only(text(*parts, "solve with smt", agents=RESTLESS), CANNOT_EXPRESS)
-    assert finding.message == "the backend `smt` cannot express `minimize duration` of agents that cannot wait"
-    assert finding.notes == ("`drone` moves at every step, so every plan lasts the whole horizon",)
-    assert finding.help == "let `drone` wait (`speed 0..`), or write `minimize distance`"
+    assert finding.message == "the backend `smt` cannot express `minimize duration` for agents that cannot wait"
+    assert finding.notes == ("`drone` cannot wait, so every plan lasts for the whole horizon",)
+    assert finding.help == "let `drone` wait, with `speed 0..`"
     finding = only(text(*parts, agents=RESTLESS), NO_BACKEND)
     assert "rules out `smt`, `clot` and `hybrid`" in words(finding)[0][1]
     assert found(text(*parts), NO_BACKEND) == []

@@ -68,7 +68,7 @@ def test_a_link_weighs_what_its_pair_does() -> None:
         ("proximity 3 m weight cost 2 s", "MC201", ""),
         ("proximity 3 m weight cost 2 { tower to drone 0 }", "MC210", "`cost` from `tower` to `drone` is 0"),
         ("proximity 3 m weight cost 2 weight cost 3", "MC013", "the weight `cost`"),
-        ("proximity 3 m weight hops 2", "MC007", "cannot be called `hops`"),
+        ("proximity 3 m weight hops 2", "MC007", "cannot be named `hops`"),
         ("proximity 3 m weight cost 2 { few to tower 1, drone to tower 2 }", "MC240", "the weight from `drone[0]`"),
         ("proximity 3 m weight cost 2 { tower to tower 1 }", "MC241", "a weight from `tower` to itself"),
         ("proximity 3 m over drone weight cost 2 { tower to drone 1 }", "MC104", "is not on the graph `net`"),
@@ -83,11 +83,11 @@ def test_weights_that_cannot_be_meant_are_refused(graph: str, name: str, message
 def test_a_length_in_a_weight_that_the_graph_has_not_is_refused_with_the_one_that_is_meant() -> None:
     found = checked(NET, "require r: tower: somewhere[dely 0..4 on net] field")
     (finding,) = [each for each in found.findings if each.code.name == "MC101"]
-    assert finding.message == "no weight of graph `net` is called `dely`; its links have `delay`, `cost`"
+    assert finding.message == "graph `net` has no weight `dely`; its weights are `delay`, `cost`"
     assert finding.fix is not None
     assert finding.fix.replacement == "delay"
     ((name, message),) = errors("graph net = proximity 3 m", "require r: tower: somewhere[cost 0..4] field")
-    assert (name, message) == ("MC101", "no weight of graph `net` is called `cost`; its links have none")
+    assert (name, message) == ("MC101", "graph `net` has no weight `cost`; it has no weights")
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_sums_of_weights_are_limited_before_they_are_told_apart() -> None:
     (finding,) = [each for each in found.findings if not each.code.warning]
     assert finding.code.name == "MC207"
     assert finding.primary is not None
-    assert finding.primary.message == "so many sums of `cost` are told apart"
+    assert finding.primary.message == "the expansion distinguishes every sum of `cost`"
 
 
 def test_a_weight_is_planned_where_hops_are() -> None:

@@ -244,7 +244,7 @@ def test_who_is_not_installed_is_left_out_and_said(monkeypatch: pytest.MonkeyPat
     alone = load.load_engines(("smt", "clot", "hybrid"))
     assert isinstance(alone, PortfolioBackend)
     assert [each.name for each in alone.engines] == ["smt"]
-    assert alone.lacking == ("`clot` and `hybrid` could be asked too: `pip install 'missionc[clot]'`",)
+    assert alone.lacking == ("`clot` and `hybrid` would be available with `pip install 'missionc[clot]'`",)
     nobody = load.load_engines(("clot", "hybrid"))
     assert isinstance(nobody, Diagnostic)
     assert nobody.code is EXTRA_MISSING

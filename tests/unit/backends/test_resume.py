@@ -181,15 +181,18 @@ SAME = {"preset": "search", "samples": 16}
 def test_a_checkpoint_of_another_mission_is_refused(kept: bytes) -> None:
     finding = refused(PAIR.replace("8, 6", "8, 7"), kept, **SAME)
     assert finding.code is CHECKPOINT_MISMATCH
-    assert finding.notes[0] == "the mission is another one, or has changed since"
+    assert finding.notes[0] == "the mission is different or has changed"
 
 
 def test_a_checkpoint_of_another_seed_or_preset_is_refused_and_says_which(kept: bytes) -> None:
     finding = refused(PAIR, kept, seed=3, **SAME)
     assert finding.code is CHECKPOINT_MISMATCH
-    assert finding.notes[0] == "its seed is `0`, and here it is `3`"
-    assert "its preset is `search`, and here it is `paper`" in refused(PAIR, kept, preset="paper", samples=16).notes
-    assert "its samples is `16`, and here it is nothing" in refused(PAIR, kept, preset="search").notes
+    assert finding.notes[0] == "the seed is `0` in the checkpoint and `3` in this run"
+    assert (
+        "the preset is `search` in the checkpoint and `paper` in this run"
+        in refused(PAIR, kept, preset="paper", samples=16).notes
+    )
+    assert "the samples is `16` in the checkpoint and not set in this run" in refused(PAIR, kept, preset="search").notes
 
 
 def test_a_checkpoint_of_another_version_is_refused(kept: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -321,7 +324,7 @@ def test_a_plan_in_a_checkpoint_is_not_believed() -> None:
     control[:, 3] += 100.0
     finding = refused(ROW, changed(kept[-1], {"reached.control": control}))
     assert finding.code is CHECKPOINT_UNREADABLE
-    assert finding.notes == ("what it holds as a plan is none",)
+    assert finding.notes == ("its plan is invalid",)
 
 
 def test_a_checkpoint_is_refused_where_the_mission_goes_to_a_solver(tmp_path: Path) -> None:

@@ -136,7 +136,7 @@ def test_a_start_with_no_other_node_near_gets_stepping_stones() -> None:
 def test_a_region_that_an_obstacle_fills_has_no_free_place() -> None:
     result = outcome(f"obstacle rock = box (0.4, 0.4) to (3.1, 3.1)\nteam robot[2] {{ {FREE} start in base }}")
     assert isinstance(result, NoRoadmap)
-    assert result.statement == "no free place for `robot[0]` in `base`"
+    assert result.statement == "no free position for `robot[0]` in `base`"
 
 
 def test_a_region_that_a_moving_obstacle_fills_at_the_start_has_no_free_place_then() -> None:
@@ -169,14 +169,14 @@ def test_a_start_without_a_way_out_is_named() -> None:
     cage = "obstacle cage = box (4, 4) to (6, 6) - box (4.5, 4.5) to (5.5, 5.5)\n"
     result = outcome(cage + "agent robot { radius 0.1 m dynamics unicycle(speed 2..3 m/s) start at (5, 5) }")
     assert isinstance(result, NoRoadmap)
-    assert result.statement == "no way out of (5, 5) for `robot`"
+    assert result.statement == "no path from (5, 5) for `robot`"
 
 
 def test_a_finish_without_a_way_in_is_named() -> None:
     cage = "obstacle cage = box (7, 7) to (9, 9) - box (7.2, 7.2) to (8.8, 8.8)\n"
     result = outcome(cage + f"team robot[2] {{ radius 0.1 m {FREE} start in base finish in goal }}")
     assert isinstance(result, NoRoadmap)
-    assert result.statement == "no way into `goal` for `robot[0]`"
+    assert result.statement == "no path to `goal` for `robot[0]`"
 
 
 @pytest.mark.parametrize("dynamics", ["unicycle(speed 1..2 m/s)", "single_integrator(speed <= 1 m/s)"])

@@ -140,7 +140,7 @@ def test_names_are_whole_or_without_their_group_and_the_last_value_counts() -> N
     [
         ("smt.nods", "3", "MC415", "write `smt.nodes`"),
         ("smt.rounds", "3", "MC415", "`smt.prioritized.rounds` or `smt.shortening.rounds`"),
-        ("", "3", "MC415", "--emit settings"),
+        ("", "3", "MC415", "--set help"),
         ("smt.nodes", "1.5", "MC416", "--set smt.roadmap.nodes=110"),
         ("smt.roadmap.growth", "0.5", "MC416", "--set smt.roadmap.growth=1.7"),
         ("clot.schedules", "3", "MC417", "--backend clot"),

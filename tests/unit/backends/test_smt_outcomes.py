@@ -104,13 +104,13 @@ def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkey
     built = count()
 
     def build_twice(*arguments: object, **passages: object) -> object:
-        return build_roadmaps(*arguments, **passages) if next(built) < 2 else NoRoadmap("no way out of `base`")  # type: ignore[arg-type]
+        return build_roadmaps(*arguments, **passages) if next(built) < 2 else NoRoadmap("no path from `base`")  # type: ignore[arg-type]
 
     monkeypatch.setattr("missionc.backends.smt.roadmap.sequence.build_roadmaps", build_twice)
     outcome = compiled(GO + NEAR + "solve with smt { nodes = 110 }\n").outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.NO_ROADMAP
-    assert outcome.statement == "no way out of `base`; roadmaps of 110 and 187 nodes hold no plan"
+    assert outcome.statement == "no path from `base`; roadmaps of 110 and 187 nodes hold no plan"
 
 
 def checked_mission() -> tuple[Mission, Kernel]:

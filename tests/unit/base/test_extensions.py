@@ -181,7 +181,7 @@ def test_a_built_in_name_cannot_be_taken(mission: Path, tmp_path: Path, capsys: 
     entries = {GROUP: {"smt": "idle_robots:BACKEND"}, "missionc.commands": {"check": "idle_robots:BACKEND"}}
     with package(tmp_path / "site", "idle_robots", entries, BACKEND):
         assert main(["compile", str(mission), "-o", str(tmp_path / "out")]) == 1
-        assert "error[MC411]: the backend `smt` of `idle_robots` 1.0 has the name of a built-in one" in (
+        assert "error[MC411]: the backend `smt` of `idle_robots` 1.0 has the same name as a built-in" in (
             capsys.readouterr().err
         )
 
@@ -256,11 +256,11 @@ def test_an_export_of_an_extension_is_written_verified_and_listed(
         (tmp_path / "out" / "export" / "names" / "names.txt").write_bytes(b"cars")
         assert main(["verify", folder]) == 5
     assert main(["verify", folder]) == 5
-    assert "knows no such export" in capsys.readouterr().err
+    assert "unknown export" in capsys.readouterr().err
     (tmp_path / "out" / "export" / "names" / "names.txt").write_bytes(b"cart")
     with package(tmp_path / "bad", "name_robots", entries, EXPORT.replace("NAME", "../names.txt")):
         assert main(["export", folder, "names", "-o", str(tmp_path / "further")]) == 1
-        assert "error[MC413]: the export `names` made something that is no file" in capsys.readouterr().err
+        assert "error[MC413]: the export `names` returned an item that is not a file" in capsys.readouterr().err
     assert not (tmp_path / "further").exists()
 
 

@@ -148,7 +148,7 @@ def test_findings_in_a_list_are_printed_as_words_too() -> None:
     from IPython.lib.pretty import pretty
 
     checked = missionc.check(Source("a.mission", WRONG))
-    assert "error[MC101]: nothing is called `gaol`" in pretty(list(checked.findings))
+    assert "error[MC101]: unknown name `gaol`" in pretty(list(checked.findings))
     assert pretty(checked) == str(checked)
 
 
@@ -188,7 +188,7 @@ def test_the_example_notebook_runs_and_shows_what_it_promises(monkeypatch: pytes
     assert "wildfire.mission: no findings" in words
     assert "2 drones: Impossible\n" in words
     assert "error[MC609]: `relay`, `rescue` cannot be satisfied together" in words
-    assert "error[MC101]: nothing is called `surviver`" in words
+    assert "error[MC101]: unknown name `surviver`" in words
 
 
 def test_an_outcome_without_a_plan_says_what_it_is() -> None:

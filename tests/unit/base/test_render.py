@@ -33,20 +33,20 @@ def test_a_finding_shows_its_line_its_labels_its_notes_and_a_way_out() -> None:
     source = Source("wildfire.mission", "# a\n" * 17 + WATCH)
     finding = Diagnostic(
         BEYOND_HORIZON,
-        "the mission ends before `watch` can be judged",
-        Label(span(source, "always[0, 16 s]"), "looks 16 s ahead"),
-        (Label(span(source, "eventually[0, 6 s]"), "and 6 s further"),),
+        "the mission ends before `watch` can be evaluated",
+        Label(span(source, "always[0, 16 s]"), "reaches 16 s ahead"),
+        (Label(span(source, "eventually[0, 6 s]"), "reaches another 6 s ahead"),),
         ("the formula needs 22 s; the mission lasts 20 s",),
-        "write `horizon 22 s`, or shorten a window",
+        "write `horizon 22 s`",
     )
     assert render_text([finding], colour=False) == dedent("""\
-        error[MC301]: the mission ends before `watch` can be judged
+        error[MC301]: the mission ends before `watch` can be evaluated
           --> wildfire.mission:18:29
         18 | require watch: every drone: always[0, 16 s] (survivor implies eventually[0, 6 s] base)
-           |                             ^^^^^^^^^^^^^^^                   ------------------ and 6 s further
-           |                             looks 16 s ahead
+           |                             ^^^^^^^^^^^^^^^                   ------------------ reaches another 6 s ahead
+           |                             reaches 16 s ahead
            = the formula needs 22 s; the mission lasts 20 s
-           help: write `horizon 22 s`, or shorten a window
+           help: write `horizon 22 s`
         """)
 
 
@@ -118,7 +118,7 @@ def test_labels_in_two_files_name_both() -> None:
 
 
 def test_a_finding_about_no_text_has_only_words() -> None:
-    finding = Diagnostic(UNREADABLE, "cannot read `a`", None, notes=("one\ntwo",), help="give a file")
+    finding = Diagnostic(UNREADABLE, "cannot read `a`", None, notes=("one\ntwo",), help="name an existing")
     assert render_text([finding], colour=False) == dedent("""\
         error[MC002]: cannot read `a`
           = one
@@ -135,7 +135,7 @@ def test_control_characters_of_a_mission_do_not_reach_the_terminal() -> None:
 
 def test_colours_are_only_there_when_asked_for() -> None:
     source = Source("a.mission", "fire")
-    warning = Diagnostic(UNUSED_NAME, "nothing uses `fire`", Label(span(source, "fire")))
+    warning = Diagnostic(UNUSED_NAME, "`fire` is never used", Label(span(source, "fire")))
     assert "\x1b[33;1mwarning[MC103]" in render_text([warning], colour=True)
     assert "\x1b" not in render_text([warning], colour=False)
 

@@ -75,7 +75,7 @@ def test_the_schema_accepts_what_is_said_of_every_error_of_nothing_and_of_a_defe
     assert wrong(checked(capsys, *error_pages())) == []
     Path("small.mission").write_text(SMALL)
     assert wrong(checked(capsys, "small.mission", status=0)) == []
-    assert wrong(render_sarif([Diagnostic(UNREADABLE, "cannot read `a`", None, help="give a file")])) == []
+    assert wrong(render_sarif([Diagnostic(UNREADABLE, "cannot read `a`", None, help="name an existing")])) == []
     assert wrong(defective(capsys, monkeypatch)) == []
 
 
@@ -149,8 +149,8 @@ def test_second_places_are_related_locations_with_what_they_say(folder: Path, ca
     result = only_result(checked(capsys, "a.mission"))
     (related,) = result["relatedLocations"]
     assert words_of(text, related["physicalLocation"]["region"]) == "eventually[0, 3 s]"
-    assert related["message"]["text"] == "and 3 s further"
-    assert result["locations"][0]["message"]["text"] == "looks 6 s ahead"
+    assert related["message"]["text"] == "reaches another 3 s ahead"
+    assert result["locations"][0]["message"]["text"] == "reaches 6 s ahead"
     assert "help: write `horizon 9 s`" in result["message"]["text"]
 
 
@@ -177,7 +177,7 @@ def test_a_rule_brings_its_page_and_its_level(folder: Path, capsys: Captured) ->
 
 
 def test_a_finding_about_no_text_has_no_place() -> None:
-    log = render_sarif([Diagnostic(UNREADABLE, "cannot read `a`", None, help="give a file")])
+    log = render_sarif([Diagnostic(UNREADABLE, "cannot read `a`", None, help="name an existing")])
     assert only_result(log)["locations"] == []
 
 

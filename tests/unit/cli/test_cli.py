@@ -448,7 +448,7 @@ def test_a_defect_is_one_message_without_a_traceback(
     monkeypatch.setattr("missionc.cli.commands.check.check", broken)
     assert main(["check", "small.mission"]) == 70
     err = capsys.readouterr().err
-    assert err.startswith("error[MC901]: a defect of the compiler: ZeroDivisionError at test_cli.py:")
+    assert err.startswith("error[MC901]: internal error: ZeroDivisionError at test_cli.py:")
     assert "Traceback" not in err
     assert main(["check", "small.mission", "--format", "json"]) == 70
     assert json.loads(capsys.readouterr().out)["diagnostics"][0]["code"] == "MC901"

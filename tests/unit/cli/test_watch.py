@@ -124,7 +124,7 @@ def test_check_follows_included_files_even_those_that_are_not_there_yet(tmp_path
         (tmp_path / "goal.mission").write_text(GOAL)
         check.says("a.mission: no findings")
         save_by_rename(tmp_path / "goal.mission", GOAL.replace("goal", "gaol"))
-        check.says("nothing is called `goal`")
+        check.says("unknown name `goal`")
         assert check.end(signal.SIGTERM) == 143
 
 
@@ -162,7 +162,7 @@ def test_compile_plans_after_every_good_save_and_keeps_its_report_through_a_bad_
         save_by_rename(mission, WRONG)
         run.says("small.mission: 1 error")
         until(lambda: '"state": "wrong"' in news(address), "the bad news")
-        assert "nothing is called `gaol`" in json.loads(news(address))["says"]
+        assert "unknown name `gaol`" in json.loads(news(address))["says"]
         assert asked(address + "report.html") == first
         save_by_rename(mission, SMALL.replace("drone[2]", "drone[3]"))
         run.says("report: build/small/report.html", 2)

@@ -19,19 +19,22 @@ RADIO = "region goal = box (7, 7) to (9, 9)\ngraph radio = proximity 2 m"
         ({"require": "require r: drone[0]: next goal"}, "operator `next`"),
         ({"require": "require r: drone[0]: goal release[0, 2 s] goal"}, "operator `release`"),
         ({"require": "require r: at least 1 drone: eventually[0, 2 s] goal"}, "number of agents"),
-        ({"require": "require r: drone[0]: always[0, 2 s] speed <= 1"}, "predicate that the place of one agent"),
+        (
+            {"require": "require r: drone[0]: always[0, 2 s] speed <= 1"},
+            "predicate of more than the position of one agent",
+        ),
         ({"require": "require r: drone[0]: eventually[0, 2 s] distance(drone[1]) <= 1 m"}, "place of one agent"),
         ({"more": "prefer p: drone[0]: eventually[0, 2 s] goal"}, "preference"),
         ({"more": "minimize distance"}, "`minimize distance`"),
         ({"things": RADIO, "require": "require r: drone[0]: somewhere[distance <= 3 m on radio] goal"}, "in metres"),
-        ({"things": RADIO, "require": "require r: always[0, 2 s] connected(radio)"}, "graph that is connected"),
+        ({"things": RADIO, "require": "require r: always[0, 2 s] connected(radio)"}, "connectivity of a graph"),
         (
             {"things": RADIO, "require": "require r: drone[0]: goal surround[hops 1..1 on radio] goal"},
             "lower bound of `surround`",
         ),
         (
             {"team": TEAM.replace("}", "finish in goal }")},
-            "place to finish",
+            "`finish`",
         ),
         (
             {"team": TEAM.replace("single_integrator(", "double_integrator(acceleration <= 1 m/s^2, ")},

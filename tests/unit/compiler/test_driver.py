@@ -111,7 +111,7 @@ def test_every_reason_of_an_undecided_search_has_its_code(
 ) -> None:
     compiled = answered(NotFound(reason, "after 3 rounds", Report()), monkeypatch)
     assert compiled.findings[-1].code is CODES[code]
-    assert compiled.findings[-1].notes == ("after 3 rounds", "this says nothing about whether a plan exists")
+    assert compiled.findings[-1].notes == ("after 3 rounds", "a plan may still exist")
 
 
 def test_a_conflict_is_shown_at_the_requirements_it_rests_on(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -124,7 +124,7 @@ def test_a_conflict_is_shown_at_the_requirements_it_rests_on(monkeypatch: pytest
 
 def test_a_conflict_of_motion_alone_points_at_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
     finding = answered(Impossible((), "on 40 nodes", Report()), monkeypatch).findings[-1]
-    assert finding.message == "no plan exists on the roadmap, whatever the requirements"
+    assert finding.message == "no plan exists on the roadmap, even without the requirements"
     assert finding.primary is not None
     assert finding.primary.span.text.startswith("time step")
 

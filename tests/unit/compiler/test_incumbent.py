@@ -109,7 +109,7 @@ def test_a_search_that_fails_while_it_improves_a_plan_gives_that_plan(monkeypatc
     result, _ = by(broken, monkeypatch)
     assert cut_short(result) is CutShort.DEFECT
     assert failures(result) == [
-        f"improving the plan failed: a defect of the compiler: IndexError at {Path(__file__).name}:"
+        f"improving the plan failed: internal error: IndexError at {Path(__file__).name}:"
         f"{broken.__code__.co_firstlineno + 1}"
     ]
 
@@ -189,7 +189,7 @@ def test_a_later_plan_whose_files_cannot_be_made_leaves_the_plan_before(monkeypa
     last_certification(broken, monkeypatch)
     result, _ = by(lambda _: first_plan(), monkeypatch)
     assert cut_short(result) is CutShort.DEFECT
-    assert failures(result)[0].startswith("certifying a later plan failed: a defect of the compiler: IndexError at ")
+    assert failures(result)[0].startswith("certifying a later plan failed: internal error: IndexError at ")
 
 
 def test_options_are_compared_once_the_plan_is_secured_and_may_fail(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -202,7 +202,7 @@ def test_options_are_compared_once_the_plan_is_secured_and_may_fail(monkeypatch:
     assert secured_by_then == [1]
     assert cut_short(secured[0]) is CutShort.UNFINISHED
     assert cut_short(result) is CutShort.DEFECT
-    assert failures(result)[0].startswith("comparing options failed: a defect of the compiler: IndexError at ")
+    assert failures(result)[0].startswith("comparing options failed: internal error: IndexError at ")
 
 
 def test_a_better_option_that_cannot_be_certified_leaves_the_plan_before(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -234,7 +234,7 @@ def test_further_plans_may_fail(
     monkeypatch.setattr(module, name, broken)
     result, _ = planned(**more)
     assert cut_short(result) is CutShort.DEFECT
-    assert failures(result)[0].startswith(f"{says} failed: a defect of the compiler: IndexError at ")
+    assert failures(result)[0].startswith(f"{says} failed: internal error: IndexError at ")
 
 
 def test_a_step_without_memory_is_no_defect(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -243,7 +243,7 @@ def test_a_step_without_memory_is_no_defect(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(search_alternatives, "search_alternatives", greedy)
     result, _ = planned(alternatives=2)
-    assert failures(result) == ["planning alternatives failed: memory ran out"]
+    assert failures(result) == ["planning alternatives failed: out of memory"]
     assert isinstance(result.outcome, Verified)
 
 
@@ -261,7 +261,7 @@ def test_the_verdict_stands_if_its_explanation_fails(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("missionc.compiler.relax.search_relaxations.explain", broken)
     result = driver.compile(Source("a.mission", CONFLICT), backend="smt", explain_limit=Seconds(5.0))
     assert isinstance(result.outcome, Impossible)
-    assert failures(result)[0].startswith("explaining the result failed: a defect of the compiler: IndexError at ")
+    assert failures(result)[0].startswith("explaining the result failed: internal error: IndexError at ")
 
 
 def test_the_folder_is_there_before_options_are_compared(
@@ -335,5 +335,5 @@ def test_a_picture_that_cannot_be_drawn_leaves_the_folder(
 
 def test_memory_that_a_library_does_not_get_is_no_defect() -> None:
     finding = improvement_failed("improving the plan", RuntimeError("std::bad_alloc"))
-    assert finding.message == "improving the plan failed: memory ran out"
-    assert finding.help == "allow more with `--memory-limit`"
+    assert finding.message == "improving the plan failed: out of memory"
+    assert finding.help == "raise the limit with `--memory-limit`"

@@ -208,7 +208,7 @@ def test_holes_in_a_log_are_gone_straight_over_and_long_ones_are_not() -> None:
     assert found.until == 2.9
     assert found.trace.position[0, :, 0].tolist() == pytest.approx([0.4, 1.0, 2.0])
     _, findings = read_flown(Source("flown.csv", "\n".join(fine).replace(",1.9,1.9,1", ",1.3,1.3,1")), mission, ())
-    assert "is not seen from 1.3 s to 2.9 s" in findings[0].message
+    assert "has no samples from 1.3 s to 2.9 s" in findings[0].message
 
 
 def test_who_is_lost_stays_where_it_was_seen_last_and_the_others_end_where_the_first_of_them_does() -> None:
@@ -249,7 +249,7 @@ def test_of_a_mission_that_is_over_nothing_is_left() -> None:
         text += "".join(f"{agent.name},{step},{step / 10},1\n" for step in range(mission.steps + 1))
     found, findings = read_flown(Source("flown.csv", text), mission, ())
     assert found is None
-    assert "the mission is over at" in findings[0].message
+    assert "the mission ended at" in findings[0].message
 
 
 def test_nothing_is_planned_for_nobody() -> None:

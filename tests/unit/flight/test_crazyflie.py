@@ -255,9 +255,7 @@ def test_an_obstacle_that_leaves_no_time_to_come_to_speed_is_named() -> None:
     found = crazyflie(chased(0.0)[0], NOTHING, chased(0.0)[1])
     assert isinstance(found, Diagnostic)
     assert found.code is NOT_FLYABLE
-    assert found.message.startswith(
-        "no polynomials fly the plan of `drone[0]` clear of `truck`: they would touch at 0."
-    )
+    assert found.message.startswith("no polynomials fit the plan of `drone[0]`: a collision with `truck` at 0.")
     assert "`clearance` above 0 m" in (found.help or "")
 
 
@@ -420,12 +418,12 @@ def test_a_piece_that_comes_twice_is_noticed() -> None:
     ("text", "problem"),
     [
         ("", "the first line is not the header"),
-        (",".join(COLUMNS) + "\n" + ",".join(["1"] * 33) + "\n", "it has less than two whole rows"),
+        (",".join(COLUMNS) + "\n" + ",".join(["1"] * 33) + "\n", "fewer than two complete rows"),
         (",".join(COLUMNS) + "\n" + (",".join(["1"] * 32) + "\n") * 2, "line 2 has 32 columns, not 33"),
         (",".join(COLUMNS) + "\n" + (",".join(["nan"] * 33) + "\n") * 2, "a number is not finite"),
         (",".join(COLUMNS) + "\n" + (",".join(["1e39"] * 33) + "\n") * 2, "a number is not finite"),
-        (",".join(COLUMNS) + "\n" + (",".join(["0"] * 33) + "\n") * 2, "a duration not positive"),
-        (",".join(COLUMNS) + "\n" + (",".join(["x"] * 33) + "\n") * 2, "line 2 holds something else than numbers"),
+        (",".join(COLUMNS) + "\n" + (",".join(["0"] * 33) + "\n") * 2, "a duration is not positive"),
+        (",".join(COLUMNS) + "\n" + (",".join(["x"] * 33) + "\n") * 2, "line 2 has a value that is not a number"),
     ],
 )
 def test_a_file_that_a_crazyflie_cannot_read_is_refused(text: str, problem: str) -> None:

@@ -238,7 +238,7 @@ def test_a_plan_beyond_the_fence_is_refused_for_that_and_nothing_else() -> None:
     assert isinstance(found, Diagnostic)
     assert found.code is NOT_FLYABLE
     # The plan is 0.2 m beyond, and the flight no further.
-    assert found.notes[0] == "in the best that was found `flown world` fails by 0.2 m"
+    assert found.notes[0] == "the best curves violate `flown world` by 0.2 m"
 
 
 def test_a_plan_too_close_for_its_vehicles_is_to_get_a_larger_separation() -> None:

@@ -59,7 +59,7 @@ BROKEN = (
 def test_what_the_starts_break_is_said_with_the_margin(formula: str, words: str | None, amount: float) -> None:
     (finding,) = found(POINTS, formula)
     assert finding.code is CONTRADICTION
-    assert finding.message.startswith("requirement `r` contradicts where `drone[")
+    assert finding.message.startswith("requirement `r` contradicts the start of `drone[")
     assert finding.primary is not None
     if words is not None:
         assert finding.primary.span.text == words
@@ -67,7 +67,7 @@ def test_what_the_starts_break_is_said_with_the_margin(formula: str, words: str 
     assert (f"by {amount:.10g} m" in finding.primary.message) == (amount > 0)
     assert finding.labels
     assert all(each.span.text in POINTS and "here" in each.message for each in finding.labels)
-    assert finding.help.startswith("start elsewhere")
+    assert finding.help.startswith("exclude 0 s")
 
 
 @pytest.mark.parametrize(
@@ -89,17 +89,20 @@ def test_what_is_left_open_or_kept_is_no_finding(formula: str) -> None:
 
 def test_the_two_that_are_too_far_apart_are_named_with_their_distance() -> None:
     (finding,) = found(POINTS, "always[0, 5 s] connected(radio, drone)")
-    assert finding.message == "requirement `r` contradicts where `drone[1]` and `drone[2]` start"
+    assert finding.message == "requirement `r` contradicts the start of `drone[1]` and `drone[2]`"
     assert finding.notes == ("`drone[1]` and `drone[2]` are 4 m apart; the radius of `radio` is 2 m",)
 
 
 def test_two_that_do_not_see_each_other_where_they_start_are_named_with_what_is_in_the_way() -> None:
     (finding,) = found(POINTS, f"always[0, 5 s] connected(eyes, drone[1..2])\n{EYES}")
-    assert finding.message == "requirement `r` contradicts where `drone[1]` and `drone[2]` start"
+    assert finding.message == "requirement `r` contradicts the start of `drone[1]` and `drone[2]`"
     assert finding.primary is not None
-    assert finding.primary.message == "false at 0 s, by 0.5 m"
+    assert finding.primary.message == "false at 0 s by 0.5 m"
     (note,) = finding.notes
-    assert note == "`drone[1]` and `drone[2]` are 4 m apart; the radius of `eyes` is 9 m, and an obstacle is in the way"
+    assert (
+        note == "`drone[1]` and `drone[2]` are 4 m apart; "
+        "the radius of `eyes` is 9 m, and an obstacle blocks the line of sight"
+    )
 
 
 @pytest.mark.parametrize(
@@ -109,16 +112,16 @@ def test_two_that_do_not_see_each_other_where_they_start_are_named_with_what_is_
 def test_what_the_finishes_break_is_said_too(formula: str, amount: float) -> None:
     (finding,) = found(ENDS, formula)
     assert finding.primary is not None
-    assert finding.primary.message == f"false at 5 s, by {amount:g} m"
+    assert finding.primary.message == f"false at 5 s by {amount:g} m"
     assert "finish" in finding.message
-    assert finding.help.startswith("finish elsewhere")
+    assert finding.help.startswith("exclude 5 s")
 
 
 def test_regions_that_no_choice_mends_are_said_and_others_are_not() -> None:
     other = "start in base }\nagent scout { dynamics single_integrator(speed <= 2 m/s)  start in "
     (finding,) = found(other + "yard", "always[0, 5 s] connected(radio)")
     assert finding.primary is not None
-    assert "at best, wherever in their regions they are" in finding.primary.message
+    assert "or more, for all positions in their regions" in finding.primary.message
     assert found(other + "near", "always[0, 5 s] connected(radio)") == []
 
 
@@ -134,6 +137,6 @@ def test_regions_that_no_choice_mends_are_said_and_others_are_not() -> None:
 )
 def test_what_no_motion_changes_is_not_blamed_on_a_start_or_a_finish(formula: str, words: str) -> None:
     (finding,) = found("start in near", formula)
-    assert finding.message == "requirement `r` cannot be satisfied, whatever the motion"
+    assert finding.message == "requirement `r` cannot be satisfied by any motion"
     assert finding.primary is not None
-    assert (finding.primary.span.text, finding.primary.message) == (words, "false at 0 s, whatever the agents do")
+    assert (finding.primary.span.text, finding.primary.message) == (words, "false at 0 s for every motion")

@@ -47,7 +47,7 @@ def test_what_has_to_be_done_is_not(formula: str) -> None:
 def test_given_places_are_looked_at_one_by_one() -> None:
     assert found(text("require low: every drone: eventually[0, 20 s] y <= 2.5", agents=AT), ASKS_NOTHING) == []
     finding = only(text("require low: every drone: eventually[0, 20 s] y <= 2.95", agents=AT), ASKS_NOTHING)
-    assert words(finding)[0][1] == "true at 0 s of `drone[0]`, `drone[1]` and `drone[2]`, wherever they start"
+    assert words(finding)[0][1] == "true at 0 s for `drone[0]`, `drone[1]` and `drone[2]`, for every start position"
 
 
 def test_a_region_within_which_they_start_counts_as_theirs() -> None:

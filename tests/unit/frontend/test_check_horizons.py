@@ -12,10 +12,13 @@ from tests.support.check_findings import found, meant, only, text, words
 def test_a_window_past_the_horizon_is_refused_with_the_part_of_each() -> None:
     mission = text("require watch: every drone: always[0, 16 s] (goal implies eventually[0, 6 s] base)")
     finding = only(mission, BEYOND_HORIZON)
-    assert finding.message == "the mission ends before `watch` can be judged"
-    assert words(finding) == [("always[0, 16 s]", "looks 16 s ahead"), ("eventually[0, 6 s]", "and 6 s further")]
+    assert finding.message == "the mission ends before `watch` can be evaluated"
+    assert words(finding) == [
+        ("always[0, 16 s]", "reaches 16 s ahead"),
+        ("eventually[0, 6 s]", "reaches another 6 s ahead"),
+    ]
     assert finding.notes == ("the formula needs 22 s; the mission lasts 20 s",)
-    assert finding.help == "write `horizon 22 s`, or shorten a window"
+    assert finding.help == "write `horizon 22 s`"
 
 
 def test_the_message_reads_as_the_design_shows_it() -> None:
@@ -23,10 +26,10 @@ def test_the_message_reads_as_the_design_shows_it() -> None:
     shown = render_text([only(mission, BEYOND_HORIZON)], colour=False)
     assert shown.splitlines()[2:] == [
         "10 | require watch: every drone: always[0, 16 s] (goal implies eventually[0, 6 s] base)",
-        "   |                             ^^^^^^^^^^^^^^^               ------------------ and 6 s further",
-        "   |                             looks 16 s ahead",
+        "   |                             ^^^^^^^^^^^^^^^               ------------------ reaches another 6 s ahead",
+        "   |                             reaches 16 s ahead",
         "   = the formula needs 22 s; the mission lasts 20 s",
-        "   help: write `horizon 22 s`, or shorten a window",
+        "   help: write `horizon 22 s`",
     ]
 
 
@@ -52,8 +55,8 @@ def test_the_left_side_of_until_is_asked_one_step_less_far() -> None:
 def test_the_right_side_of_until_is_asked_at_its_last_step() -> None:
     refused = text("require r: every drone: base until[0, 20 s] next goal")
     assert words(only(refused, BEYOND_HORIZON)) == [
-        ("until[0, 20 s]", "looks 20 s ahead"),
-        ("next goal", "and 1 s further"),
+        ("until[0, 20 s]", "reaches 20 s ahead"),
+        ("next goal", "reaches another 1 s ahead"),
     ]
 
 
@@ -70,11 +73,11 @@ def test_next_looks_one_step() -> None:
 def test_a_window_to_the_end_leaves_nothing_to_look_at_from_its_last_step() -> None:
     finding = only(text("require r: every drone: always[0, end] eventually[0, 6 s] base"), BEYOND_HORIZON)
     assert words(finding) == [
-        ("always[0, end]", "asks at every step up to the last one, at 20 s"),
-        ("eventually[0, 6 s]", "and 6 s further"),
+        ("always[0, end]", "evaluated at every step up to the last, at 20 s"),
+        ("eventually[0, 6 s]", "reaches another 6 s ahead"),
     ]
-    assert finding.notes == ("from the mission's last step nothing lies ahead, so no horizon is long enough",)
-    assert finding.help == "write `always[0, 14 s]`, or let the window inside it reach to `end` as well"
+    assert finding.notes == ("no horizon is long enough: the inner window always reaches past the last step",)
+    assert finding.help == "write `always[0, 14 s]`"
 
 
 def test_the_way_out_of_a_window_to_the_end_is_accepted_when_taken() -> None:
@@ -89,13 +92,13 @@ def test_a_window_to_the_end_under_a_window_is_accepted() -> None:
 
 def test_a_window_to_the_end_that_begins_after_it_holds_no_step() -> None:
     finding = only(text("require r: every drone: always[0, 10 s] eventually[12 s, end] goal"), WINDOW_EMPTY)
-    assert finding.message == "in `r`, `eventually[12 s, end]` holds no step: it begins after the mission's last"
-    assert words(finding)[1] == ("eventually[12 s, end]", "and begins 12 s further")
+    assert finding.message == "in `r`, the window of `eventually[12 s, end]` begins after the last step of the mission"
+    assert words(finding)[1] == ("eventually[12 s, end]", "begins another 12 s later")
 
 
 def test_a_preference_is_held_to_the_horizon_too() -> None:
     mission = text("require r: every drone: always[0, 20 s] not fire\nprefer p: some drone: eventually[0, 21 s] goal")
-    assert only(mission, BEYOND_HORIZON).message == "the mission ends before `p` can be judged"
+    assert only(mission, BEYOND_HORIZON).message == "the mission ends before `p` can be evaluated"
 
 
 def test_every_requirement_that_looks_too_far_is_reported() -> None:
@@ -121,8 +124,8 @@ def test_a_shared_formula_is_looked_at_once() -> None:
 
 def test_one_text_that_looks_too_far_for_several_members_is_one_finding_with_the_longest_horizon() -> None:
     alike = text("require r[i in 0..2]: drone[i]: eventually[0, 25 s] goal")
-    assert only(alike, BEYOND_HORIZON).notes[1:] == ("it is so with every `i`",)
+    assert only(alike, BEYOND_HORIZON).notes[1:] == ("for every `i`",)
     growing = only(text("require r[i in 0..2]: drone[i]: eventually[0, 18 s + i * 2 s] goal"), BEYOND_HORIZON)
-    assert growing.help == "write `horizon 22 s`, or shorten a window"
+    assert growing.help == "write `horizon 22 s`"
     each = text("require r: for i in 0..2: drone[i]: always[0, 10 s] (base implies eventually[0, 15 s] goal)")
-    assert only(each, BEYOND_HORIZON).notes[1:] == ("it is so with every `i`",)
+    assert only(each, BEYOND_HORIZON).notes[1:] == ("for every `i`",)

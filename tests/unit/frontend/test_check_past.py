@@ -15,21 +15,21 @@ def said(formula: str) -> list[str]:
 @pytest.mark.parametrize(
     ("formula", "message"),
     [
-        ("once[1 s, 5 s] base", "this `once` is always false: its window lies before the mission's start"),
+        ("once[1 s, 5 s] base", "this `once` is always false: its window is before the start of the mission"),
         (
             "historically[1 s, 5 s] fire",
-            "this `historically` is always true: its window lies before the mission's start",
+            "this `historically` is always true: its window is before the start of the mission",
         ),
-        ("base since[2 s, 5 s] fire", "this `since` is always false: its window lies before the mission's start"),
-        ("next once[2 s, 5 s] base", "this `once` is always false: its window lies before the mission's start"),
-        ("once[0, 5 s] base", "this `once` looks at 0 s alone: the rest of its window lies before the mission's start"),
+        ("base since[2 s, 5 s] fire", "this `since` is always false: its window is before the start of the mission"),
+        ("next once[2 s, 5 s] base", "this `once` is always false: its window is before the start of the mission"),
+        ("once[0, 5 s] base", "this `once` covers only 0 s: the rest of its window is before the start of the mission"),
         (
             "eventually[0, 3 s] (goal and once[3 s, 5 s] base)",
-            "this `once` looks at 0 s alone: the rest of its window lies before the mission's start",
+            "this `once` covers only 0 s: the rest of its window is before the start of the mission",
         ),
         (
             "always[0, 9 s] (goal implies once[4 s, 5 s] once[5 s, 6 s] base)",
-            "this `once` looks at 0 s alone: the rest of its window lies before the mission's start",
+            "this `once` covers only 0 s: the rest of its window is before the start of the mission",
         ),
     ],
 )
@@ -83,5 +83,5 @@ def test_what_must_have_been_before_is_too_far_or_a_contradiction() -> None:
 def test_no_backend_looks_back_below_a_route_in_metres() -> None:
     past = "require a: some drone: eventually[0, 9 s] (drone reach[distance <= 3 m on radio] once[0, 3 s] goal)"
     (finding,) = found(text(past), NO_BACKEND)
-    assert "a look back below a route in metres" in str(finding)
+    assert "a past operator inside a route in metres" in str(finding)
     assert not found(text(past.replace("distance <= 3 m", "hops 0..2")), NO_BACKEND)

@@ -81,8 +81,8 @@ def grid(origin: str) -> dict[str, str | bytes]:
 @pytest.mark.parametrize(
     ("said", "files", "help_"),
     [
-        ('"s.geojson" origin (8.54 deg, 47.38 deg)', site(swapped=True), "exchange longitude and latitude"),
-        ('"s.geojson" origin (47.38 deg, 8.54 deg)', site(swapped=False), "exchange longitude and latitude"),
+        ('"s.geojson" origin (8.54 deg, 47.38 deg)', site(swapped=True), "swap longitude and latitude"),
+        ('"s.geojson" origin (47.38 deg, 8.54 deg)', site(swapped=False), "swap longitude and latitude"),
         ('"s.geojson" origin (9.54 deg, 47.38 deg)', site(swapped=False), "`origin (8.54000 deg, 47.38000 deg)`"),
         ('"s.geojson" unit 1 m at (50, 0)', site(swapped=False), "`origin (8.54 deg, 47.38 deg)` in place of `unit`"),
         ('"r.csv"', {"r.csv": "x,y,radius\n9000,8000,500\n"}, "`unit 1 mm`"),
@@ -105,7 +105,7 @@ def test_a_file_outside_the_world_is_an_error_with_its_likely_cause(
 def test_exchanged_axes_of_a_table_are_named() -> None:
     source = Source("r.csv", "")
     asked = FileRequest("obstacle", (source,), Span(source, 0, 0), Limits())
-    assert "exchange `x` and `y`" in likely_cause(asked, ((5, 80), (6, 81)), ((0, 0), (100, 10)))
+    assert "swap `x` and `y`" in likely_cause(asked, ((5, 80), (6, 81)), ((0, 0), (100, 10)))
 
 
 def test_the_unit_that_a_drawing_states_is_replaced_by_the_one_that_fits(tmp_path: Path) -> None:

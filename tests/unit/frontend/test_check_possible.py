@@ -74,7 +74,7 @@ def test_an_until_takes_a_jump_where_its_sides_are_further_apart_than_a_step(for
     assert (JUMP in {code for code, *_ in said}) == expected
     if expected:
         assert said[0][1] == "east"
-        assert said[0][2].endswith("m apart, 2 m in a step")
+        assert said[0][2].endswith("m apart; 2 m per step")
 
 
 def test_the_sides_of_an_until_may_be_apart_because_of_a_wall() -> None:
@@ -82,7 +82,7 @@ def test_the_sides_of_an_until_may_be_apart_because_of_a_wall() -> None:
     assert found(f"require r: {next_}") == []
     ((code, _, figure),) = found(f"require r: {next_}", WALL)
     assert code is JUMP
-    assert "round the obstacles, 2 m in a step" in figure
+    assert "around the obstacles; 2 m per step" in figure
 
 
 def test_a_whole_is_dead_where_all_alternatives_are_and_one_is_warned_of_where_another_lives() -> None:
@@ -153,7 +153,7 @@ def test_more_agents_than_there_is_room_for_at_one_step(formula: str, expected: 
     said = found(f"require r: {formula}", agents=MANY)
     assert (CROWDED in {code for code, *_ in said}) == expected
     if expected:
-        assert said[0][2] == "room for 13 agents at most, whose centres are 0.4 m apart"
+        assert said[0][2] == "room for at most 13 agents, with centres 0.4 m apart"
 
 
 def test_nine_bodies_that_fit_in_a_square_are_not_too_many() -> None:
@@ -221,7 +221,7 @@ def test_a_passage_is_too_narrow_for_a_body(gap: float, barred: bool) -> None:
     said = found("require r: every drone: eventually[0, 20 s] east", *wall)
     assert [code for code, *_ in said] == ([BARRED] if barred else [])
     if barred:
-        assert said[0][2] == "every way there leads within 0.075 m of an obstacle; its radius is 0.1 m"
+        assert said[0][2] == "every path passes within 0.075 m of an obstacle; the radius is 0.1 m"
 
 
 def test_a_finish_behind_a_wall_is_out_of_reach() -> None:

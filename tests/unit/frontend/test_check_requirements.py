@@ -32,10 +32,10 @@ def test_a_place_avoided_throughout_and_visited_sometime_is_a_contradiction() ->
     finding = only(mission, CONTRADICTION)
     assert finding.message == "requirements `keep` and `look` contradict each other"
     assert words(finding) == [
-        ("fire", "asks `fire` of some `drone`, at some step from 3 s to 5 s"),
-        ("fire", "asks `not fire` of every `drone`, from 0 s to 20 s"),
+        ("fire", "requires `fire` of some `drone`, at some step from 3 s to 5 s"),
+        ("fire", "requires `not fire` of every `drone`, from 0 s to 20 s"),
     ]
-    assert finding.notes == ("both are asked of one agent and exclude each other, at some step between 3 s and 5 s",)
+    assert finding.notes == ("both apply to one agent and exclude each other, at some step between 3 s and 5 s",)
 
 
 def test_facts_that_exclude_each_other_are_found(subtests: pytest.Subtests) -> None:
@@ -102,13 +102,13 @@ def test_a_requirement_may_contradict_itself() -> None:
 
 def test_a_speed_no_agent_has_can_never_be() -> None:
     finding = only(text("require r: some drone: eventually[0, 20 s] speed >= 3 m/s"), CONTRADICTION)
-    assert finding.message == "requirement `r` can never hold: no plan satisfies it"
+    assert finding.message == "requirement `r` can never be satisfied"
     assert words(finding) == [("speed >= 3 m/s", "always false: the speed stays between 0 and 2 m/s")]
 
 
 def test_a_region_too_narrow_for_a_body_can_never_hold_it() -> None:
     mission = text("region slot = box (5, 8) to (5.1, 9)", "require r: some drone: eventually[0, 20 s] inside(slot)")
-    assert words(only(mission, CONTRADICTION)) == [("inside(slot)", "no agent has room to be there")]
+    assert words(only(mission, CONTRADICTION)) == [("inside(slot)", "false at every possible position")]
 
 
 def test_a_region_whose_free_places_are_too_near_to_an_obstacle_can_never_be_entered() -> None:
@@ -119,23 +119,23 @@ def test_a_region_whose_free_places_are_too_near_to_an_obstacle_can_never_be_ent
 
 def test_a_requirement_that_breaks_where_an_agent_starts_is_a_contradiction() -> None:
     finding = only(text("require r: every drone: always[0, 20 s] not base"), CONTRADICTION)
-    assert finding.message == "requirement `r` contradicts where `drone[0]` starts"
+    assert finding.message == "requirement `r` contradicts the start of `drone[0]`"
     assert ("in base", "`drone[0]` starts here, at 0 s") in words(finding)
-    assert finding.notes == ("the same goes for `drone[1]` and `drone[2]`",)
+    assert finding.notes == ("also `drone[1]` and `drone[2]`",)
     assert found(text("require r: every drone: always[1 s, 20 s] not base"), CONTRADICTION) == []
 
 
 def test_a_start_at_a_point_is_held_against_the_requirements() -> None:
     agents = "team drone[2] { dynamics single_integrator(speed <= 2 m/s)  start at (5, 5.5), (8, 1) }"
     finding = only(text("require r: every drone: always[0, 20 s] not fire", agents=agents), CONTRADICTION)
-    assert finding.message == "requirement `r` contradicts where `drone[0]` starts"
+    assert finding.message == "requirement `r` contradicts the start of `drone[0]`"
     assert found(text("require r: some drone: always[0, 20 s] not fire", agents=agents), CONTRADICTION) == []
 
 
 def test_a_finish_is_held_against_the_requirements() -> None:
     agents = "team drone[2] { dynamics single_integrator(speed <= 2 m/s)  start in base  finish in goal }"
     finding = only(text("require r: every drone: always[9 s, 20 s] base", agents=agents), CONTRADICTION)
-    assert finding.message == "requirement `r` contradicts where `drone[0]` finishes"
+    assert finding.message == "requirement `r` contradicts the finish of `drone[0]`"
 
 
 def test_what_is_out_of_reach_at_the_start_is_said_once() -> None:
@@ -150,17 +150,25 @@ def test_what_is_out_of_reach_at_the_start_is_said_once() -> None:
 def test_a_requirement_that_cannot_be_violated_is_warned_of(subtests: pytest.Subtests) -> None:
     for requirement, part, why in [
         ("every drone: always[0, 20 s] speed <= 3 m/s", "speed <= 3 m/s", "the speed stays between 0 and 2 m/s"),
-        ("every drone: always[0, 20 s] (fire or not fire)", "fire or not fire", "true whatever its parts are"),
-        ("every drone: eventually[0, 9 s] (fire implies fire)", "fire implies fire", "true whatever its parts are"),
-        ("every drone: (fire iff base) or not (fire iff base)", "", "true whatever its parts are"),
-        ("every drone: (fire and goal) implies (goal and fire)", "", "true whatever its parts are"),
+        ("every drone: always[0, 20 s] (fire or not fire)", "fire or not fire", "true for all values of its operands"),
+        (
+            "every drone: eventually[0, 9 s] (fire implies fire)",
+            "fire implies fire",
+            "true for all values of its operands",
+        ),
+        ("every drone: (fire iff base) or not (fire iff base)", "", "true for all values of its operands"),
+        ("every drone: (fire and goal) implies (goal and fire)", "", "true for all values of its operands"),
         ("distance(drone[0], drone[1]) <= 15", "distance(drone[0], drone[1]) <= 15", "between 0.2 and 14.1421 m"),
         ("every drone: always[0, 20 s] x >= 0", "x >= 0", "`x` stays between 0 and 10 m"),
         ("every drone: always[0, 20 s] distance(goal) <= 13", "distance(goal) <= 13", "between -1 and 12.7279 m"),
         ("every drone: always[0, 20 s] altitude <= 2", "altitude <= 2", "the altitude is 1 m"),
         ("some drone: drone", "drone", "always true"),
-        ("every drone: always[0, 20 s] (everywhere[hops 0..2] (x <= 3 or x > 3))", "", "true whatever its parts are"),
-        ("every drone: always[0, 20 s] count[hops 0..2] fire >= 0", "", "true of every agent there is"),
+        (
+            "every drone: always[0, 20 s] (everywhere[hops 0..2] (x <= 3 or x > 3))",
+            "",
+            "true for all values of its operands",
+        ),
+        ("every drone: always[0, 20 s] count[hops 0..2] fire >= 0", "", "true for every agent"),
     ]:
         with subtests.test(requirement=requirement, part=part, why=why):
             finding = only(text(f"require r: {requirement}"), VACUOUS)
@@ -172,7 +180,7 @@ def test_a_requirement_that_cannot_be_violated_is_warned_of(subtests: pytest.Sub
 
 def test_a_region_that_covers_the_world_cannot_be_left() -> None:
     mission = text("region all = box (0, 0) to (10, 10)", "require r: every drone: always[0, 20 s] all")
-    assert words(only(mission, VACUOUS)) == [("all", "wherever an agent can be")]
+    assert words(only(mission, VACUOUS)) == [("all", "true at every possible position")]
     assert found(mission.replace("(0, 0) to (10, 10)\n", "(0, 0) to (9.9, 10)\n"), VACUOUS)[1:] == []
 
 
@@ -194,7 +202,7 @@ def test_a_requirement_that_a_plan_can_violate_is_left_alone() -> None:
 
 def test_a_route_of_more_hops_than_the_graph_has_agents_for_is_refused() -> None:
     finding = only(text("require r: every drone: eventually[0, 20 s] somewhere[hops 3..4] goal"), HOPS_BEYOND_TEAM)
-    assert finding.message == "a route of 3 hops takes 4 agents; graph `radio` has 3"
+    assert finding.message == "a route of 3 hops needs 4 agents; graph `radio` has 3"
     assert words(finding)[0][0] == "somewhere[hops 3..4]"
     assert finding.help == "lower the bound to 2 hops or fewer"
 
@@ -206,16 +214,16 @@ def test_an_upper_bound_beyond_the_team_is_harmless() -> None:
 
 def test_an_escape_from_no_distance_is_warned_of() -> None:
     finding = only(text("require r: drone[0]: always[0, 20 s] escape[hops 0..2 on radio] (not fire)"), ESCAPES_AT_ONCE)
-    assert words(finding)[0] == ("escape[hops 0..2 on radio]", "the same as `not fire`")
-    assert finding.help == "ask for a distance: `escape[hops 1..2 on radio]`"
+    assert words(finding)[0] == ("escape[hops 0..2 on radio]", "equivalent to `not fire`")
+    assert finding.help == "require a distance: `escape[hops 1..2 on radio]`"
     assert found(text("require r: drone[0]: always[1 s, 20 s] escape[hops 1..] (not fire)"), ESCAPES_AT_ONCE) == []
 
 
 @pytest.mark.parametrize("route", ["somewhere[hops 0..2] drone", "fire reach[hops <= 2] drone"])
 def test_a_route_that_the_agent_itself_ends_is_warned_of(route: str) -> None:
     finding = only(text(f"require r: every drone: eventually[0, 20 s] {route}"), REACHES_ITSELF)
-    assert finding.message.endswith("each of the 3 agents it is asked of ends its own route, after no hops")
-    assert finding.help.startswith("ask for another agent: `")
+    assert finding.message.endswith("each of the 3 agents is the end of its own route of 0 hops")
+    assert finding.help.startswith("require another agent: `")
     assert "[hops 1..2 on radio]" in finding.help
 
 
@@ -254,7 +262,7 @@ def test_no_more_findings_come_than_anybody_reads_and_errors_come_before_warning
 
 
 def test_many_conditions_in_one_formula_are_looked_at_in_one_pass() -> None:
-    """Each looks as far ahead as the others; a pair by pair comparison of them would take minutes."""
+    """Each reaches as far ahead as the others; a pair by pair comparison of them would take minutes."""
     many = " or ".join(f"x <= {number}" for number in range(4_000))
     assert findings(text(f"require r: every drone: {many}", "require q: every drone: goal or fire or base")) != []
 
@@ -302,4 +310,4 @@ def test_a_comparison_used_twice_is_said_once_and_one_that_some_agent_can_satisf
 def test_a_place_that_an_obstacle_fills_is_given_as_the_reason_and_not_the_size_of_the_world() -> None:
     wall = "obstacle wall = box (8, 0) to (10, 10)"
     finding = only(text(wall, "require a: some drone: eventually[0, 20 s] (x > 8.5 or fire)"), NEVER_HOLDS)
-    assert words(finding) == [("x > 8.5", "no agent has room to be there")]
+    assert words(finding) == [("x > 8.5", "false at every possible position")]

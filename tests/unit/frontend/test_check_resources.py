@@ -52,14 +52,14 @@ def test_nothing_is_said_where_it_can_be_filled_in_time(rates: str, place: str) 
 def test_time_alone_uses_it_up_before_it_is_filled() -> None:
     agents = "team drone[1] { radius 0.1 m  dynamics single_integrator(speed <= 2 m/s)  start at (9, 9) }"
     late = only(text(battery("start 8, drain 1 per s"), CHARGED, agents=agents), RUNS_OUT)
-    assert late.message == "`battery` of `drone[0]` is below 5 at 4 s, before it can be filled"
+    assert late.message == "`battery` of `drone[0]` is below 5 at 4 s, before a refill is possible"
     short = only(text(battery("start 12, drain 1 per s, drain 1 per m"), CHARGED, agents=agents), RUNS_OUT)
-    assert short.message == "`battery` of `drone[0]` is below 5 at 8 s, before it can be filled"
+    assert short.message == "`battery` of `drone[0]` is below 5 at 8 s, before a refill is possible"
     never = text("resource battery of drone { start 22, drain 1 per s }", CHARGED)
     finding = only(never, RUNS_OUT)
-    assert finding.message == "`battery` of `drone[0]` is below 5 at 18 s, before it can be filled"
+    assert finding.message == "`battery` of `drone[0]` is below 5 at 18 s, before a refill is possible"
     assert finding.primary is not None
-    assert finding.primary.message.endswith("nothing fills it")
+    assert finding.primary.message.endswith("no refill")
 
 
 def test_a_window_that_ends_before_it_is_used_up_asks_for_no_filling() -> None:
@@ -70,7 +70,7 @@ def test_a_window_that_ends_before_it_is_used_up_asks_for_no_filling() -> None:
 def test_a_place_to_which_not_even_a_full_one_leads_is_found() -> None:
     goal = "require goal: every drone: eventually[0, 15 s] goal"
     finding = only(text(battery("start 20, drain 3 per m"), CHARGED, goal), RUNS_OUT)
-    assert finding.message == "`battery` does not take `drone[0]` to `goal`"
+    assert finding.message == "`battery` is not enough for `drone[0]` to reach `goal`"
     assert found(text(battery("start 20, capacity 30, drain 3 per m"), CHARGED, goal), RUNS_OUT) == []
     either = "require goal: every drone: (eventually[0, 15 s] goal) or eventually[0, 15 s] fire"
     assert found(text(battery("start 20, drain 3 per m"), CHARGED, either), RUNS_OUT) == []
@@ -84,6 +84,6 @@ def test_a_value_that_it_never_has_is_found() -> None:
 
 def test_a_flag_that_is_set_twice_is_told_how_to_unite_the_regions() -> None:
     finding = only(text("flag carries of drone { set in base, set in goal }"), DECLARED_AGAIN)
-    assert finding.help == "for both regions declare `region either = base + goal`, and write `set in either`"
+    assert finding.help == "declare `region either = base + goal` and write `set in either`"
     united = "region either = base + goal\nflag carries of drone { set in either }"
     assert found(text(united), DECLARED_AGAIN) == []

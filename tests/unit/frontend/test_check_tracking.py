@@ -21,8 +21,8 @@ def flown(vehicle: str) -> str:
     [
         ("speed <= 2 m/s", "a speed of 2 m/s; the tracking margin of `crazyflie21` was measured up to 1 m/s", "0.1 m"),
         ("vertical_speed <= 0.75 m/s", "a vertical speed of 0.75 m/s", "0.075 m"),
-        ("acceleration <= 2.5 m/s^2", "an acceleration of 2.5 m/s^2", "`tracking` too"),
-        ("jerk <= 30 m/s^3", "a jerk of 30 m/s^3", "`tracking` too"),
+        ("acceleration <= 2.5 m/s^2", "an acceleration of 2.5 m/s^2", "set `tracking` in `vehicle`"),
+        ("jerk <= 30 m/s^3", "a jerk of 30 m/s^3", "set `tracking` in `vehicle`"),
     ],
 )
 def test_a_raised_limit_needs_a_margin_of_its_own(figure: str, words: str, help_: str) -> None:

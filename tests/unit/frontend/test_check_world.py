@@ -54,7 +54,7 @@ def test_a_start_on_the_border_of_the_world_is_accepted() -> None:
 def test_places_on_one_line_are_reported_together() -> None:
     finding = only(text(SAFE, agents=drones(5, "start line (8, 2) to (12, 2)")), OUTSIDE_WORLD)
     assert finding.message.startswith("`drone[3]` starts at (11, 2)")
-    assert finding.notes == ("the same goes for `drone[4]`",)
+    assert finding.notes == ("also `drone[4]`",)
 
 
 def test_a_start_in_an_obstacle_is_refused() -> None:
@@ -66,8 +66,8 @@ def test_a_start_in_an_obstacle_is_refused() -> None:
 def test_radius_and_clearance_keep_a_start_from_an_obstacle() -> None:
     near = text(SHELF, "clearance 0.2 m", SAFE, agents=drones(1, "start at (3.8, 1.5)"))
     finding = only(near, IN_OBSTACLE)
-    assert finding.message == "`drone[0]` starts 0.2 m from obstacle `shelf`; its radius and the clearance take 0.3 m"
-    assert finding.help == "move it 0.1 m or more away from the obstacle"
+    assert finding.message == "`drone[0]` starts 0.2 m from obstacle `shelf`; its radius and the clearance need 0.3 m"
+    assert finding.help == "move it at least 0.1 m away from the obstacle"
     assert found(near.replace("(3.8, 1.5)", "(3.69, 1.5)"), IN_OBSTACLE) == []
 
 
@@ -97,7 +97,7 @@ def test_two_agents_that_start_closer_than_their_bodies_and_separation_are_refus
     crowded = text("separation 0.3 m", SAFE, agents=drones(2, "start at (1, 1), (1.4, 1)"))
     finding = only(crowded, AGENTS_OVERLAP)
     assert finding.message == "`drone[0]` and `drone[1]` start 0.4 m apart"
-    assert finding.notes == ("the radii and the separation take 0.5 m, and agents never touch",)
+    assert finding.notes == ("the radii and the separation need 0.5 m",)
     assert found(crowded.replace("(1.4, 1)", "(1.51, 1)"), AGENTS_OVERLAP) == []
 
 
@@ -119,8 +119,8 @@ def test_ten_thousand_agents_at_one_point_are_one_finding() -> None:
 def test_a_region_without_a_free_place_has_no_room_for_a_start() -> None:
     region = "region bay = box (3.95, 1.2) to (4.5, 1.8)"
     finding = only(text(SHELF, region, SAFE, agents=drones(2, "start in bay")), NO_ROOM)
-    assert finding.message == "no place in `bay` is free for `drone[0]` to start"
-    assert finding.notes == ("the same goes for `drone[1]`",)
+    assert finding.message == "no free position in `bay` for the start of `drone[0]`"
+    assert finding.notes == ("also `drone[1]`",)
 
 
 def test_a_region_with_a_sliver_of_room_is_accepted() -> None:
@@ -131,7 +131,7 @@ def test_a_region_with_a_sliver_of_room_is_accepted() -> None:
 def test_a_region_smaller_than_the_bodies_that_start_in_it_is_refused() -> None:
     region = "region pad = box (1, 1) to (2, 2)"
     finding = only(text(region, SAFE, agents=drones(60, "start in pad")), NO_ROOM)
-    assert finding.message == "60 agents start in `pad`, which has room for 45 agents at most"
+    assert finding.message == "60 agents start in `pad`, which has room for at most 45 agents"
     assert found(text(region, SAFE, agents=drones(20, "start in pad")), NO_ROOM) == []
 
 
@@ -192,7 +192,7 @@ def test_a_region_around_an_obstacle_is_accepted() -> None:
 
 def test_a_combined_region_that_is_empty_is_refused() -> None:
     mission = text("region both = base * goal", "require r: every drone: always[1 s, 20 s] not both")
-    assert only(mission, NO_AREA).message == "region `both` is empty: the shapes it is made of leave nothing"
+    assert only(mission, NO_AREA).message == "region `both` is empty"
 
 
 # -------------------------------------------------------- graphs and formations
@@ -200,14 +200,14 @@ def test_a_combined_region_that_is_empty_is_refused() -> None:
 
 def test_a_graph_over_one_agent_is_refused() -> None:
     mission = text("graph lone = proximity 1 m over drone[0]", "require r: always[1 s, 20 s] connected(lone)")
-    assert only(mission, GRAPH_TOO_SMALL).message == "graph `lone` is over one agent; a link takes two"
+    assert only(mission, GRAPH_TOO_SMALL).message == "graph `lone` has one agent; a link needs two"
 
 
 def test_a_sight_past_an_obstacle_that_moves_is_refused_and_any_other_graph_is_not() -> None:
     truck = "obstacle truck = disc at (5, 5) radius 0.3 m moving (0.1, 0) m/s"
     asked = "require r: always[1 s, 20 s] connected(eyes)"
     finding = only(text(SHELF, truck, "graph eyes = sight 5 m", asked), SIGHT_PAST_MOTION)
-    assert finding.message == "graph `eyes` looks past obstacles, and `truck` moves"
+    assert finding.message == "obstacles of the sight graph `eyes` change: `truck` moves"
     assert found(text(SHELF, truck, "graph eyes = proximity 5 m", asked), SIGHT_PAST_MOTION) == []
 
 
@@ -215,22 +215,22 @@ def test_a_sight_past_an_obstacle_that_grows_is_refused() -> None:
     asked = "require watch: always[0, 20 s] connected(eyes)"
     crowd = "obstacle crowd = disc at (5, 5) radius 1 m uncertain 0.1 m/s"
     finding = only(text(SHELF, crowd, "graph eyes = sight 5 m", asked), SIGHT_PAST_MOTION)
-    assert finding.message == "graph `eyes` looks past obstacles, and `crowd` grows"
+    assert finding.message == "obstacles of the sight graph `eyes` change: `crowd` grows"
     assert found(text(SHELF, "graph eyes = sight 5 m", asked), SIGHT_PAST_MOTION) == []
 
 
 def test_a_formation_of_one_agent_is_refused() -> None:
     formation = "formation row = line of drone[0] spacing 1 m tolerance 0.1 m"
     mission = text(formation, "require r: eventually[1 s, 20 s] row")
-    assert only(mission, FORMATION_TOO_SMALL).message == "formation `row` is of one agent; it takes two"
+    assert only(mission, FORMATION_TOO_SMALL).message == "formation `row` has one agent; it needs two"
 
 
 def test_a_formation_that_its_own_separation_forbids_is_refused() -> None:
     formation = "formation row = chain of drone spacing 0.5 m tolerance 0.1 m"
     mission = text("separation 0.5 m", formation, "require r: eventually[1 s, 20 s] row")
     finding = only(mission, FORMATION_TOO_TIGHT)
-    assert finding.message == "formation `row` keeps `drone[0]` and `drone[1]` within 0.6 m of each other"
-    assert finding.notes[0].endswith("take 0.7 m, and agents never touch")
+    assert finding.message == "formation `row` requires `drone[0]` and `drone[1]` within 0.6 m"
+    assert finding.notes[0].endswith("need 0.7 m")
     assert found(mission.replace("spacing 0.5 m", "spacing 0.61 m"), FORMATION_TOO_TIGHT) == []
 
 
@@ -238,7 +238,7 @@ def test_two_offsets_too_near_to_each_other_are_refused() -> None:
     formation = "formation wedge = offsets of drone (0, 0), (2, 0), (2.1, 0) tolerance 0.01 m"
     mission = text(formation, "require r: eventually[1 s, 20 s] wedge")
     finding = only(mission, FORMATION_TOO_TIGHT)
-    assert finding.message == "formation `wedge` keeps `drone[1]` and `drone[2]` within 0.12 m of each other"
+    assert finding.message == "formation `wedge` requires `drone[1]` and `drone[2]` within 0.12 m"
 
 
 # ----------------------------------------------------------------------- goals
@@ -250,7 +250,7 @@ def test_a_finish_too_far_for_the_time_is_refused() -> None:
     assert finding.message == "`drone[0]` cannot reach its finish by 20 s"
     assert words(finding) == [
         ("(9, 9)", "11.3137 m away, which takes 114 s at 0.1 m/s"),
-        ("(1, 1)", "from here"),
+        ("(1, 1)", "path starts here"),
     ]
 
 
@@ -262,7 +262,7 @@ def test_a_finish_region_too_far_from_a_start_region_is_refused() -> None:
     mission = text(SAFE, agents=drones(2, "start in base finish in goal", speed=0.2))
     finding = only(mission, TOO_FAR)
     assert finding.message == "`drone[0]` cannot reach its finish by 20 s"
-    assert finding.notes == ("neither can `drone[1]`",)
+    assert finding.notes == ("also `drone[1]`",)
 
 
 def test_a_region_out_of_reach_by_the_end_of_its_window_is_refused() -> None:

@@ -30,11 +30,11 @@ def test_each_violation_takes_a_line_with_who_where_when_and_by_how_much() -> No
 
 
 def test_what_is_not_decided_or_not_judged_is_listed() -> None:
-    bare = NotJudged(("heading",), ("bot[1]",), "no `yaw` is recorded")
+    bare = NotJudged(("heading",), ("bot[1]",), "no recorded `yaw`")
     unseen = NotJudged(("jerk", "tilt"), (), "positions do not show it")
     assert constraint_lines((OPEN,), (bare, unseen)) == [
         "not decided: height of `bot[0]` at 2 s",
-        "not judged: heading of `bot[1]`: no `yaw` is recorded",
+        "not judged: heading of `bot[1]`: no recorded `yaw`",
         "not judged: jerk, tilt: positions do not show it",
     ]
 

@@ -323,7 +323,7 @@ def test_names_of_layers_ignore_case_need_no_entry_and_pass_into_blocks(layer: s
 def test_a_layer_that_nothing_is_on_is_refused_with_those_there_are() -> None:
     error = refusal(_layered(), layers=("Doors",))
     assert error.finding.code is MAP_OPTION
-    assert error.finding.help == "its layers are `0`, `Defpoints`, `RACKS`, `Walls`"
+    assert error.finding.help == "use one of the layers `0`, `Defpoints`, `RACKS`, `Walls`"
 
 
 def test_a_layer_may_be_named_in_the_letters_of_an_older_code_page() -> None:
@@ -380,7 +380,7 @@ def test_an_entity_that_the_library_does_not_know_is_named() -> None:
     document, space = new()
     space.add_circle((0, 0), 1, dxfattribs={"layer": "0"})
     strange = text_of(document).replace("\nCIRCLE\n", "\nAEC_WALL\n")
-    assert drawing(asked(strange)).left_out == (LeftOut("AEC_WALL", "not a kind that is read", 1),)
+    assert drawing(asked(strange)).left_out == (LeftOut("AEC_WALL", "unsupported kind", 1),)
 
 
 # --------------------------------------------------------------------- refused
@@ -443,19 +443,19 @@ def _unweighted(space: Any) -> None:
 @pytest.mark.parametrize(
     ("draw", "words"),
     [
-        (_upright, "3DFACE in layer `0` has a face that stands upright"),
-        (_fin, "has a face that stands upright"),
+        (_upright, "3DFACE in layer `0` has a vertical face"),
+        (_fin, "has a vertical face"),
         (_standing_circle, "has no area seen from above"),
         (_lying_cylinder, "is extruded at an angle"),
         (_rounded_mesh, "MESH in layer `0` is smoothed"),
-        (_no_number, "CIRCLE in layer `0` has a coordinate or a size that is not a finite number"),
+        (_no_number, "CIRCLE in layer `0` has a coordinate or size that is not a finite number"),
         (_no_place, "not a finite number"),
         (_no_bulge, "not a finite number"),
         (_far_away, "too far away"),
         (_crossing, "LWPOLYLINE in layer `0` crosses itself"),
         (_bad_spline, "SPLINE in layer `0` cannot be read"),
-        (_steep_spline, "has the degree 60; the highest is 10"),
-        (_unweighted, "has a weight that is not above 0"),
+        (_steep_spline, "has the degree 60; the limit is 10"),
+        (_unweighted, "has a weight that is not positive"),
     ],
 )
 def test_an_entity_that_makes_no_area_is_refused_by_its_kind_and_layer(
@@ -539,7 +539,7 @@ def test_more_copies_than_any_limit_allows_are_refused_without_a_flag() -> None:
     space.add_blockref("B39", (0, 0))
     error = refusal(document)
     assert "more than 1000000000000000 entities" in str(error)
-    assert error.finding.help == "make the file smaller"
+    assert error.finding.help == "use a smaller file"
 
 
 def test_chords_are_counted_before_any_is_made() -> None:
@@ -558,7 +558,7 @@ def test_the_edges_of_a_hatch_and_the_points_of_a_spline_count_as_corners() -> N
     space.add_lwpolyline([(at, at % 2) for at in range(600)], close=True)
     space.add_spline().set_open_uniform([(at, at % 2) for at in range(600)])
     space.add_hatch().paths.add_polyline_path([(at, at % 2) for at in range(600)])
-    assert "corners, with arcs as chords" in str(refusal(document, limits=Limits(map_corners=1700)))
+    assert "corners (arcs as chords)" in str(refusal(document, limits=Limits(map_corners=1700)))
 
 
 def test_the_lines_of_a_drawing_are_counted_before_it_is_read() -> None:

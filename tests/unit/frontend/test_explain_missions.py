@@ -117,7 +117,7 @@ def test_the_requirements_are_to_blame_where_more_time_does_not_help(conflict: C
     ]
     note = conflict.findings[-1].notes[1]
     assert note.startswith("dropping `visit` or `guard` or `link` gives a plan; ")
-    assert note.endswith("horizon 12 s instead of 6 s, with the windows that end with it does not")
+    assert note.endswith("horizon 12 s instead of 6 s, with the windows that end with it gives no plan")
 
 
 def test_the_nearest_miss_breaks_one_requirement_and_says_where(conflict: Compiled, tmp_path: Path) -> None:

@@ -34,12 +34,12 @@ def names(mission: ir.Mission) -> list[str]:
 @pytest.mark.parametrize(
     ("part", "kind", "reason"),
     [
-        (feature("LineString", [[1, 1], [2, 2]]), "LineString", "no polygon and no point"),
-        (feature("MultiLineString", [[[1, 1], [2, 2]]]), "MultiLineString", "no polygon and no point"),
+        (feature("LineString", [[1, 1], [2, 2]]), "LineString", "neither a polygon nor a point"),
+        (feature("MultiLineString", [[[1, 1], [2, 2]]]), "MultiLineString", "neither a polygon nor a point"),
         ({"type": "Feature", "properties": {}, "geometry": None}, "Feature", "its geometry is empty"),
         (feature("Polygon", []), "Feature", "its geometry is empty"),
-        (feature("Polygon", SQUARE, kind="building"), "Polygon", "its `kind` is none of"),
-        (feature("Point", [1, 9], radius_m=3), "Point", "it has `radius_m`"),
+        (feature("Polygon", SQUARE, kind="building"), "Polygon", "its `kind` is not one of"),
+        (feature("Point", [1, 9], radius_m=3), "Point", "found `radius_m`"),
     ],
 )
 def test_what_makes_no_place_is_left_out_and_named_with_its_count(
@@ -91,7 +91,7 @@ def test_a_point_with_a_radius_is_a_disc_however_its_radius_is_written(tmp_path:
 def test_a_radius_that_is_no_number_is_an_error_in_the_words_of_the_file(tmp_path: Path) -> None:
     finding = only(tmp_path, SAID, collection(feature("Point", [9, 9], radius={"m": None})))
     assert finding.code is MAP_FEATURE
-    assert '`{"m": null}` is no number' in finding.message
+    assert '`{"m": null}` is not a number' in finding.message
 
 
 def test_points_of_a_multipoint_are_places_of_their_own(tmp_path: Path) -> None:

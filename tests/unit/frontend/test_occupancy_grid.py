@@ -52,16 +52,16 @@ def test_unknown_cells_that_count_as_free_earn_a_warning(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("line", "words", "help_"),
     [
-        ("origin: [0.0, 0.0, -nan]", "`-nan` is no number", "write the yaw as `0.0`"),
-        ("origin: {x: 1, y: 2}", "is `[x, y, yaw]`", "map_saver"),
-        ("origin: 4", "is `[x, y, yaw]`", "map_saver"),
-        ("origin: [[1], 2, 3]", "a sequence is no number", "plain number"),
-        ("origin: [1_0, 2, 3]", "`1_0` is no number", "plain number"),
-        ("resolution: [0.5]", "a sequence is no number", "plain number"),
-        ("resolution: {a: 0.5}", "a mapping is no number", "plain number"),
-        ("image: [hall.pgm]", "a map needs `image`", "map_saver"),
-        ("negate: 0\nnegate: 0", "`negate` comes twice", "leave one"),
-        ("occupied_thresh: ~x", "`~x` is no number", "plain number"),
+        ("origin: [0.0, 0.0, -nan]", "`-nan` is not a number", "write the yaw `0.0`"),
+        ("origin: {x: 1, y: 2}", "an origin `[x, y, yaw]`", "map_saver"),
+        ("origin: 4", "an origin `[x, y, yaw]`", "map_saver"),
+        ("origin: [[1], 2, 3]", "a sequence is not a number", "plain number"),
+        ("origin: [1_0, 2, 3]", "`1_0` is not a number", "plain number"),
+        ("resolution: [0.5]", "a sequence is not a number", "plain number"),
+        ("resolution: {a: 0.5}", "a mapping is not a number", "plain number"),
+        ("image: [hall.pgm]", "missing key `image`", "map_saver"),
+        ("negate: 0\nnegate: 0", "duplicate key `negate`", "delete one"),
+        ("occupied_thresh: ~x", "`~x` is not a number", "plain number"),
     ],
 )
 def test_metadata_that_is_slightly_wrong_is_named_at_its_line(

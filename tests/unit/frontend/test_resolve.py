@@ -100,7 +100,7 @@ def test_a_requirement_without_a_label_is_called_by_its_place() -> None:
 
 def test_a_name_of_the_wrong_kind_is_reported_with_what_is_needed() -> None:
     text = demo(more="graph radio = proximity 2 m\nrequire some drone: inside(radio)")
-    assert only(text, "MC104").message == "`radio` is a graph; a region is needed here"
+    assert only(text, "MC104").message == "expected a region, found a graph `radio`"
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_a_name_suggested_for_a_misspelt_one_is_not_called_unused() -> None:
 
 def test_a_member_past_the_end_of_its_team_is_reported() -> None:
     assert only(demo(more="group g = drone[1..2]\nrequire some g: goal"), "MC105").message == (
-        "`drone[2]` is not there: `drone` has 2 agents"
+        "unknown agent `drone[2]`: `drone` has 2 agents"
     )
 
 

@@ -38,7 +38,7 @@ LINES = [
     "hall.yaml: 1 obstacle, (4, 5) to (6, 7) m",
     "places.csv: 1 obstacle, (11, 11) to (13, 13) m",
     "places.csv: 1 beacon, (1, 2) to (1, 2) m",
-    "site.json: 1 obstacle, (14, 4) to (16, 6) m; left out: 1 Point (a point makes an area with a `radius`, in metres)",
+    "site.json: 1 obstacle, (14, 4) to (16, 6) m; left out: 1 Point (a point needs a `radius`, in metres)",
     "starts.csv: 2 points, (1, 8) to (2, 9) m",
 ]
 

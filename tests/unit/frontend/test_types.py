@@ -138,7 +138,7 @@ def test_a_let_that_mixes_is_reported_where_it_is_defined_and_only_there() -> No
 
 def test_a_label_that_was_meant_as_an_agent_is_explained() -> None:
     finding = only(demo(more=MORE, require="require scout: goal"), "MC203")
-    assert finding.notes[0].startswith("`scout:` is read as the label")
+    assert finding.notes[0].startswith("`scout:` is the label here")
 
 
 # ---------------------------------------------------------------- predicates
@@ -357,22 +357,22 @@ def test_a_formula_as_deep_as_the_limit_resolves() -> None:
         (
             "drone[0]: goal or drone[1]: goal",
             "MC204",
-            "`drone[1]: goal` is about the team; `drone[0]:` asks about one agent",
-            "end what `drone[0]:` asks before it, with brackets: `(drone[0]: …)`; or leave its quantifier out",
+            "`drone[1]: goal` is about the team; `drone[0]:` needs a formula about one agent",
+            "close `drone[0]:` before it with parentheses: `(drone[0]: …)`",
         ),
         (
             "drone[0] and drone[1]: goal",
             "MC203",
-            "`drone[0]` by itself asks whether an agent belongs to it; this does not say which agent",
-            "ask something of it, as in `(drone[0]: f)`",
+            "`drone[0]` alone is a membership test without an agent",
+            "add a formula, for example `(drone[0]: f)`",
         ),
-        ("nobody: every drone: goal", "MC101", "nothing is called `nobody`", "declare it"),
-        ("every drone: goal <= 3", "MC104", "`goal` is a region; a parameter, a state or", "`distance(goal)`"),
-        ("every drone: vx <= 3", "MC101", "nothing is called `vx`", "the states are `x`, `y`, `z`, `speed`"),
-        ("at least two drone: goal", "MC101", "nothing is called `two`", "declare it with `param two = VALUE`"),
-        ("connected", "MC101", "`connected` does not say of which graph", "as in `connected(radio, east)`"),
-        ("every drone: inside(goal, goal)", "MC104", "`inside` takes one region; here are 2", "`inside(field)`"),
-        ("every drone: distance(goal, goal) <= 3", "MC104", "one agent is needed here", "name one agent"),
+        ("nobody: every drone: goal", "MC101", "unknown name `nobody`", "name one agent"),
+        ("every drone: goal <= 3", "MC104", "expected a parameter, a state or", "`distance(goal)`"),
+        ("every drone: vx <= 3", "MC101", "unknown name `vx`", "use a state: `x`, `y`, `z`, `speed`"),
+        ("at least two drone: goal", "MC101", "unknown name `two`", "declare it with `param two = VALUE`"),
+        ("connected", "MC101", "`connected` needs graph in parentheses", "for example, `connected(radio, east)`"),
+        ("every drone: inside(goal, goal)", "MC104", "`inside` takes one region; found 2 arguments", "`inside(field)`"),
+        ("every drone: distance(goal, goal) <= 3", "MC104", "expected one agent", "name one agent"),
     ],
 )
 def test_a_slip_is_one_finding_with_a_way_out(asked: str, code: str, message: str, advice: str) -> None:
@@ -384,4 +384,4 @@ def test_a_slip_is_one_finding_with_a_way_out(asked: str, code: str, message: st
 def test_a_length_that_runs_backwards_is_said_in_hops() -> None:
     radio = "graph radio = proximity 1 m"
     found = only(demo(more=radio, require="require r: every drone: somewhere[hops 2..1] goal"), "MC303")
-    assert found.message == "bounds run backwards: 1 hop comes after 2 hops"
+    assert found.message == "bounds reversed: 2 hops is greater than 1 hop"

@@ -140,7 +140,7 @@ def test_dynamics_that_cannot_be_slower_are_named() -> None:
     assert finding.code is NEEDS_MORE_TIME
     assert finding.message == "flown 20 times slower, the plan is no plan any more"
     assert any(note.startswith("speed of drone[0] fails by") for note in finding.notes)
-    assert (finding.help or "").startswith("allow slower motion in `dynamics`")
+    assert (finding.help or "").startswith("allow a lower speed in `dynamics`")
 
 
 def test_more_steps_than_are_allowed_are_refused_as_ever() -> None:

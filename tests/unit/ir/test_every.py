@@ -52,7 +52,9 @@ def test_a_period_is_a_time_or_steps_a_sum_in_brackets_or_a_parameter(period: st
 def test_it_stands_within_a_quantifier_and_around_one() -> None:
     shown = show_ir(meant(asked("every drone: every 5 s: goal")))
     assert "require patrol: every drone: every 5 steps: goal\n" in shown
-    assert only(asked("every 5 s: goal"), QUANTIFIER_MISSING).message.startswith("`every 5 s: goal` is about one agent")
+    assert only(asked("every 5 s: goal"), QUANTIFIER_MISSING).message.startswith(
+        "`every 5 s: goal` needs an agent or a quantifier"
+    )
 
 
 @pytest.mark.parametrize(
@@ -61,8 +63,8 @@ def test_it_stands_within_a_quantifier_and_around_one() -> None:
         ("0 s", "the period is 0 s, shorter than a step"),
         ("0.4 s", "the period is 0.4 s, shorter than a step"),
         ("0 steps", "the period is 0 s, shorter than a step"),
-        ("(-2 s)", "the period is -2 s; nothing recurs within no time"),
-        ("(-2 steps)", "the period is -2 steps; nothing recurs within no time"),
+        ("(-2 s)", "the period is -2 s; it must be at least one step"),
+        ("(-2 steps)", "the period is -2 steps; it must be at least one step"),
     ],
 )
 def test_a_period_lasts_a_step_at_least(period: str, message: str) -> None:
@@ -78,12 +80,12 @@ def test_a_period_is_a_whole_number_of_steps() -> None:
 
 
 def test_a_period_is_a_time() -> None:
-    assert only(asked("every 2 m: some drone: goal"), WRONG_UNIT).message == "`2 m` is a length; a time is needed here"
+    assert only(asked("every 2 m: some drone: goal"), WRONG_UNIT).message == "expected a time, found a length `2 m`"
 
 
 def test_a_period_no_stretch_of_which_lies_within_the_mission_is_refused() -> None:
     finding = only(asked("every 25 s: some drone: goal"), BEYOND_HORIZON)
-    assert words(finding) == [("every 25 s", "looks 25 s ahead")]
+    assert words(finding) == [("every 25 s", "reaches 25 s ahead")]
     assert finding.notes == ("the formula needs 25 s; the mission lasts 20 s",)
     check(Source("a.mission", asked("every 20 s: some drone: goal")))
     assert check(Source("a.mission", asked("every 20 s: some drone: goal"))).ok
@@ -92,8 +94,8 @@ def test_a_period_no_stretch_of_which_lies_within_the_mission_is_refused() -> No
 def test_what_recurs_and_looks_ahead_is_told_how_to_be_spelt_out() -> None:
     finding = only(asked("every 8 s: some drone: (goal and eventually[0, 2 s] base)"), BEYOND_HORIZON)
     assert words(finding) == [
-        ("every 8 s", "asks at every step up to the last one, at 20 s"),
-        ("eventually[0, 2 s]", "and 2 s further"),
+        ("every 8 s", "evaluated at every step up to the last, at 20 s"),
+        ("eventually[0, 2 s]", "reaches another 2 s ahead"),
     ]
     assert finding.help == "write `always[0, 10 s] eventually[0, 8 s] …` in place of `every 8 s: …`"
     assert check(Source("a.mission", asked("always[0, 10 s] eventually[0, 8 s] some drone: (goal and next base)"))).ok
@@ -102,12 +104,16 @@ def test_what_recurs_and_looks_ahead_is_told_how_to_be_spelt_out() -> None:
 @pytest.mark.parametrize(
     ("formula", "message", "help_"),
     [
-        ("every 5 s some drone: goal", "`:` was expected after `every 5 s`", "write `every 5 s: …`"),
-        ("every[5 s] some drone: goal", "`every` has its period without brackets", "write it as in `every 40 s: …`"),
+        ("every 5 s some drone: goal", "expected `:` after `every 5 s`", "write `every 5 s: …`"),
+        (
+            "every[5 s] some drone: goal",
+            "unexpected `[` after `every`: its period has no brackets",
+            "write, for example, `every 40 s: …`",
+        ),
         (
             "every -5 s: some drone: goal",
-            "a team, group or agent, or a period such as `40 s` was expected after `every`, not `-`",
-            "write it as in `every drone: base`",
+            "expected a team, group or agent, or a period such as `40 s` after `every`, found `-`",
+            "write, for example, `every drone: base`",
         ),
     ],
 )

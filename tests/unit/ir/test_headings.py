@@ -60,13 +60,13 @@ def test_a_heading_is_resolved_to_radians_or_a_beacon() -> None:
             VALUE_OUT_OF_RANGE,
             "the angle to either side is 0 rad; it must be more than",
         ),
-        ("heading within 180 deg of 90 deg", VALUE_OUT_OF_RANGE, "no heading is more than 180 deg from another"),
+        ("heading within 180 deg of 90 deg", VALUE_OUT_OF_RANGE, "it must be less than 180 deg"),
         ("heading within 10 of 90 deg", VALUE_OUT_OF_RANGE, "the angle to either side is 572.9577951 deg"),
-        ("heading within 10 m of 90 deg", WRONG_UNIT, "`10 m` is a length; an angle is needed here"),
-        ("heading within 10 deg of 90 s", WRONG_UNIT, "`90 s` is a time; an angle is needed here"),
-        ("heading within 10 deg of goal", WRONG_KIND, "`goal` is a region, which lies in many directions at once"),
-        ("heading within 10 deg of drone", WRONG_KIND, "`drone` is a team; an angle or a beacon is needed here"),
-        ("heading <= 90 deg", SYNTAX, "no heading is more or less than another: they go round in a circle"),
+        ("heading within 10 m of 90 deg", WRONG_UNIT, "expected an angle, found a length `10 m`"),
+        ("heading within 10 deg of 90 s", WRONG_UNIT, "expected an angle, found a time `90 s`"),
+        ("heading within 10 deg of goal", WRONG_KIND, "expected an angle or a beacon, found a region `goal`"),
+        ("heading within 10 deg of drone", WRONG_KIND, "expected an angle or a beacon, found a team `drone`"),
+        ("heading <= 90 deg", SYNTAX, "headings cannot be compared: they are angles of a circle"),
     ],
 )
 def test_what_cannot_be_asked_is_said(formula: str, code: object, message: str) -> None:
@@ -79,14 +79,14 @@ def test_what_cannot_be_asked_is_said(formula: str, code: object, message: str) 
 
 def test_a_region_is_told_how_a_beacon_in_it_is_declared() -> None:
     finding = only(asked("every drone: heading within 10 deg of goal"), WRONG_KIND)
-    assert finding.help == "declare a point of it, as in `beacon goal_middle = (8, 8)`, and name that"
+    assert finding.help == "declare a beacon, for example `beacon goal_middle = (8, 8)`"
 
 
 def test_agents_without_a_heading_are_told_so() -> None:
     agents = "team drone[2] { dynamics double_integrator(speed <= 1, acceleration <= 1)  start at (1, 1), (2, 2) }"
     finding = only(asked("every drone: heading within 10 deg of mast", agents=agents), NO_HEADING)
     assert finding.message == "`drone[0]` and `drone[1]` have no heading"
-    assert words(finding)[0] == ("heading within 10 deg of mast", "asked of them here")
+    assert words(finding)[0] == ("heading within 10 deg of mast", "the formula uses a heading")
     assert found(asked("every drone: heading within 10 deg of mast"), NO_HEADING) == []
 
 
@@ -171,7 +171,7 @@ def test_a_trace_without_headings_is_refused_where_they_are_asked_for() -> None:
     trace, findings = read_trace(Source("a.csv", bare), mission)
     assert trace is None
     assert [(finding.code, finding.message) for finding in findings] == [
-        (TRACE_MISMATCH, "the trace does not say where `drone[1]` faces, which the mission asks for")
+        (TRACE_MISMATCH, "missing `yaw` of `drone[1]`: the mission uses its heading")
     ]
     full = "\n".join(["agent,t,x,y,yaw", *(f"{row},0.5" for row in rows)]) + "\n"
     trace, findings = read_trace(Source("a.csv", full), mission)

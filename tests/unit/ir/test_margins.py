@@ -122,7 +122,7 @@ def test_margins_of_a_pair_are_those_of_the_trace() -> None:
 def test_what_a_state_or_a_pair_does_not_decide_is_refused() -> None:
     mission = mission_of(3, 0)
     here = np.zeros((1, 2))
-    with pytest.raises(ValueError, match="does not decide"):
+    with pytest.raises(ValueError, match="depends on more than"):
         of_states(ir.Compare(((1.0, ir.DistanceTo(1)),), 0.0, False), mission, 0, here, here)
     with pytest.raises(ValueError, match="third agent"):
         of_pair(ir.Compare(((1.0, ir.DistanceTo(2)),), 0.0, False), mission, 0, 1, here, here)

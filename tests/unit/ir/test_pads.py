@@ -68,10 +68,10 @@ def test_pads_may_stand_in_a_line() -> None:
         ("flight { pads at (4, 4, 0) }", VALUE_OUT_OF_RANGE, "2 agents and 1 places"),
         ("flight { pads at (4, 4, 0.7), (5, 4, 0) }", VALUE_OUT_OF_RANGE, "at a height of 0.7 m"),
         ("flight { hoover 1 m }", UNKNOWN_SETTING, "no setting `hoover`"),
-        ("flight { rise 1 m/s }", UNKNOWN_SETTING, "does not say that it is a limit"),
-        ("flight { hover 1 m  hover 2 m }", DECLARED_AGAIN, "said twice"),
-        ("flight { pads at (4, 4, 0), (5, 4, 0)  pads at (4, 4, 0), (5, 4, 0) }", DECLARED_AGAIN, "said twice"),
-        ("flight  flight", DECLARED_AGAIN, "said twice"),
+        ("flight { rise 1 m/s }", UNKNOWN_SETTING, "expected a limit, found"),
+        ("flight { hover 1 m  hover 2 m }", DECLARED_AGAIN, "given twice"),
+        ("flight { pads at (4, 4, 0), (5, 4, 0)  pads at (4, 4, 0), (5, 4, 0) }", DECLARED_AGAIN, "given twice"),
+        ("flight  flight", DECLARED_AGAIN, "given twice"),
     ],
 )
 def test_what_cannot_be_meant_is_said(flight: str, code: object, message: str) -> None:
@@ -111,7 +111,7 @@ def test_it_is_said_back(flight: str, said: str) -> None:
 
 def test_pads_nearer_than_vehicles_may_be_are_found() -> None:
     finding = only(mission("flight { pads at (4, 4, 0), (4.3, 4, 0) }"), PADS_TOO_NEAR)
-    assert "are 0.3 m apart, and need 0.4 m" in finding.message
+    assert "are 0.3 m apart; the minimum is 0.4 m" in finding.message
     assert words(finding)[0][0].startswith("flight")
     assert not found(mission("flight { pads at (4, 4, 0), (4.4, 4, 0) }"), PADS_TOO_NEAR)
 
@@ -140,11 +140,11 @@ def test_a_hover_outside_the_room_of_the_vehicle_is_found(flight: str, fits: boo
 @pytest.mark.parametrize(
     ("obstacle", "verb"),
     [
-        ("obstacle table = cylinder at (1, 1) radius 0.4 m height 0..0.7 m", "rise straight up from"),
+        ("obstacle table = cylinder at (1, 1) radius 0.4 m height 0..0.7 m", "rise vertically from"),
         ("obstacle table = cylinder at (1.5, 1) radius 0.3 m height 0..0.7 m", None),
         (
             "obstacle table = cylinder at (5, 1) radius 0.4 m height 0..0.7 m moving (-0.2, 0) m/s",
-            "land straight down to",
+            "land vertically on",
         ),
     ],
 )

@@ -84,7 +84,7 @@ def test_ranges_are_of_members_and_groups_and_within_the_agents_of_the_graph() -
 @pytest.mark.parametrize(
     ("written", "name", "message"),
     [
-        ("proximity 3 m { aloft to tower 5 m, drone[1] to tower 4 m }", "MC240", "from `drone[1]` to `tower` is said"),
+        ("proximity 3 m { aloft to tower 5 m, drone[1] to tower 4 m }", "MC240", "from `drone[1]` to `tower` is given"),
         ("proximity 3 m { drone to drone 5 m, drone[0] to drone[2] 5 m }", "MC240", "from `drone[0]` to `drone[2]`"),
         ("proximity 3 m { tower to tower 5 m }", "MC241", "a range from `tower` to itself"),
         ("proximity 3 m { tower to drone 0 m }", "MC210", "the range from `tower` to `drone` is 0 m; it must be more"),
@@ -94,7 +94,7 @@ def test_ranges_are_of_members_and_groups_and_within_the_agents_of_the_graph() -
         ("proximity 3 m { tower to base 3 m }", "MC104", ""),
         ("proximity 3 m { tower to drone[7] 3 m }", "MC105", ""),
         ("proximity 3 m over aloft { tower to drone 3 m }", "MC104", "`tower` of `tower` is not on the graph `g`"),
-        ("beacons 3 m { tower to drone 3 m }", "MC001", "the range of `beacons` is one for all pairs"),
+        ("beacons 3 m { tower to drone 3 m }", "MC001", "`beacons` has one range for all pairs"),
         ("proximity", "MC001", ""),
         ("proximity 3 m { }", "MC001", ""),
     ],
@@ -127,7 +127,7 @@ def test_starts_decide_a_link_by_the_range_of_its_own_direction() -> None:
     assert errors(line, told) == []
     ((name, message),) = errors(line, answers)
     assert name == "MC510"
-    assert "`answers` contradicts where" in message
+    assert "`answers` contradicts the start of" in message
     (finding,) = [each for each in checked(line, answers).findings if each.code.name == "MC510"]
     assert "the range of `radio` from `relay` to `tower` is 1 m" in " ".join(finding.notes)
 

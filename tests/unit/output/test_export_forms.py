@@ -190,7 +190,7 @@ def test_what_fits_in_neither_form_is_refused_with_both_sizes() -> None:
     assert refused.code is NOT_EXPORTED
     sizes = [compress(each.pieces) for each in flight.parts]
     most = max(len(each.blob) for each in sizes if not isinstance(each, str))
-    assert f"{len(raw(flight.parts[0].pieces))} bytes of the 500" in refused.message
+    assert f"{len(raw(flight.parts[0].pieces))} bytes; the memory has 500" in refused.message
     assert refused.notes == (f"compressed it takes {most} bytes",)
 
 

@@ -112,7 +112,7 @@ def test_what_has_no_graph_says_so() -> None:
         missionc.roadmap_graphs(missionc.check(missionc.Source("wrong.mission", WRONG)))
     tight = "mission a time step 1 s, horizon 9 s world (0, 0) to (2, 2) region mid = box (0, 0) to (2, 2)\n"
     tight += "agent cart { radius 0.1 m  dynamics unicycle(speed 4..5 m/s)  start in mid }\nrequire all: cart: mid\n"
-    with pytest.raises(ValueError, match=r"MC605: no roadmap could be built: no way out of `mid` for `cart`"):
+    with pytest.raises(ValueError, match=r"MC605: no roadmap could be built: no path from `mid` for `cart`"):
         missionc.roadmap_graphs(missionc.check(missionc.Source("tight.mission", tight)))
     compiled = missionc.compile(missionc.Source("small.mission", SMALL))
     assert isinstance(compiled.outcome, missionc.Verified)

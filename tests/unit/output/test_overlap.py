@@ -76,7 +76,7 @@ def test_a_mission_in_a_folder_of_the_compiler_s_own_is_not_replaced_with_that(f
     before = content(folder)
     mission = next((folder / "out" / "mission").iterdir()).relative_to(folder)
     assert main(["compile", str(mission), "-o", "out", "--quiet", "--force"]) == 1
-    assert f"holds `{mission}`, which this command reads" in capsys.readouterr().err
+    assert f"contains `{mission}`, an input of this command" in capsys.readouterr().err
     assert content(folder) == before
 
 
@@ -86,7 +86,7 @@ def test_the_folder_in_which_a_command_runs_is_not_replaced(
     monkeypatch.chdir(folder / "ours")
     before = content(folder)
     assert main(["compile", "../b.mission", "-o", "../ours", "--quiet", "--force"]) == 1
-    assert "`../ours` exists, and this command runs in it" in capsys.readouterr().err
+    assert "`../ours` exists and is the working directory of this command" in capsys.readouterr().err
     assert content(folder) == before
 
 

@@ -108,12 +108,15 @@ def test_a_finding_keeps_its_words_its_reasons_and_its_other_places() -> None:
     assert here.found is not None
     finding = next(each for each in diagnostics(here, here.found.findings) if each.code == "MC301")
     assert finding.message.splitlines() == [
-        "the mission ends before `a` can be judged",
+        "the mission ends before `a` can be evaluated",
         "the formula needs 22 s; the mission lasts 20 s",
-        "help: write `horizon 22 s`, or shorten a window",
+        "help: write `horizon 22 s`",
     ]
     assert finding.related_information is not None
-    assert [label.message for label in finding.related_information] == ["looks 16 s ahead", "and 6 s further"]
+    assert [label.message for label in finding.related_information] == [
+        "reaches 16 s ahead",
+        "reaches another 6 s ahead",
+    ]
     (action,) = quick_fixes.fixes(here, finding.range)
     assert action.title == "Replace `20 s` by `22 s`"
     assert action.diagnostics == [finding]

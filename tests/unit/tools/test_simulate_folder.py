@@ -159,7 +159,7 @@ def test_the_headline_says_no_more_than_the_flights_show(
 @pytest.mark.parametrize(
     ("value", "words"),
     [
-        ("ghost@1", "`stroll` has no agent called `ghost`"),
+        ("ghost@1", "`stroll` has no agent `ghost`"),
         ("drone[0]@2.5", "`drone[0]` cannot be lost at 2.5 s: the flight ends at 2 s"),
     ],
 )
@@ -169,7 +169,7 @@ def test_who_is_not_there_cannot_be_lost(value: str, words: str, folder: Path, c
     said = capsys.readouterr().err
     assert "MC730" in said
     assert words in said
-    assert "`--lose AGENT@T` takes `drone[0]`, `drone[1]`, and a second of the flight, 0 to 2" in said
+    assert "write `--lose AGENT@T` with an agent of `drone[0]`, `drone[1]` and a time from 0 to 2 s" in said
     assert content(folder) == before
 
 
@@ -351,7 +351,7 @@ def test_a_file_that_somebody_put_where_the_flight_would_lie_is_left_alone(
     assert main(["simulate", str(folder)]) == 1
     said = capsys.readouterr()
     if how == "a link":
-        assert f"MC708]: `{folder}` is no folder that" in said.err
+        assert f"MC708]: `{folder}` is not a plan folder" in said.err
         assert f"`{name}` in it is a symbolic link" in said.err
     else:
         assert "MC701" in said.err

@@ -105,7 +105,7 @@ def test_flights_that_a_journal_holds_are_not_flown_again(
 ) -> None:
     monkeypatch.setattr(spread_trials, "MOST_TOGETHER", 1)
     file, asked = tmp_path / "flights.jsonl", list[int]()
-    with pytest.raises(NotFlown, match="did not do"):
+    with pytest.raises(NotFlown, match="did not finish"):
         fly(folder, file, asked, most=3)
     assert asked[:4] == [1, 2, 3, 4]
     of, one, two, three = file.read_bytes().splitlines(keepends=True)
@@ -139,21 +139,33 @@ def test_a_journal_that_does_not_fit_is_left_as_it_is(folder: Path, tmp_path: Pa
     line = b'{"first":1,"flights":%s}\n' % flights
     strange = b'{"first":1,"flights":[{"error":[],"requirements":[],"preferences":[],"room":[],"largest":""}]}\n'
     for content, code, why in (
-        (b"my notes, and no line end", CHECKPOINT_UNREADABLE, "no line that says what it is of"),
+        (b"my notes, and no line end", CHECKPOINT_UNREADABLE, "its first line is missing"),
         (b"my notes\n", CHECKPOINT_UNREADABLE, "line 1"),
         (b"{}\n", CHECKPOINT_UNREADABLE, "line 1"),
         (first + b"[]\n", CHECKPOINT_UNREADABLE, "line 2"),
         (
             first + line + strange,
             CHECKPOINT_UNREADABLE,
-            "line 3 is not one of a journal of flights: its flights",
+            "invalid line 3: its flights",
         ),
         (first + line.replace(b'"first":1', b'"first":"1"'), CHECKPOINT_UNREADABLE, "line 2"),
         (first + line.replace(b'"most":', b'"most":"a","usual":'), CHECKPOINT_UNREADABLE, "line 2"),
-        (first.replace(b'"3"', b'"4"') + line, CHECKPOINT_MISMATCH, "its seed is `4`, and here it is `3`"),
-        (first.replace(b',"mass":"0.05"', b""), CHECKPOINT_MISMATCH, "its mass is nothing, and here it is `0.05`"),
-        (first.replace(b"}}", b',"gust":"1"}}'), CHECKPOINT_MISMATCH, "its gust is `1`, and here it is nothing"),
-        (first.replace(b"f00", b"f01"), CHECKPOINT_MISMATCH, "the folder that they were flown from is another one"),
+        (
+            first.replace(b'"3"', b'"4"') + line,
+            CHECKPOINT_MISMATCH,
+            "the seed of the checkpoint is `4`; the seed of this run is `3`",
+        ),
+        (
+            first.replace(b',"mass":"0.05"', b""),
+            CHECKPOINT_MISMATCH,
+            "the mass of the checkpoint is nothing; the mass of this run is `0.05`",
+        ),
+        (
+            first.replace(b"}}", b',"gust":"1"}}'),
+            CHECKPOINT_MISMATCH,
+            "the gust of the checkpoint is `1`; the gust of this run is nothing",
+        ),
+        (first.replace(b"f00", b"f01"), CHECKPOINT_MISMATCH, "the plan folder is different"),
         (first.replace(b"flights/1", b"flights/9"), CHECKPOINT_MISMATCH, "missionc.flights/9"),
     ):
         file.write_bytes(content)
@@ -235,6 +247,6 @@ def test_flights_that_a_cluster_gave_up_are_given_to_it_again_a_few_times(folder
         assert record(spread) == record(simulate(folder, few))
         assert len(asked) == 3
         asked.clear()
-        with pytest.raises(NotFlown, match="did not do what it was given"):
+        with pytest.raises(NotFlown, match="did not finish its run"):
             simulate(folder, few, fly=SpreadTrials(Pool(executor, lambda text: answer(text, 99), lambda: 1), Limits()))
         assert len(asked) == 5

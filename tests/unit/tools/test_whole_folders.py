@@ -94,7 +94,7 @@ def test_a_table_has_the_states_of_the_plan(tmp_path: Path) -> None:
     agent, time, x, *rest = lines[2].split(",")
     lines[2] = ",".join([agent, time, repr(float(x) + 1.0), *rest])
     found = refused(reverify(forged(tmp_path, {**files(), "trajectories.csv": ("\n".join(lines) + "\n").encode()})))
-    assert found == {"trajectories.csv": "it does not hold the states of `plan.json`"}
+    assert found == {"trajectories.csv": "it does not contain the states of `plan.json`"}
 
 
 @pytest.mark.parametrize("name", ["trajectories.csv", "report.html", "certificate.json", "export/px4/Drone 1.csv"])
@@ -112,7 +112,7 @@ def test_numbers_in_another_spelling_are_not_the_ones_that_were_verified(tmp_pat
     first = text.splitlines()[1].split(",")[0]
     found = {**files(), "crazyflie/drone0.csv": text.replace(f"\n{first},", f"\n+{first},", 1).encode()}
     reasons = refused(reverify(forged(tmp_path, found)))
-    assert "its numbers are not written as the compiler writes them" in reasons["crazyflie/drone0.csv"]
+    assert "its numbers are not in the format of the compiler" in reasons["crazyflie/drone0.csv"]
 
 
 @pytest.mark.parametrize("old", [b"drone[0]", b"requirement", b"<title>", b"function"])
@@ -193,8 +193,8 @@ def test_what_the_manifest_does_not_list_is_refused_by_name(name: str, tmp_path:
     else:
         (folder / name).write_bytes(files()["crazyflie/drone0.csv"])
     replayed = reverify(folder)
-    assert refused(replayed) == {name.rstrip("/"): "the manifest does not list it"}
-    assert any(f"`{name.rstrip('/')}`: the manifest does not list it" in note for note in replayed.findings[0].notes)
+    assert refused(replayed) == {name.rstrip("/"): "not listed in the manifest"}
+    assert any(f"`{name.rstrip('/')}`: not listed in the manifest" in note for note in replayed.findings[0].notes)
 
 
 @pytest.mark.parametrize(
@@ -203,10 +203,10 @@ def test_what_the_manifest_does_not_list_is_refused_by_name(name: str, tmp_path:
         ("crazyflie/zz_extra.csv", "no such file"),
         ("notes.txt", "no such file"),
         ("mission/other.mission", "does not include it"),
-        ("export/crazyswarm2/more.py", "no file of the export is called so"),
-        ("export/warp/fly.py", "knows no such export"),
-        ("export/mcap/flight.mcap", "ask for no such export"),
-        ("export/fly.py", "knows no such export"),
+        ("export/crazyswarm2/more.py", "not a file of this export"),
+        ("export/warp/fly.py", "unknown export"),
+        ("export/mcap/flight.mcap", "do not include this export"),
+        ("export/fly.py", "unknown export"),
     ],
 )
 def test_a_listed_file_that_no_compiler_writes_is_refused(name: str, words: str, tmp_path: Path) -> None:
@@ -218,7 +218,7 @@ def test_an_export_is_made_once_more_and_compared(name: str, tmp_path: Path) -> 
     path = f"export/crazyswarm2/{name}"
     found = {**files(), path: files()[path].replace(b"0", b"1", 1)}
     reasons = refused(reverify(forged(tmp_path, found)))
-    assert reasons == {path: "it is not what the verified polynomials come to"}
+    assert reasons == {path: "it does not match the verified polynomials"}
 
 
 def test_an_export_that_cannot_be_made_here_is_not_verified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -227,10 +227,10 @@ def test_an_export_that_cannot_be_made_here_is_not_verified(tmp_path: Path, monk
     manifest = json.loads(found["manifest.json"])
     manifest["options"]["export"] += ",mcap"
     folder = laid(tmp_path, {**found, "manifest.json": json.dumps(manifest).encode()})
-    assert refused(reverify(folder)) == {"export/mcap/flight.mcap": "it is not what the verified polynomials come to"}
+    assert refused(reverify(folder)) == {"export/mcap/flight.mcap": "it does not match the verified polynomials"}
     monkeypatch.setattr("missionc.output.export.export_form.find_spec", lambda name: None)
     (reason,) = refused(reverify(folder)).values()
-    assert "cannot be made once more" in reason
+    assert "cannot be rebuilt" in reason
     assert "pip install 'missionc[export]'" in reason
 
 
@@ -316,7 +316,7 @@ def test_no_more_is_read_than_the_limit_allows(tmp_path: Path) -> None:
     assert reverify(folder, Limits(trace_bytes=size)).passed
     (finding,) = reverify(folder, Limits(trace_bytes=size - 1)).findings
     assert finding.code.name == "MC004"
-    assert finding.help == f"allow more with `--limit trace_bytes={size}`"
+    assert finding.help == f"raise the limit with `--limit trace_bytes={size}`"
 
 
 def test_each_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -360,4 +360,4 @@ def test_a_key_that_comes_twice_is_refused(tmp_path: Path) -> None:
     plan = files()["plan.json"].replace(b'"seed": 0', b'"seed": 0, "seed": 0', 1)
     findings = reverify(forged(tmp_path, {**files(), "plan.json": plan})).findings
     assert [finding.code.name for finding in findings] == ["MC704"]
-    assert "comes twice" in findings[0].message
+    assert "is duplicated" in findings[0].message

@@ -28,7 +28,7 @@ CURVES = motion(PASSING, straight(PATHS, 0.5))
 
 
 def test_straight_ways_are_nearest_where_one_passes_the_other() -> None:
-    detail = "every two bodies stay 0.5 m apart throughout"
+    detail = "every pair of bodies has a separation of 0.5 m in continuous time"
     assert check_separation(PASSING, CURVES) == [
         Check("separation", "all pairs", 0.25, "m", 1e-9, True, 0.75, ("drone[0]", "drone[1]"), detail)
     ]

@@ -76,7 +76,7 @@ def test_a_corner_that_is_cut_within_a_step_is_found() -> None:
     lasts(found, Verdict.FAILS, 1.4, 1.6)
     assert found.agents == ("drone[0]",)
     assert found.detail == (
-        "`out` is true at every step, but not between 1 s and 2 s: from 1.40 s to 1.60 s `gate` is true of drone[0]"
+        "`out` is true at every sample, but not between 1 s and 2 s: from 1.40 s to 1.60 s `gate` is true of drone[0]"
     )
 
 
@@ -91,7 +91,7 @@ def test_what_decides_at_a_step_is_not_said_to_fail_there() -> None:
     culprit = Culprit(pond, 0, 2 * STEP, True, 2 * STEP, 2 * STEP, pond, True, False)
     says = sentence("dry", (culprit,), True, Motion(found.mission, motion(found.mission, trace)))
     assert says == (
-        "`dry` is true at every step, but not at every moment between: at 2.00 s `pond` is true of drone[0]"
+        "`dry` is true at every sample, but not at every moment between: at 2.00 s `pond` is true of drone[0]"
     )
 
 
@@ -132,7 +132,7 @@ def test_a_sight_that_is_lost_between_two_steps_is_found() -> None:
         "require seen: always[0, 1 s] connected(eyes)",
     )
     lasts(found, Verdict.FAILS, 0.4, 0.6)
-    assert "2.000 m apart, the radius of `eyes` is 9 m, and an obstacle is in the way" in found.detail
+    assert "2.000 m apart, the radius of `eyes` is 9 m, and an obstacle blocks the line of sight" in found.detail
 
 
 def test_a_formation_that_closes_between_two_steps_is_found() -> None:
@@ -219,8 +219,8 @@ def test_a_border_that_is_only_touched_is_not_decided() -> None:
     assert found.until is not None
     assert 1.49 < found.at < 1.5 < found.until < 1.51
     assert found.detail == (
-        "`dry` is true at every step; in between that is not decided: from 1.49 s to 1.51 s `pond` of drone[0] "
-        "is too near its border to tell"
+        "`dry` is true at every sample; between samples it is not decided: from 1.49 s to 1.51 s `pond` of drone[0] "
+        "is too close to its border to decide"
     )
     above = between([rest((3, 3), (0, 1.001), (2, 1.001))], "require dry: every drone: always[0, 4 s] not pond")
     assert above.verdict is Verdict.HOLDS
@@ -305,4 +305,4 @@ def test_flags_that_ask_for_more_and_for_no_more_than_the_steps_are_not_given_to
     monkeypatch.chdir(tmp_path)
     Path("leap.mission").write_text(LEAP, encoding="utf-8")
     assert main(["compile", "leap.mission", "--continuous", "--at-steps"]) == 2
-    assert "leave one of them out" in capsys.readouterr().err
+    assert "delete one of the two" in capsys.readouterr().err

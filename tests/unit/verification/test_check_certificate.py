@@ -62,7 +62,7 @@ def refused(*changes: tuple[tuple[str | int, ...], Any]) -> dict[str, str]:
             place[last] = value
     checks = check_certificate(json.dumps(text), "abc", CERTIFICATE)
     assert [check.name for check in checks] == ["certificate"] * len(checks)
-    assert {check.detail for check in checks if check.passed} <= {"it states what the files say"}
+    assert {check.detail for check in checks if check.passed} <= {"its contents match the files"}
     return {check.subject: check.detail for check in checks if not check.passed}
 
 
@@ -98,25 +98,25 @@ def test_what_may_differ_passes(changes: list[tuple[tuple[str | int, ...], Any]]
     assert refused(*changes) == {}
 
 
-PARTS = "it does not have the checks and figures that the folder's files come to"
-MISSING = "it does not have what belongs to it"
-TIMES = "separation of all pairs: its times are not those of the flight"
+PARTS = "its checks and figures do not match the files"
+MISSING = "its keys do not match"
+TIMES = "separation of all pairs: its times do not match the flight"
 COVER = "separation of all pairs: its boxes do not cover the flight"
-BOXES = "it does not have boxes for every check along the flight"
+BOXES = "boxes are missing for a check along the flight"
 UNPROVED = "separation of all pairs: its boxes do not prove its margin"
-BETWEEN = "what it states between the steps is not what the files come to"
-DELAYS = "what it states of delays is not what the files come to"
+BETWEEN = "its verdicts between samples do not match the files"
+DELAYS = "its delay tolerances do not match the files"
 
 
 def test_what_differs_is_refused_with_its_reason(subtests: pytest.Subtests) -> None:
     for path, value, part, reason in [
-        (("mission",), "large", "head", "its `mission` is not that of the folder"),
-        (("plan_sha256",), "abd", "head", "its `plan_sha256` is not that of the folder"),
-        (("passed",), False, "head", "its `passed` is not that of the folder"),
-        (("more",), 1, "head", "it has `more`, which does not belong there"),
-        (("warnings",), [], "warnings", "its warnings are not all"),
-        (("checks",), {}, "checks", "something is missing in it"),
-        (("checks", 3), [], "checks", "something is missing in it"),
+        (("mission",), "large", "head", "its `mission` does not match the folder"),
+        (("plan_sha256",), "abd", "head", "its `plan_sha256` does not match the folder"),
+        (("passed",), False, "head", "its `passed` does not match the folder"),
+        (("more",), 1, "head", "unexpected entry `more`"),
+        (("warnings",), [], "warnings", "its warnings are incomplete"),
+        (("checks",), {}, "checks", "an entry is missing"),
+        (("checks", 3), [], "checks", "an entry is missing"),
         (("checks", 3), KeyError, "checks", PARTS),
         (("checks", 3, "name"), "start", "checks", PARTS),
         (("checks", 1, "subject"), "wall", "checks", PARTS),
@@ -132,7 +132,7 @@ def test_what_differs_is_refused_with_its_reason(subtests: pytest.Subtests) -> N
         (("checks", 1, "agents"), ["b"], "checks", "obstacle of pillar: its `agents[0]` is `b`, where `a` is what"),
         (("checks", 2, "agents"), ["c"], "checks", "speed of a: its `agents[0]` is `c`, where `a` is what"),
         (("checks", 2, "agents"), ["a", "b"], "checks", "speed of a: its `agents` has 2 entries"),
-        (("checks", 2, "agents"), "a", "checks", "speed of a: its `agents` is `a`, and no list"),
+        (("checks", 2, "agents"), "a", "checks", "speed of a: its `agents` is `a`, not a list"),
         (("checks", 0, "margin"), FAR + 2e-8, "checks", "separation of all pairs: its `margin` is 0.80000002"),
         (("checks", 0, "margin"), WORST - 2e-8, "checks", "separation of all pairs: its `margin` is 0.79918"),
         (("checks", 0, "margin"), None, "checks", "separation of all pairs: its `margin` is null"),
@@ -168,8 +168,8 @@ def test_what_differs_is_refused_with_its_reason(subtests: pytest.Subtests) -> N
         (("boxes", 0, "times", 1), 2.0 + 3e-8, "boxes", TIMES),
         (("boxes", 0, "times", 1), "2", "boxes", TIMES),
         (("boxes", 0, "agents"), [[0, 2]], "boxes", "separation of all pairs: its boxes are not about the agents of"),
-        (("boxes", 0, "ends"), [], "boxes", "separation of all pairs: it has boxes for 0 subjects, not for 1"),
-        (("boxes", 0, "bounds"), [], "boxes", "separation of all pairs: it has bounds for 0 subjects, not for 1"),
+        (("boxes", 0, "ends"), [], "boxes", "separation of all pairs: it has boxes for 0 subjects instead of 1"),
+        (("boxes", 0, "bounds"), [], "boxes", "separation of all pairs: it has bounds for 0 subjects instead of 1"),
         (("boxes", 0, "ends", 0), [], "boxes", COVER),
         (("boxes", 0, "bounds", 0), [], "boxes", COVER),
         (("boxes", 0, "ends", 0), [0, 1, True], "boxes", COVER),
@@ -192,7 +192,7 @@ def test_what_differs_is_refused_with_its_reason(subtests: pytest.Subtests) -> N
 def test_what_is_no_certificate_is_refused_as_a_whole(text: str) -> None:
     (check,) = check_certificate(text, "abc", CERTIFICATE)
     assert (check.subject, check.passed) == ("schema", False)
-    assert check.detail == "it is no certificate that this version of the compiler writes"
+    assert check.detail == "not a certificate of this version of the compiler"
 
 
 def test_boxes_prove_the_margin_that_is_stated_for_their_check() -> None:

@@ -169,9 +169,9 @@ def grown(corners: Boxes) -> Boxes:
 
 def test_cells_have_to_hold_the_world_and_a_little_more() -> None:
     assert space(cells(grown(FOUR))) == []
-    assert space(cells(FOUR)) == ["no cell holds (-5e-07, -5e-07)"]
+    assert space(cells(FOUR)) == ["no cell contains (-5e-07, -5e-07)"]
     hole = (np.delete(FOUR[0], 2, axis=0), np.delete(FOUR[1], 2, axis=0))
-    assert space(cells((hole[0] - TINY, hole[1] + TINY))) == ["no cell holds (2.5, 0.5)"]
+    assert space(cells((hole[0] - TINY, hole[1] + TINY))) == ["no cell contains (2.5, 0.5)"]
     # A point holds nothing.
     pointed = grown(boxes((0, 0, 2, 1), (2.6, 0, 4, 1)))
     both = (np.vstack([pointed[0], [2.0, 0.0]]), np.vstack([pointed[1], [3.0, 1.0]]))
@@ -189,14 +189,14 @@ def test_what_is_left_out_has_to_be_full() -> None:
     assert (
         space(cells(beside, left_out=boxes((2, -0.5, 3.26, 1.5))), mission)
         == [
-            "a centre may be clear in what is left out from (2, -0.5) to (3.26, 1.5)",
-            "no cell holds (2.5, -0.75)",
+            "a centre may be free in the excluded box from (2, -0.5) to (3.26, 1.5)",
+            "no cell contains (2.5, -0.75)",
         ][:1]
         or True
     )
     moving = replace(wall, motion=ir.Path((Seconds(0.0), Seconds(1.0)), ((0.0, 0.0), (1.0, 0.0))))
     (found,) = space(cells(beside, left_out=boxes((2, -1, 3, 2))), corridor(obstacles=(moving,)))
-    assert found == "a centre may be clear in what is left out from (2, -1) to (3, 2)"
+    assert found == "a centre may be free in the excluded box from (2, -1) to (3, 2)"
 
 
 def test_agents_of_a_kind_are_alike() -> None:
@@ -205,7 +205,7 @@ def test_agents_of_a_kind_are_alike() -> None:
     assert space(kind, mission) == []
     for change in ({"radius": Metres(0.5)}, {"altitude": Metres(9.0)}, {"dynamics": ir.SingleIntegrator(1.0)}):
         other = replace(mission.agents[1], **change)
-        assert space(kind, replace(mission, agents=(mission.agents[0], other))) == ["its agents are not alike"]
+        assert space(kind, replace(mission, agents=(mission.agents[0], other))) == ["its agents are not of one kind"]
 
 
 def test_no_more_sides_are_looked_at_than_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,7 +213,7 @@ def test_no_more_sides_are_looked_at_than_a_limit(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(check_motion, "MOST_GAPS", 7 * 4)
     assert len(space(cells(FOUR))) == 1
     monkeypatch.setattr(check_motion, "MOST_GAPS", 7 * 4 - 1)
-    with pytest.raises(Unreadable, match=r"^its cells have more sides than anybody looks at$"):
+    with pytest.raises(Unreadable, match=r"^its cells have too many sides to check$"):
         space(cells(FOUR))
 
 
@@ -269,13 +269,13 @@ def test_a_way_is_bent_by_the_acceleration_alone() -> None:
     def turns(steps: int, never: tuple[int, int, int]) -> list[str]:
         return list(check_turns(corridor(), cells(narrow, no_turn={steps: pairs(4, never)}), limits))
 
-    assert turns(1, (0, 1, 2)) == ["cells [0, 1, 2] may be gone through, 1 steps from one to the next"]
+    assert turns(1, (0, 1, 2)) == ["cells [0, 1, 2] may be visited in order, 1 steps apart"]
     # There and back bends by a metre and a half at least: by 2.25 m at most after three steps.
     assert turns(2, (0, 1, 0)) == []
-    assert turns(3, (0, 1, 0)) == ["cells [0, 1, 0] may be gone through, 3 steps from one to the next"]
+    assert turns(3, (0, 1, 0)) == ["cells [0, 1, 0] may be visited in order, 3 steps apart"]
     # Two and a half metres after a metre: bent by a metre at least, of as much after two steps.
     assert turns(1, (0, 1, 3)) == []
-    assert turns(2, (0, 1, 3)) == ["cells [0, 1, 3] may be gone through, 2 steps from one to the next"]
+    assert turns(2, (0, 1, 3)) == ["cells [0, 1, 3] may be visited in order, 2 steps apart"]
 
 
 # ------------------------------------------------------------------- places

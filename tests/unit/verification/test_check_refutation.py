@@ -275,13 +275,15 @@ def test_a_proof_that_is_longer_than_the_limit_is_not_believed() -> None:
         for each in check_refutation(known.mission, known.kernel, known.files, Limits(proof_steps=100))
         if not each.passed
     )
-    assert "more than the limit: allow more with `--limit proof_steps=" in check.detail
+    assert "more than the limit: raise the limit with `--limit proof_steps=" in check.detail
 
 
 def test_a_proof_that_takes_longer_than_there_is_time_is_not_believed() -> None:
     known = certified("short_relay")
     checks = check_refutation(known.mission, known.kernel, known.files, Limits(), deadline=time.monotonic())
-    assert [each.detail for each in checks if not each.passed] == ["time was up before it was gone through"]
+    assert [each.detail for each in checks if not each.passed] == [
+        "the time limit was reached before the end of the proof"
+    ]
 
 
 def test_a_step_that_keeps_clauses_satisfiable_is_no_proof_once_some_were_deleted() -> None:
@@ -295,7 +297,7 @@ def test_agents_at_other_altitudes_are_not_alike() -> None:
     first, *others = known.mission.agents
     higher = replace(known.mission, agents=(replace(first, altitude=Metres(first.altitude + 1.0)), *others))
     failed = [check for check in check_refutation(higher, known.kernel, known.files, Limits()) if not check.passed]
-    assert [(check.name, check.detail) for check in failed] == [("cells", "its agents are not alike")]
+    assert [(check.name, check.detail) for check in failed] == [("cells", "its agents are not of one kind")]
 
 
 def test_a_certificate_of_another_mission_is_refused() -> None:

@@ -29,7 +29,7 @@ def test_what_is_the_same_but_for_rounding_does_not_differ(read: object, compute
     assert difference(read, computed) is None
 
 
-COME_TO = "is what the files come to"
+COME_TO = "but the files give"
 
 
 def test_what_differs_is_named_with_its_place(subtests: pytest.Subtests) -> None:
@@ -49,19 +49,19 @@ def test_what_differs_is_named_with_its_place(subtests: pytest.Subtests) -> None
         (0, False, f"it is `0`, where false {COME_TO}"),
         ({}, "a", f"it is a record, where `a` {COME_TO}"),
         ([1, 2], "a", f"it is a list of 2, where `a` {COME_TO}"),
-        ("a", {}, "it is `a`, and no record"),
-        ([], {}, "it is a list of 0, and no record"),
-        ("a", [], "it is `a`, and no list"),
-        ({}, [], "it is a record, and no list"),
+        ("a", {}, "it is `a`, not a record"),
+        ([], {}, "it is a list of 0, not a record"),
+        ("a", [], "it is `a`, not a list"),
+        ({}, [], "it is a record, not a list"),
         ({}, {"a": 1}, "it has no `a`"),
-        ({"a": 1, "b": 2}, {"a": 1}, "it has `b`, which does not belong there"),
-        ([1], [1, 2], "it has 1 entries, where the files come to 2"),
+        ({"a": 1, "b": 2}, {"a": 1}, "unexpected entry `b`"),
+        ([1], [1, 2], "it has 1 entries, but the files give 2"),
         ({"a": [0, {"b": 2}]}, {"a": [0, {"b": 1}]}, f"its `a[1].b` is `2`, where `1` {COME_TO}"),
-        ({"a": {"b": 1}}, {"a": {}}, "its `a` has `b`, which does not belong there"),
+        ({"a": {"b": 1}}, {"a": {}}, "its `a` has an unexpected key `b`"),
         ({"a": {}}, {"a": {"b": 1}}, "its `a` has no `b`"),
-        ({"a": 1}, {"a": {"b": 1}}, "its `a` is `1`, and no record"),
-        ({"a": 1}, {"a": [1]}, "its `a` is `1`, and no list"),
-        ({"a": [1]}, {"a": []}, "its `a` has 1 entries, where the files come to 0"),
+        ({"a": 1}, {"a": {"b": 1}}, "its `a` is `1`, not a record"),
+        ({"a": 1}, {"a": [1]}, "its `a` is `1`, not a list"),
+        ({"a": [1]}, {"a": []}, "its `a` has 1 entries, but the files give 0"),
         ([0, 1, 2], [0, 2, 1], f"its `[1]` is `1`, where `2` {COME_TO}"),
         ({"a": 1, "b": 3}, {"a": 0, "b": 2}, f"its `a` is `1`, where `0` {COME_TO}"),
     ]:

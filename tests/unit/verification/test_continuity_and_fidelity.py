@@ -52,11 +52,11 @@ def test_who_stands_where_the_plan_has_it_passes() -> None:
     assert checks == {
         name: Check(name, "drone[1]", checks[name].margin, unit, tolerance, True, at, ("drone[1]",), detail)
         for name, unit, tolerance, at, detail in (
-            ("duration", "s", 3e-6, None, "it lasts as long as the plan"),
-            ("joints", "m", 3e-6, 1.0, "from position to snap, nothing jumps between pieces"),
+            ("duration", "s", 3e-6, None, "the duration of the file equals that of the plan"),
+            ("joints", "m", 3e-6, 1.0, "pieces are continuous from position to snap"),
             ("rest", "m", 3e-6, checks["rest"].at, says),
-            ("waypoints", "m", 5e-3, checks["waypoints"].at, "at every step's time it is where the plan is"),
-            ("yaw", "rad", 1e-6, 0.0, "its nose points at 0 rad throughout"),
+            ("waypoints", "m", 5e-3, checks["waypoints"].at, "the position equals the plan at the sample times"),
+            ("yaw", "rad", 1e-6, 0.0, "the yaw is 0 rad in continuous time"),
         )
     }
     assert [check.margin for check in checks.values()] == pytest.approx([0.0] * 5, abs=1e-9)
@@ -95,7 +95,7 @@ def test_in_a_plane_it_flies_at_its_height() -> None:
     checks = found(own, FLAT)
     assert list(checks) == ["duration", "joints", "rest", "waypoints", "altitude", "yaw"]
     assert checks["altitude"] == Check(
-        "altitude", "drone[1]", checks["altitude"].margin, "m", 2e-6, True, 0.0, ("drone[1]",), "it flies at 0.5 m"
+        "altitude", "drone[1]", checks["altitude"].margin, "m", 2e-6, True, 0.0, ("drone[1]",), "the altitude is 0.5 m"
     )
     # A control point at the end of the second piece is 0.25 m higher, and one in its middle 0.125 m lower.
     own.coefficients[1, 2, 7] = 0.25 / 2.0**7
@@ -112,7 +112,7 @@ def test_a_fixed_nose_points_one_way(angle: float, tolerance: float) -> None:
     agent = replace(MISSION.agents[1], yaw=ir.Fixed(angle))
     own = standing(1.0, 2.0, place=(1.0, 2.0, 3.0, angle))
     check = check_flight(MISSION, agent, own, plan())[-1]
-    says = f"its nose points at {angle:g} rad throughout"
+    says = f"the yaw is {angle:g} rad in continuous time"
     assert check == Check("yaw", "drone[1]", check.margin, "rad", tolerance, True, 0.0, ("drone[1]",), says)
     assert check.margin == pytest.approx(0.0, abs=1e-12)
     own.coefficients[1, 3, 7] = -0.25 / 2.0**7
@@ -184,7 +184,7 @@ def test_who_begins_in_motion_begins_in_that_of_its_state() -> None:
     for order, state in enumerate(states):
         own.coefficients[0, :, order] = np.array(state) / math.factorial(order)
     joints, begins, rest = check_smooth(agent, own)
-    says = "from position to snap, nothing jumps as it begins"
+    says = "the first state is continuous from position to snap"
     assert begins == Check("begins", "drone[1]", begins.margin, "m", 3e-6, True, 0.0, ("drone[1]",), says)
     assert begins.margin == pytest.approx(0.0, abs=1e-12)
     assert joints.name == "joints"

@@ -72,23 +72,27 @@ def test_a_stretch_is_cut_at_the_steps_around_its_moment() -> None:
 def test_a_sentence_says_when_what_and_of_whom() -> None:
     words = Atom(ATOM.predicate, WORDS)
     assert says(culprit(words)) == (
-        "`it` is true at every step, but not between 0 s and 0.5 s: from 0.12 s to 0.38 s `near here and there` is "
+        "`it` is true at every sample, but not between 0 s and 0.5 s: from 0.12 s to 0.38 s `near here and there` is "
         "false of drone[0]"
     )
     assert says(culprit(words, agent=1, value=True, tick=STEP + HALF, low=STEP + HALF, high=STEP + HALF)) == (
-        "`it` is true at every step, but not between 0.5 s and 1 s: at 0.75 s `near here and there` is true of drone[1]"
+        "`it` is true at every sample, but not between 0.5 s and 1 s: at 0.75 s `near here and there` is true of "
+        "drone[1]"
     )
     assert says(culprit(words, team=True), certain=False) == (
-        "`it` is true at every step; in between that is not decided: from 0.12 s to 0.38 s `near here and there` is "
-        "too near its border to tell"
+        "`it` is true at every sample; between samples it is not decided: from 0.12 s to 0.38 s `near here and "
+        "there` is "
+        "too close to its border to decide"
     )
 
 
 def test_what_decides_together_is_said_together_at_the_moment_of_the_first() -> None:
     text = says(culprit(agent=1, low=QUARTER, high=QUARTER), culprit(value=True), certain=True)
-    assert text.endswith(": at 0.12 s a part of it is false of drone[1] and a part of it is true of drone[0]")
+    assert text.endswith(
+        ": at 0.12 s a part of the requirement is false of drone[1] and a part of the requirement is true of drone[0]"
+    )
     open_ = says(culprit(agent=1), certain=False)
-    assert open_.endswith(" a part of it of drone[1] is too near its border to tell")
+    assert open_.endswith(" a part of the requirement of drone[1] is too close to its border to decide")
 
 
 @pytest.mark.parametrize(
@@ -110,7 +114,7 @@ def test_a_predicate_is_about_those_whom_it_names_or_who_is_asked(
 
 def test_of_more_than_one_agent_none_is_named_last() -> None:
     apart = Atom(Compare(((1.0, DistanceBetween(0, 1)),), 0.0, False))
-    assert says(culprit(apart)).endswith("from 0.12 s to 0.38 s a part of it is false")
+    assert says(culprit(apart)).endswith("from 0.12 s to 0.38 s a part of the requirement is false")
 
 
 def test_links_that_are_lost_between_two_steps_are_named_with_how_far_it_is() -> None:
@@ -183,7 +187,7 @@ def test_an_obstacle_is_named_where_no_way_is_too_long() -> None:
     post = ir.Box((1.9, -0.5), (2.1, 0.5))
     eyes = ir.Sight("eyes", Metres(9.0), (post,), (0, 1), SPAN)
     assert why(Neighbour(eyes, ATOM), SWINGING) == (
-        "drone[0] and drone[1] are 3.000 m apart, the radius of `eyes` is 9 m, and an obstacle is in the way"
+        "drone[0] and drone[1] are 3.000 m apart, the radius of `eyes` is 9 m, and an obstacle blocks the line of sight"
     )
     assert why(EveryNeighbour(eyes, ATOM), along(STAYS, (3.0, 1.0, 3.0, 3.0))).endswith(
         "the radius of `eyes` is 9 m, and nothing is in the way"

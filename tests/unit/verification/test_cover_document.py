@@ -140,42 +140,45 @@ def changed(*path: str | int, to: Any) -> str:
     return json.dumps(text)
 
 
-NONE = "it is no cover of this mission: "
-NOWHERE = "a box without an inside, or out of every world"
+NONE = "not a cover of this mission: "
+NOWHERE = "an empty box, or a box outside the world"
 
 
 def test_what_does_not_fit_is_refused_with_its_reason(subtests: pytest.Subtests) -> None:
     for text, said in [
-        (changed("schema", to="missionc.cover/2"), "its schema is not missionc.cover/1, or it is of another mission"),
-        (changed("mission", to="other"), "its schema is not missionc.cover/1, or it is of another mission"),
+        (
+            changed("schema", to="missionc.cover/2"),
+            "its schema is not missionc.cover/1, or it belongs to another mission",
+        ),
+        (changed("mission", to="other"), "its schema is not missionc.cover/1, or it belongs to another mission"),
         (changed("kinds", 1, "agents", to=["drone[0]"]), "not every agent is of one kind"),
         (changed("kinds", to=TEXT["kinds"][:1]), "not every agent is of one kind"),
-        (changed("kinds", 1, "agents", to=[]), "a kind of no agents"),
+        (changed("kinds", 1, "agents", to=[]), "a kind without agents"),
         (changed("kinds", 0, "agents", to=["drone[0]", "drone[0]"]), "an agent twice"),
-        (changed("not_together", 0, "agents", to=["drone[0]", "drone[2]"]), "a pair of agents that it does not ask"),
-        (changed("kinds", 0, "points", to=4), "a number of points that are no cells"),
-        (changed("kinds", 0, "points", to=-1), "a number of points that are no cells"),
-        (changed("kinds", 0, "points", to=True), "a number of points that are no cells"),
-        (changed("kinds", 0, "no_move", to={"3": [[]] * 3}), "a number of steps that the mission does not have"),
-        (changed("kinds", 0, "no_move", to={"0": [[]] * 3}), "a number of steps that the mission does not have"),
-        (changed("kinds", 0, "no_move", to={"01": [[]] * 3}), "a number of steps that the mission does not have"),
-        (changed("kinds", 0, "no_move", "1", to=[[], []]), "rows for other cells than there are"),
-        (changed("kinds", 0, "no_move", "1", 0, to=[3]), "a cell that there is not"),
-        (changed("kinds", 0, "no_move", "1", 0, to=[-1]), "a cell that there is not"),
-        (changed("kinds", 0, "no_move", "1", 0, to=[True]), "a cell that there is not"),
-        (changed("absent", "drone[1]", to=[[], []]), "rows for other cells than there are"),
-        (changed("not_both", "drone[0]", to=[[], []]), "rows for other cells than there are"),
-        (changed("labels", 0, "agents", to=NAMES[:2]), "a label of other agents than it is about"),
-        (changed("labels", 2, "agents", to=NAMES[:1]), "a label of other agents than it is about"),
-        (changed("labels", 0, "leaf", to=7), "what is no text"),
-        (changed("conflict", to=["visit", None]), "what is no text"),
-        (changed("at_most", 0, "agents", to=-1), "a number of agents that is none"),
-        (changed("at_most", 0, "agents", to=1.0), "a number of agents that is none"),
+        (changed("not_together", 0, "agents", to=["drone[0]", "drone[2]"]), "an unexpected pair of agents"),
+        (changed("kinds", 0, "points", to=4), "points that are not cells"),
+        (changed("kinds", 0, "points", to=-1), "points that are not cells"),
+        (changed("kinds", 0, "points", to=True), "points that are not cells"),
+        (changed("kinds", 0, "no_move", to={"3": [[]] * 3}), "more steps than the mission has"),
+        (changed("kinds", 0, "no_move", to={"0": [[]] * 3}), "more steps than the mission has"),
+        (changed("kinds", 0, "no_move", to={"01": [[]] * 3}), "more steps than the mission has"),
+        (changed("kinds", 0, "no_move", "1", to=[[], []]), "rows for unknown cells"),
+        (changed("kinds", 0, "no_move", "1", 0, to=[3]), "an unknown cell"),
+        (changed("kinds", 0, "no_move", "1", 0, to=[-1]), "an unknown cell"),
+        (changed("kinds", 0, "no_move", "1", 0, to=[True]), "an unknown cell"),
+        (changed("absent", "drone[1]", to=[[], []]), "rows for unknown cells"),
+        (changed("not_both", "drone[0]", to=[[], []]), "rows for unknown cells"),
+        (changed("labels", 0, "agents", to=NAMES[:2]), "a label with the wrong agents"),
+        (changed("labels", 2, "agents", to=NAMES[:1]), "a label with the wrong agents"),
+        (changed("labels", 0, "leaf", to=7), "an entry that is not a text"),
+        (changed("conflict", to=["visit", None]), "an entry that is not a text"),
+        (changed("at_most", 0, "agents", to=-1), "a counting quantifier that is none"),
+        (changed("at_most", 0, "agents", to=1.0), "a counting quantifier that is none"),
         (changed("at_most", 0, "box", to=[[0, 0], [-1, 1]]), NOWHERE),
         (changed("kinds", 0, "cells", 0, to=[[0, 0], [1e13, 1]]), NOWHERE),
         (
             changed("bodies", to={"obstacle 0": [[[0, -1e13], [1, 1]]]}),
-            "a box without an inside, or out of every world",
+            "an empty box, or a box outside the world",
         ),
         (changed("absent", "stranger", to=[]), "'stranger'"),
         (changed("labels", 0, "of", to="words"), "'words'"),
@@ -212,7 +215,7 @@ def test_no_more_is_read_than_anybody_looks_at(
     monkeypatch.setattr(cover_document, limit, most - 1)
     with pytest.raises(Unreadable) as found:
         read_cover(json.dumps(TEXT), MISSION)
-    assert str(found.value) == f"{NONE}more {what} than anybody looks at"
+    assert str(found.value) == f"{NONE}too many {what}"
 
 
 def test_one_more_than_fit_is_chosen_of_those_who_are_asked(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -231,5 +234,5 @@ def test_two_bodies_and_rooms_are_counted_apart(monkeypatch: pytest.MonkeyPatch)
         changed("at_most", to=TEXT["at_most"] * 2),
         changed("bodies", "obstacle 0", to=TEXT["bodies"]["obstacle 0"] * 2),
     ):
-        with pytest.raises(Unreadable, match="more boxes than anybody looks at"):
+        with pytest.raises(Unreadable, match="too many boxes"):
             read_cover(text, MISSION)

@@ -63,7 +63,7 @@ def figures(claim: Claim) -> tuple[object, ...]:
 
 # ------------------------------------------------------------------------------ the world
 
-OUTSIDE = "every centre is inside it throughout"
+OUTSIDE = "every centre is inside the world in continuous time"
 
 
 def test_everybody_is_in_the_world_by_its_inset_its_tracking_and_what_it_is_astray() -> None:
@@ -72,7 +72,7 @@ def test_everybody_is_in_the_world_by_its_inset_its_tracking_and_what_it_is_astr
     own = standing((1.0, 5.0, 5.0), (5.0, 5.0, 8.0), astray=(0.0, 0.0625))
     claim = world(mission, own)
     assert lowers(claim) == pytest.approx(np.array([[0.625, 0.5625], [2.0, 1.9375]]), abs=1e-9)
-    detail = f"{OUTSIDE}, by the fence inset and the tracking margin of its vehicle"
+    detail = f"{OUTSIDE}, with the fence inset and the tracking margin of its vehicle"
     assert figures(claim) == ("flown world", "world", "m", 1e-5, 1e-5, detail)
     assert claim.agents.tolist() == [[0], [1]]
 
@@ -100,7 +100,7 @@ def test_a_body_needs_its_radius_its_tracking_and_what_it_is_astray() -> None:
     (claim,) = obstacles(steady, own, strict=False)
     assert lowers(claim) == pytest.approx(np.array([[2.35, 2.1], [3.2, 2.95]]), abs=1e-9)
     assert far(claim) == pytest.approx([2.1, 2.95], abs=1e-9)
-    assert figures(claim) == ("flown obstacle", "wall", "m", 1e-5, 1e-5, "no bodies touch throughout")
+    assert figures(claim) == ("flown obstacle", "wall", "m", 1e-5, 1e-5, "no bodies touch in continuous time")
     assert claim.agents.tolist() == [[0], [1]]
 
 
@@ -110,7 +110,7 @@ def test_asked_for_it_keeps_the_missions_clearance_where_that_is_more() -> None:
     (claim,) = obstacles(mission, standing((5.0, 8.0, 1.0), (5.0, 1.0, 1.0)), strict=True)
     assert lowers(claim) == pytest.approx(np.array([[2.3375] * 2, [3.2] * 2]), abs=1e-9)
     assert far(claim) == pytest.approx([2.3375, 3.2], abs=1e-9)
-    assert claim.detail == "every body stays 0.0625 m clear of it throughout"
+    assert claim.detail == "every body has a clearance of 0.0625 m in continuous time"
 
 
 def test_who_starts_late_beside_what_moves_is_off_by_what_it_flies_then() -> None:
@@ -224,11 +224,11 @@ def test_two_bodies_keep_what_they_need() -> None:
     # The pair distance, or both bodies where that is more, and what both may miss.
     assert lowers(claim) == pytest.approx(np.array([[3 - 1.125] * 2, [5 - 1.125] * 2, [4 - 0.5 - 0.25] * 2]), abs=1e-9)
     assert claim.agents.tolist() == [[0, 1], [0, 2], [1, 2]]
-    assert figures(claim) == ("flown separation", "all pairs", "m", 1e-5, 1e-5, "no bodies touch throughout")
+    assert figures(claim) == ("flown separation", "all pairs", "m", 1e-5, 1e-5, "no bodies touch in continuous time")
     assert far(claim) == pytest.approx([3 - 1.125, 5 - 1.125, 4 - 0.75], abs=1e-9)
     (claim,) = separation(mission, standing(*places), strict=True)
     assert lowers(claim)[:, 0] == pytest.approx([3 - 1.125, 5 - 1.125, 4 - 0.5 - 0.5], abs=1e-9)
-    assert claim.detail == "every two bodies stay 0.5 m apart throughout"
+    assert claim.detail == "every pair of bodies has a separation of 0.5 m in continuous time"
     assert separation(team(WIDE), standing((1.0, 1.0, 1.0)), strict=False) == []
 
 
@@ -269,7 +269,7 @@ def test_who_is_in_a_downwash_is_measured_by_its_half_axes() -> None:
         [3 / 0.5 - 1, 3 / 0.75 - 1, math.hypot(3 / 0.125, 3 / 0.25) - 1], abs=1e-9
     )
     assert far(claim) == pytest.approx(lowers(claim)[:, 0], abs=1e-9)
-    detail = "no vehicle is in the downwash of another throughout"
+    detail = "no vehicle is in the downwash of another in continuous time"
     assert figures(claim) == ("flown downwash", "all pairs", "", 1e-5, 1e-5, detail)
 
 

@@ -36,7 +36,7 @@ def check(*path: Place, lanes: Lanes = ROADMAP, start: Place | None = None, fini
     mission = replace(mission, agents=(agent,), solve=replace(mission.solve, roadmap=lanes))
     (found,) = check_lanes_kept(mission, straight([[list(each) for each in path]], 0.5))
     assert (found.name, found.subject, found.unit, found.tolerance) == ("lane", "drone[0]", "m", 1e-6)
-    assert (found.agents, found.detail) == (("drone[0]",), "every step leads along lanes of `city.graphml`")
+    assert (found.agents, found.detail) == (("drone[0]",), "every step follows lanes of `city.graphml`")
     assert found.passed == (found.margin >= -1e-6)
     return found
 

@@ -60,7 +60,7 @@ def test_a_check_says_how_near_whoever_comes_nearest_and_when() -> None:
     curves = Curves(np.array([0.0, 0.5, 1.0]), np.array(rows))
     (found,) = check_obstacles(mission, curves)
     assert (found.name, found.subject, found.unit, found.agents) == ("obstacle", "wall", "m", ("drone[0]",))
-    assert found.detail == "every body stays 0.25 m clear of it throughout"
+    assert found.detail == "every body has a clearance of 0.25 m in continuous time"
     # Three quarters of a metre from the wall at the end.
     assert found.margin == pytest.approx(0.4, abs=1e-3)
     assert found.margin <= 0.4

@@ -59,7 +59,7 @@ def test_nothing_is_left_of_a_mission_at_its_end_alone(end: float, over: bool) -
     found, findings = read(*going("b", *times, end), *going("a", *times, end))
     assert (found is None) is over
     messages = [(each.message, line_of(each)) for each in findings]
-    assert messages == ([("the mission is over at 4 s: nothing of it is left to be planned", 19)] if over else [])
+    assert messages == ([("the mission ended at 4 s; no time is left to plan", 19)] if over else [])
 
 
 def test_who_is_lost_neither_ends_what_was_flown_nor_the_mission() -> None:
@@ -94,9 +94,9 @@ def test_who_is_lost_stays_where_it_was_seen_last_step_by_step() -> None:
     [
         ([0.0, 0.5, 1.5], ""),
         ([0.0, 0.3, 1.3], ""),
-        ([0.0, 0.4, 1.41], "is not seen from 0.4 s to 1.41 s, longer than a step"),
+        ([0.0, 0.4, 1.41], "has no samples from 0.4 s to 1.41 s, longer than a step"),
         ([1.0, 1.5], ""),
-        ([1.01, 1.5], "is first seen at 1.01 s; the mission begins at 0 s"),
+        ([1.01, 1.5], "has its first sample at 1.01 s; the mission begins at 0 s"),
         ([0.0, 0.5, 0.5000004, 1.0], ""),
     ],
 )
@@ -120,7 +120,7 @@ def test_who_is_none_of_the_mission_or_never_seen_is_named() -> None:
     _, findings = read(*going("a", *ALWAYS), *going("b", *ALWAYS), *going("c", *ALWAYS))
     assert [each.message for each in findings] == ["the mission has no agent `c`"]
     _, findings = read(*going("a", *ALWAYS))
-    assert [each.message for each in findings] == ["the trace says nothing of `drone[1]`"]
+    assert [each.message for each in findings] == ["no samples of `drone[1]`"]
     _, findings = read(("a", 0.0, float("nan")))
     assert [each.message for each in findings] == ["`nan` is not a finite number"]
 

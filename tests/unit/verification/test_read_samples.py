@@ -59,35 +59,35 @@ def test_a_mission_in_the_plane_leaves_a_third_coordinate_out() -> None:
 @pytest.mark.parametrize(
     ("record", "said"),
     [
-        ([], "it is no record"),
-        ({"agent": "drone[0]"}, "`t` is no finite number"),
-        ({"t": True}, "`t` is no finite number"),
-        ({"t": 0, "agents": []}, "`agents` is no record of positions by the names of agents"),
-        ({"t": 0, "agent": 1}, "`agent` is no name of an agent"),
+        ([], "not a JSON object"),
+        ({"agent": "drone[0]"}, "`t` is not a finite number"),
+        ({"t": True}, "`t` is not a finite number"),
+        ({"t": 0, "agents": []}, "`agents` is not a record of positions by agent name"),
+        ({"t": 0, "agent": 1}, "`agent` is not the name of an agent"),
         ({"t": 0, "agent": "scout"}, "the mission has no agent `scout`"),
-        ({"t": 0, "agent": "drone[0]", "position": [1]}, "`position` of `drone[0]` is no list of 2 numbers"),
-        ({"t": 0, "agents": {"drone[0]": [1, "x"]}}, "`position` of `drone[0]` is no finite number"),
+        ({"t": 0, "agent": "drone[0]", "position": [1]}, "`position` of `drone[0]` is not a list of 2 numbers"),
+        ({"t": 0, "agents": {"drone[0]": [1, "x"]}}, "`position` of `drone[0]` is not a finite number"),
         (
             {"t": 0, "agent": "drone[0]", "position": [1, 1], "velocity": 1},
-            "`velocity` of `drone[0]` is no list of 2 numbers",
+            "`velocity` of `drone[0]` is not a list of 2 numbers",
         ),
         (
             {"t": 0, "agent": "drone[0]", "position": [1, 1], "velocity": [1, None]},
-            "`velocity` of `drone[0]` is no finite number",
+            "`velocity` of `drone[0]` is not a finite number",
         ),
         (
             {"t": 0, "agent": "drone[0]", "position": [1, 1], "heading": "x"},
-            "`heading` of `drone[0]` is no finite number",
+            "`heading` of `drone[0]` is not a finite number",
         ),
         (
             {"t": 0, "agent": "drone[1]", "position": [1, 1]},
-            "nothing is said of the velocity of `drone[1]`, whose speed the mission asks for",
+            "missing `velocity` of `drone[1]`: the mission uses its speed",
         ),
         (
             {"t": 0, "agent": "drone[2]", "position": [1, 1], "velocity": [0, 0]},
-            "nothing is said of where `drone[2]` faces, which the mission asks for",
+            "missing `heading` of `drone[2]`: the mission uses its heading",
         ),
-        ({"t": 1e300, "agent": "drone[0]"}, "`t` is 1e+300; the largest number may be"),
+        ({"t": 1e300, "agent": "drone[0]"}, "`t` is 1e+300; the limit is"),
     ],
     ids=lambda each: each[:40] if isinstance(each, str) else "",
 )

@@ -130,14 +130,14 @@ def changed(line: int, text: str) -> str:
         (changed(3, "drone[0],0.1,1e400,1"), TRACE_UNREADABLE, 3, "`1e400`"),
         (changed(3, "drone[7],0.1,1,1"), TRACE_MISMATCH, 3, "`drone[7]`"),
         (changed(3, "drone[0],0.1,1.1,1\ndrone[0],0.1,1.2,1"), TRACE_MISMATCH, 4, "two places at 0.1 s"),
-        (changed(4, ""), TRACE_MISMATCH, 3, "last seen at 0.1 s"),
-        (changed(2, ""), TRACE_MISMATCH, 3, "first seen at 0.1 s"),
+        (changed(4, ""), TRACE_MISMATCH, 3, "last sample at 0.1 s"),
+        (changed(2, ""), TRACE_MISMATCH, 3, "first sample at 0.1 s"),
         (changed(3, ""), TRACE_MISMATCH, 4, "from 0 s to 0.2 s"),
         ("agent,t,x,y\n", TRACE_MISMATCH, 1, "`drone[0]`"),
         (changed(3, "drone[0],0.1,1e200,1"), TRACE_UNREADABLE, 3, "`x` of `drone[0]` is 1e+200 at 0.1 s"),
-        (changed(3, "drone[0],0.1,1,-2e9"), TRACE_UNREADABLE, 3, "the largest number may be 1e+09"),
-        ('{"times": [], "times": [], "agents": []}', TRACE_UNREADABLE, 1, "comes twice"),
-        ('{"times": [], "agents": ["\\ud800"]}', TRACE_UNREADABLE, 1, "half of a surrogate pair"),
+        (changed(3, "drone[0],0.1,1,-2e9"), TRACE_UNREADABLE, 3, "the limit is 1e+09"),
+        ('{"times": [], "times": [], "agents": []}', TRACE_UNREADABLE, 1, "is duplicated"),
+        ('{"times": [], "agents": ["\\ud800"]}', TRACE_UNREADABLE, 1, "unpaired surrogate"),
         ("{", TRACE_UNREADABLE, 1, "not JSON"),
         ("[]", TRACE_UNREADABLE, 1, "`times` and `agents`"),
         ("[" * 100_000, TRACE_UNREADABLE, 1, ""),
@@ -237,8 +237,8 @@ def test_the_module_reads_no_file(tmp_path: Path) -> None:
     assert read_trace(source, MISSION)[1] == []
 
 
-WHOLE = "give every agent a position each 0.1 s at least, from 0 s to 0.2 s"
-AS_PLAN = "give `times` and `agents`, each with `name` and `position`, as `plan.json` does"
+WHOLE = "add positions at least every 0.1 s, from 0 s to 0.2 s"
+AS_PLAN = "write `times` and `agents`, each with `name` and `position`, as in `plan.json`"
 
 
 def plan(**agent: object) -> str:
@@ -249,54 +249,54 @@ def plan(**agent: object) -> str:
 @pytest.mark.parametrize(
     ("text", "message", "help"),
     [
-        ("", "the first line names no column `agent`, `t`, `x`, `y`", "begin the file with `agent,t,x,y`"),
-        (changed(3, "drone[0],0.1,1.1"), "3 values where the first line names 4 columns", ""),
+        ("", "missing column `agent` in the first line, `t`, `x`, `y`", "begin the file with the header `agent,t,x,y`"),
+        (changed(3, "drone[0],0.1,1.1"), "the row has 3 values, but the first line has 4 columns", ""),
         (changed(3, "drone[0],0.1," + "a" * 41 + ",1"), f"`{'a' * 40}` is not a finite number", ""),
         (changed(3, "drone[0],0.1,1_0,1"), "`1_0` is not a finite number", ""),
         (changed(3, "drone[0],0.1,١,1"), "`١` is not a finite number", ""),
         (changed(3, "drone[7],0.1,1,1"), "the mission has no agent `drone[7]`", ""),
         (
             changed(3, "drone[0],0.1,1.1,1\ndrone[0],0.1,1.2,1"),
-            "`drone[0]` is in two places at 0.1 s",
+            "`drone[0]` has two positions at 0.1 s",
             WHOLE,
         ),
-        (changed(4, ""), "`drone[0]` is last seen at 0.1 s; the mission lasts 0.2 s", WHOLE),
-        (changed(2, ""), "`drone[0]` is first seen at 0.1 s; the mission begins at 0 s", WHOLE),
-        (changed(3, ""), "`drone[0]` is not seen from 0 s to 0.2 s, longer than a step", WHOLE),
-        ("agent,t,x,y\n", "the trace says nothing of `drone[0]`", WHOLE),
+        (changed(4, ""), "`drone[0]` has its last sample at 0.1 s; the mission lasts 0.2 s", WHOLE),
+        (changed(2, ""), "`drone[0]` has its first sample at 0.1 s; the mission begins at 0 s", WHOLE),
+        (changed(3, ""), "`drone[0]` has no samples from 0 s to 0.2 s, longer than a step", WHOLE),
+        ("agent,t,x,y\n", "no samples of `drone[0]`", WHOLE),
         (
             changed(3, "drone[0],0.1,1e200,1"),
-            "`x` of `drone[0]` is 1e+200 at 0.1 s; the largest number may be 1e+09",
-            "give positions in metres from an origin nearby, or allow more with `--limit magnitude=…`",
+            "`x` of `drone[0]` is 1e+200 at 0.1 s; the limit is 1e+09",
+            "give positions in metres from an origin nearby, or raise the limit with `--limit magnitude=…`",
         ),
         (
             changed(3, "drone[0],-2e9,1,1"),
-            "`t` of `drone[0]` is -2e+09 at -2e+09 s; the largest number may be 1e+09",
+            "`t` of `drone[0]` is -2e+09 at -2e+09 s; the limit is 1e+09",
             None,
         ),
-        ("[]", "the plan has no lists `times` and `agents`", AS_PLAN),
-        ('{"times": {}, "agents": []}', "the plan has no lists `times` and `agents`", AS_PLAN),
+        ("[]", "the lists `times` and `agents` are missing", AS_PLAN),
+        ('{"times": {}, "agents": []}', "the lists `times` and `agents` are missing", AS_PLAN),
         ('{"times": [], "agents": [{}]}', "an agent has no name", AS_PLAN),
         ('{"times": [], "agents": [7]}', "an agent has no name", AS_PLAN),
         (plan(position=None), "`drone[0]` has no list `position`", AS_PLAN),
         (plan(velocity=7), "`drone[0]` has no list `velocity`", AS_PLAN),
-        (plan(yaw=[0.0]), "`drone[0]` has 1 entries in `yaw`; there are 3 times", AS_PLAN),
+        (plan(yaw=[0.0]), "`drone[0]` has 1 entries in `yaw`for 3 times", AS_PLAN),
         (
             plan(position=[[1, 1], [1, "x"], [1, 1]]),
-            "`drone[0]` has an entry in `position` that is not up to 3 finite numbers",
+            "`drone[0]` has an entry in `position` without 3 finite numbers",
             AS_PLAN,
         ),
         (
             plan(position=[[1, 1], 7, [1, 1]]),
-            "`drone[0]` has an entry in `position` that is not up to 3 finite numbers",
+            "`drone[0]` has an entry in `position` without 3 finite numbers",
             AS_PLAN,
         ),
         (
             plan(velocity=[[1, 1], [1, True], [1, 1]]),
-            "`drone[0]` has an entry in `velocity` that is not up to 3 finite numbers",
+            "`drone[0]` has an entry in `velocity` without 3 finite numbers",
             AS_PLAN,
         ),
-        (plan(yaw=[0, None, 0]), "`drone[0]` has an entry in `yaw` that is not up to 1 finite numbers", AS_PLAN),
+        (plan(yaw=[0, None, 0]), "`drone[0]` has an entry in `yaw` without 1 finite numbers", AS_PLAN),
         (
             plan(position=[[1, 1], [1], [1, 1]]),
             "`drone[0]` has a position without x and y; the world has 2 coordinates",
@@ -322,8 +322,8 @@ def test_a_mission_that_asks_for_headings_has_to_be_told_them() -> None:
         MISSION, requirements=(ir.Requirement("faces", ir.OfAgent(1, asked, MISSION.span), MISSION.span),)
     )
     (found,) = bad(TABLE, mission)
-    assert found.message == "the trace does not say where `drone[1]` faces, which the mission asks for"
-    assert found.help == "give every agent its `yaw` at each time, in rad"
+    assert found.message == "missing `yaw` of `drone[1]`: the mission uses its heading"
+    assert found.help == "add `yaw` at each time, in rad"
     assert line_of(found) == 5
     lines = TABLE.strip().splitlines()
     turned = "\n".join([lines[0] + ",yaw", *(f"{line},{number / 4}" for number, line in enumerate(lines[1:]))])

@@ -18,7 +18,7 @@ from missionc.verification.plan.whole_requirements import check_whole
 from tests.support.legal_plans import SPAN, mission_of, straight
 
 MISSION = mission_of([[1.0, 1.0], [1.0, 3.0]], 4, step=0.5)
-JUDGED = "judged at the steps by the monitor"
+JUDGED = "evaluated by the monitor at the sample times"
 
 
 def test_a_requirement_is_checked_and_a_preference_is_a_figure() -> None:

@@ -166,7 +166,7 @@ def test_a_line_that_says_nothing_is_counted_and_one_that_cannot_be_used_is_told
     live = session()
     assert fed(live, "", "  \n") == []
     (found,) = fed(live, "{}")
-    assert found == Unusable(3, "`t` is no finite number")
+    assert found == Unusable(3, "`t` is not a finite number")
     assert fed(live, "[") != []
     assert (live.lines, live.unusable) == (4, 2)
     assert live.notes() == ["2 lines could not be used"]
@@ -185,7 +185,7 @@ def test_no_number_is_larger_than_the_limit_that_is_given() -> None:
     assert checked.kernel is not None
     narrow = Session(checked.mission, checked.kernel, Limits(magnitude=10.0))
     (found,) = fed(narrow, first(0, 11, 3))
-    assert found == Unusable(1, "`position` of `drone[0]` is 11; the largest number may be 10")
+    assert found == Unusable(1, "`position` of `drone[0]` is 11; the limit is 10")
 
 
 def test_a_sample_too_far_ahead_is_told_by_its_line() -> None:

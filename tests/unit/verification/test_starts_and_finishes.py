@@ -53,7 +53,7 @@ RESTS = [[[5.0, 0.0], [5.0, 0.0]]] * 2
 def world(motion: Curves, **tolerance: float) -> Check:
     found = check_world(MISSION, motion, **tolerance)
     assert (found.name, found.subject, found.unit) == ("world", "world", "m")
-    assert found.detail == "every centre is inside it throughout"
+    assert found.detail == "every centre is inside the world in continuous time"
     return found
 
 

@@ -19,7 +19,7 @@ START = [1.0, 1.0]
 # Half a metre east, a metre north, a metre and a half west.
 TURNING = straight([[START, [1.5, 1.0], [1.5, 2.0], [0.0, 2.0]]], 0.5)
 ME = ("drone[0]",)
-AGREE = "position, velocity and time agree"
+AGREE = "position, velocity and time are consistent"
 
 
 def checks(trace: Trace, dynamics: ir.Dynamics) -> dict[str, Check]:
@@ -81,7 +81,7 @@ def test_who_faces_ahead_moves_there_turns_slowly_and_no_slower_than_it_can() ->
     aside[0, 1] += math.pi / 3
     wrong = checks(replace(TURNING, heading=aside), dynamics)
     # A way of 1 m ends 1 m from where it would lead, 60 degrees aside.
-    assert says(wrong["heading"]) == (-1.0, "m", False, 0.5, "it moves where it faces")
+    assert says(wrong["heading"]) == (-1.0, "m", False, 0.5, "it moves along its heading")
     assert says(wrong["turn"]) == (round(2 - math.pi * 5 / 6, 9), "rad", False, 0.0, "at most 2 rad from step to step")
 
 

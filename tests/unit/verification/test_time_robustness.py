@@ -131,11 +131,11 @@ def test_the_longest_delay_that_is_asked_of_an_agent_counts() -> None:
     assert list(check_tolerances(mission, found)) == [
         Check(
             "delay", "drone[0]", 0.5, "s", 0.0, True, None, ("drone[0]",),
-            "late by up to 1 s, all others on time, it violates nothing",
+            "no violation with a delay of up to 1 s of this agent alone",
         ),
         Check(
             "delay", "drone[1]", -0.5, "s", 0.0, False, 2.5, ("drone[1]", "drone[0]"),
-            "late by 1.5 s it breaks the separation from `drone[0]` at 2.5 s",
+            "a delay of 1.5 s violates the separation from `drone[0]` at 2.5 s",
         ),
     ]  # fmt: skip
     assert list(check_tolerances(replace(mission, tolerances=()), found)) == []

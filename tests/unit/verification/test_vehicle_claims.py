@@ -78,7 +78,7 @@ def test_nobody_exceeds_a_limit(
 def test_nobody_leans_further_than_it_may() -> None:
     claim, found = of("tilt", 1.0, 0.5, acceleration=(3.0, -4.0, 1.19))
     assert (claim.name, claim.unit) == ("flown tilt", "rad")
-    assert claim.detail == "no vehicle leans its thrust further from straight up than it may"
+    assert claim.detail == "no vehicle exceeds its tilt limit"
     lean = math.atan2(5.0, 11.0)
     assert found == pytest.approx(np.array([[1.0, 1.0 - lean, 1.0], [0.5, 0.5 - lean, 0.5]]), abs=1e-9)
 
@@ -87,7 +87,7 @@ def test_thrust_is_in_multiples_of_the_weight() -> None:
     bands = ir.Band(0.5, 2.0), ir.Band(0.25, math.inf), ir.Band(0.0, 1.25)
     claim, found = of("thrust", *bands, acceleration=(9.81 * 0.9, 0.0, 9.81 * 0.2))
     assert (claim.name, claim.unit) == ("flown thrust", "g")
-    assert claim.detail == "every vehicle's thrust, in multiples of its weight, is in its band"
+    assert claim.detail == "the thrust of every vehicle, in multiples of its weight, is in its range"
     assert found[:, 1] == pytest.approx([0.5, 1.25, -0.25], abs=1e-9)
     assert found[:, 0] == pytest.approx([0.5, 0.75, 0.25], abs=1e-9)
 
@@ -99,7 +99,7 @@ def test_a_band_from_nothing_without_an_end_is_none() -> None:
 def test_heights_are_in_their_bands() -> None:
     bands = ir.Band(1.75, 9.0), ir.Band(-math.inf, 3.5), ir.Band(0.5, math.inf), ir.Band(2.5, 2.75)
     claim, found = of("height", *bands, velocity=(9.0, 9.0, 1.0))
-    assert (claim.name, claim.unit, claim.detail) == ("flown height", "m", "every vehicle is in its band of heights")
+    assert (claim.name, claim.unit, claim.detail) == ("flown height", "m", "every vehicle is in its height range")
     # It rises to 2.5 m in the first piece.
     assert found == pytest.approx(np.array([[0.25] * 3, [1.0, 1.5, 1.5], [1.5] * 3, [-0.5, -0.5, -0.5]]), abs=1e-9)
 
@@ -132,7 +132,7 @@ def test_the_memory_of_each_vehicle_holds_its_pieces(
     """A piece takes 132 bytes; compressed 45 in a volume, 31 in a plane, and 11 once."""
     mission = team(ir.PLAIN, ir.Vehicle("small", memory=memory), dimension=dimension)
     own = Flight(np.ones(pieces), np.zeros((2, pieces, 4, 8)))
-    detail = f"{pieces} pieces take {132 * pieces} bytes, {compressed} compressed; it holds {memory}"
+    detail = f"{pieces} pieces need {132 * pieces} bytes, {compressed} compressed; the memory has {memory}"
     assert check_memory(mission, own) == [
         Check("memory", "drone[1]", float(margin), "bytes", 0.0, margin >= 0, None, ("drone[1]",), detail)
     ]
@@ -141,7 +141,7 @@ def test_the_memory_of_each_vehicle_holds_its_pieces(
 @pytest.mark.parametrize(("endurance", "margin"), [(2.0, 0.5), (1.5, 0.0), (1.0, -0.5)])
 def test_a_flight_ends_before_the_battery_does(endurance: float, margin: float) -> None:
     mission = team(ir.PLAIN, ir.Vehicle("tired", endurance=endurance))
-    detail = f"its polynomials last 1.5 s; on one charge it flies {endurance:g} s"
+    detail = f"the polynomials last 1.5 s; the battery endurance is {endurance:g} s"
     assert check_endurance(mission, flight(2)) == [
         Check("endurance", "drone[1]", margin, "s", 0.0, margin >= 0, None, ("drone[1]",), detail)
     ]

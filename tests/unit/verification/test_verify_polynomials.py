@@ -76,12 +76,12 @@ def test_checks_come_in_their_order_with_boxes_for_what_is_along_the_flight() ->
             0.0,
             True,
             agents=(name,),
-            detail="header, columns, at least two rows, finite, durations positive",
+            detail="header, columns, at least two rows, finite numbers, positive durations",
         )
         for name in ("drone[0]", "drone[1]")
     )
     assert found.checks[16] == Check(
-        "clock", "polynomials", 0.0, "s", 0.0, True, detail="all files have the same durations"
+        "clock", "polynomials", 0.0, "s", 0.0, True, detail="the durations of all files are equal"
     )
     assert found.warnings == ()
 
@@ -89,7 +89,7 @@ def test_checks_come_in_their_order_with_boxes_for_what_is_along_the_flight() ->
 def test_a_file_that_cannot_be_read_is_all_that_is_said() -> None:
     found = verify_polynomials(MISSION, NOTHING, trace(), {"drone[0]": written(files()[0]), "drone[1]": "x"})
     assert [(check.name, check.passed, check.detail) for check in found.checks] == [
-        ("file", True, "header, columns, at least two rows, finite, durations positive"),
+        ("file", True, "header, columns, at least two rows, finite numbers, positive durations"),
         ("file", False, "the first line is not the header"),
     ]
     assert found.checks[1] == Check(
@@ -115,24 +115,24 @@ def test_bodies_closer_than_asked_but_apart_are_told() -> None:
     found = judged(files(), replace(near, obstacles=walls))
     assert found.passed
     assert [check.detail for check in found.checks if check.name in ("flown obstacle", "flown separation")] == [
-        "no bodies touch throughout",
-        "every body stays 0.5 m clear of it throughout",
-        "no bodies touch throughout",
+        "no bodies touch in continuous time",
+        "every body has a clearance of 0.5 m in continuous time",
+        "no bodies touch in continuous time",
     ]
     assert [round(check.margin, 3) for check in found.checks if "flown ob" in check.name] == [0.4, 1.9]
     assert found.warnings == (
-        "the polynomials bring `drone[0]` within 0.400 m of `first` at 0.50 s; the mission asks for 0.5 m",
+        "the polynomials bring `drone[0]` within 0.400 m of `first` at 0.50 s; the mission requires 0.5 m",
         "the polynomials bring `drone[0]` and `drone[1]` within 2.800 m of each other at 0.00 s; "
-        "the mission asks for 3 m",
+        "the mission requires 3 m",
     )
     details = [boxes.claim.detail for boxes in found.boxes if "flown ob" in boxes.claim.name]
-    assert details == ["no bodies touch throughout", "every body stays 0.5 m clear of it throughout"]
+    assert details == ["no bodies touch in continuous time", "every body has a clearance of 0.5 m in continuous time"]
 
 
 def test_bodies_that_touch_are_refused_by_what_was_asked() -> None:
     found = judged(files(), replace(MISSION, obstacles=(still(ir.Disc((1.5, 1.5), 0.5)),), clearance=Metres(0.5)))
     check = named(found, "flown obstacle")
-    assert (check.passed, check.detail) == (False, "every body stays 0.5 m clear of it throughout")
+    assert (check.passed, check.detail) == (False, "every body has a clearance of 0.5 m in continuous time")
     assert found.warnings == ()
 
 
@@ -145,9 +145,7 @@ def test_who_pushes_harder_than_standard_motors_is_told(push: float, told: bool)
         Figure("peak speed", "drone[1]", push, "m/s", 2.0, ("drone[1]",)),
         Figure("peak acceleration", "drone[1]", push, "m/s^2", 1.0, ("drone[1]",)),
     )
-    said = (
-        "`drone[1]` accelerates at 12.1 m/s^2 at 1.00 s; a Crazyflie with its standard motors reaches about 12 m/s^2",
-    )
+    said = ("`drone[1]` accelerates at 12.1 m/s^2 at 1.00 s; a Crazyflie with standard motors reaches about 12 m/s^2",)
     assert found.warnings == (said if told else ())
 
 
@@ -176,7 +174,7 @@ def test_more_pieces_than_a_memory_holds_are_told(pieces: int, vehicle: ir.Vehic
     if told:
         # One of them has no vehicle of its own.
         mission = replace(mission, agents=(mission.agents[0], with_vehicle(ir.Vehicle("large")).agents[1]))
-    said = (f"each trajectory has {pieces} pieces; a Crazyflie's memory holds 31 at a time",)
+    said = (f"each trajectory has {pieces} pieces; the memory of a Crazyflie has space for 31",)
     assert judged(files(pieces), mission).warnings == (said if told else ())
 
 
@@ -203,7 +201,7 @@ def test_requirements_are_judged_where_the_polynomials_are_at_the_steps() -> Non
         False,
         1.5,
         ("drone[0]",),
-        "judged by the monitor where the polynomials are at the steps",
+        "evaluated by the monitor on the polynomials at the sample times",
     )
     assert check.margin == pytest.approx(-0.00390625, abs=1e-9)
 

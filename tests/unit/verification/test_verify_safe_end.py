@@ -90,9 +90,9 @@ def test_moments_follow_each_other_within_the_flight_and_from_the_floor_to_its_e
         mission = replace(mission, agents=tuple(replace(agent, pad=ir.Pad(None, SPAN)) for agent in mission.agents))
     found = verify_safe_end(mission, standing(mission), 2.0, 0.0, stop(*times))
     detail = (
-        "there is one at the end of the flight, and those before it follow each other"
+        "the stops are in order, and the last is at the end of the flight"
         if pads
-        else "they follow each other, within the flight"
+        else "the stops are in order and within the flight"
     )
     assert found.checks[0] == Check("safe end moments", "stops", 0.0, "", 0.0, passed, detail=detail)
     assert bool(found.figures) is passed
@@ -158,7 +158,7 @@ def test_a_stop_begins_as_the_flight_is_there_and_ends_at_rest(seed: int, ends: 
     check = named(judge_stops(mission, whole, 1.0, stops).checks, "begin")
     assert check.margin == pytest.approx(-max(own_off), rel=1e-6)
     assert (check.at, check.agents, check.subject, check.unit) == (2.0, ("drone[0]",), "drone[0]", "m")
-    assert check.detail.startswith("every stop begins as the flight is there, without a jump")
+    assert check.detail.startswith("every stop continues the flight")
     assert check.tolerance == pytest.approx(4e-6)
 
 
@@ -247,7 +247,7 @@ def test_at_a_stop_bodies_alone_count_and_what_they_may_miss() -> None:
     assert checks["all pairs"].margin == pytest.approx(2.0 - 0.2 - 0.04, abs=1e-6)
     assert checks["post"].margin == pytest.approx(1.0 - 0.1 - 0.12, abs=1e-6)
     assert checks["truck"].margin == pytest.approx(5.0 - 0.1 - 0.12, abs=1e-6)
-    assert {checks[name].detail for name in ("all pairs", "post", "truck")} == {"no bodies touch throughout"}
+    assert {checks[name].detail for name in ("all pairs", "post", "truck")} == {"no bodies touch in continuous time"}
 
 
 def test_what_moves_is_beside_each_stop_by_itself() -> None:
@@ -411,7 +411,7 @@ def test_whoever_lands_is_clear_by_the_least_of_all_stops() -> None:
         True,
         1.0,
         ("drone[0]",),
-        "whoever lands after a stop goes straight down clear of all others and of what stands there",
+        "every agent that lands after a stop descends vertically without a collision",
     )
     assert least == pytest.approx(1.0 - 0.1 - 0.12, abs=2e-3)
     nobody = named(judge_stops(mission, standing(mission), 1.0, stop(0.0)).checks, "landing")
@@ -436,8 +436,8 @@ def test_batteries_last_until_everybody_stands(pads: bool) -> None:
         for agent, endurance in zip(mission.agents, (latest, latest - 1.0), strict=True)
     )
     found = verify_safe_end(replace(mission, agents=tuple(agents)), standing(mission), 2.0, 1.5, stops)
-    begun = "the take-off began" if pads else "its polynomials began"
-    detail = f"after the last stop to end everybody stands {latest:g} s after {begun}"
+    begun = "takeoff" if pads else "the start of the polynomials"
+    detail = f"all agents have landed {latest:g} s after {begun}"
     assert [each for each in found.checks if each.name == "safe end endurance"] == [
         Check("safe end endurance", "drone[0]", 0.0, "s", 0.0, True, agents=("drone[0]",), detail=detail),
         Check("safe end endurance", "drone[1]", -1.0, "s", 0.0, False, agents=("drone[1]",), detail=detail),

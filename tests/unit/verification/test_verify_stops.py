@@ -66,7 +66,7 @@ def test_who_stands_where_the_plan_begins_passes() -> None:
         "stop", "drone[0]", 1e-3, "m", 0.0, True, 0.0, ("drone[0]",), "it ends at rest where the plan begins"
     )
     apart, clear = own["stop separation", "all pairs"], own["stop obstacle", "wall"]
-    assert apart.detail == "until the plan begins, nothing touches: every two bodies stay 0 m apart throughout"
+    assert apart.detail == "before the plan begins: every pair of bodies has a separation of 0 m in continuous time"
     assert [apart.margin, clear.margin] == pytest.approx([2.8, 1.4], abs=1e-4)
 
 
@@ -81,7 +81,7 @@ def test_who_stands_where_the_plan_begins_passes() -> None:
     ids=["missing", "unreadable", "other durations", "more"],
 )
 def test_files_that_do_not_go_together_are_refused(stops: dict[str, str]) -> None:
-    detail = "there is one for each agent, and all have pieces that last as long"
+    detail = "one stop for each agent, with pieces of equal durations"
     own = verify_stops(replace(told(MISSION, *map(standing, STARTS)), files=stops))
     assert own.checks == (Check("stop", "files", 0.0, "", 0.0, False, detail=detail),)
 

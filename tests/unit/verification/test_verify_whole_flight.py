@@ -108,7 +108,7 @@ def test_a_way_has_the_checks_of_a_flight_and_where_it_begins_ends_and_looks() -
         ]
         assert [check.subject for check in own[:2]] == ["drone[0]", "drone[1]"]
         assert own[2] == Check(
-            f"{word} clock", "polynomials", 0.0, "s", 0.0, True, detail="all files have the same durations"
+            f"{word} clock", "polynomials", 0.0, "s", 0.0, True, detail="the durations of all files are equal"
         )
         for index in (0, 1):
             begin, end, nose = own[5 + 5 * index : 8 + 5 * index]
@@ -121,7 +121,7 @@ def test_a_way_has_the_checks_of_a_flight_and_where_it_begins_ends_and_looks() -
                 assert check.margin == pytest.approx(0.0, abs=1e-12)
                 # By the largest number that a piece begins with, of 5 or 3 m, or 4 m.
                 assert exact == pytest.approx(5e-6 if word == "out" else (3e-6, 4e-6)[index])
-            says = f"its nose points at {yaw[index]:g} rad throughout"
+            says = f"the yaw is {yaw[index]:g} rad in continuous time"
             tolerance = 1e-6 * max(1.0, abs(yaw[index]))
             assert nose == Check(f"{word} yaw", who, nose.margin, "rad", tolerance, True, 0.0, (who,), says)
             assert nose.margin == pytest.approx(0.0, abs=1e-12)
@@ -165,7 +165,7 @@ def test_a_way_whose_files_do_not_go_together_is_judged_no_further() -> None:
         assert [boxes.claim.name.split()[0] for boxes in found.boxes] == ["home"] * 3
     header = ",".join(COLUMNS)
     found = judged(of={**ways(), Stage.OUT: {"drone[1]": header}})
-    detail = "the first line is not the header", "it has less than two whole rows"
+    detail = "the first line is not the header", "fewer than two complete rows"
     assert named(found, "out file") == [
         Check("out file", f"drone[{index}]", 0.0, "", 0.0, False, agents=(f"drone[{index}]",), detail=detail[index])
         for index in (0, 1)
@@ -177,11 +177,11 @@ def test_bodies_that_come_closer_than_the_mission_asks_are_told() -> None:
     assert found.passed
     assert found.warnings == tuple(
         f"on the way {word}: the polynomials bring `drone[0]` and `drone[1]` within 2.841 m of each other "
-        "at 0.00 s; the mission asks for 3 m"
+        "at 0.00 s; the mission requires 3 m"
         for word in ("out", "home")
     )
     assert [check.detail for check in found.checks if "flown separation" in check.name] == [
-        "no bodies touch throughout"
+        "no bodies touch in continuous time"
     ] * 2
 
 
@@ -236,7 +236,7 @@ def test_files_of_the_mission_that_cannot_be_read_are_all_that_is_said() -> None
 @pytest.mark.parametrize(("pads", "needed"), [(PADS, True), (STARTS, False)])
 def test_a_way_that_is_not_there_is_one_that_nobody_needs(pads: Sequence[tuple[float, ...]], needed: bool) -> None:
     found = judged(team(pads=pads), {})
-    detail = "nobody is anywhere else at the end of it, or there is a file of each agent"
+    detail = "the path is not needed, or there is one file for each agent"
     assert list(found.checks[:2]) == [
         Check(f"{word} way", "ways", 0.0, "", 0.0, not needed, detail=detail) for word in ("out", "home")
     ]
@@ -267,7 +267,7 @@ def test_a_whole_flight_is_told_to_a_millionth_of_a_second() -> None:
 )
 def test_every_pad_is_inside_the_world(pads: tuple[tuple[float, ...], ...], margin: float, who: int) -> None:
     (found,) = named(judged(team(pads=pads), {}), "column world")
-    detail = "every pad is inside the world, by the fence inset and the tracking margin of its vehicle"
+    detail = "every pad is inside the world, with the fence inset and the tracking margin of its vehicle"
     assert found == Check(
         "column world", "world", found.margin, "m", 1e-6, margin > 0, None, (f"drone[{who}]",), detail
     )
@@ -277,7 +277,7 @@ def test_every_pad_is_inside_the_world(pads: tuple[tuple[float, ...], ...], marg
 def test_who_rise_at_once_or_in_turns_keep_apart() -> None:
     block = still(ir.Box((0.0, 4.0, 0.0), (9.0, 6.0, 0.5)), "block")
     (found,) = named(judged(replace(MISSION, obstacles=(block,)), {}), "column separation")
-    detail = "they rise and sink all at once, each far enough from those beside it, who hover, or who stand"
+    detail = "the agents take off and land all at once, with enough distance to all others"
     assert found == Check("column separation", "all pairs", found.margin, "m", 1e-6, True, None, ("drone[0]",), detail)
     assert found.margin == pytest.approx(3.0 - 0.2 - 0.25)
     # 0.5 m apart, too near for the downwash of both, but not for who stands beside them; and one hovers well above.
@@ -296,7 +296,7 @@ def test_of_those_who_cannot_rise_the_nearest_are_named() -> None:
     crowd = replace(MISSION, agents=(*MISSION.agents, third))
     files = {**texts(flown()), "drone[2]": written(flown()["drone[1]"])}
     (found,) = named(verify_whole_flight(crowd, files, {}), "column separation")
-    detail = "seen from above, pads are as far apart as vehicles have to be, or one hovers well above the other"
+    detail = "the pads have enough horizontal distance, or the hover heights enough vertical distance"
     names = ("drone[0]", "drone[2]")
     assert found == Check("column separation", "all pairs", found.margin, "m", 1e-6, False, None, names, detail)
     assert found.margin == pytest.approx(0.25 - 0.2 - 0.25)
@@ -326,7 +326,7 @@ def test_a_column_keeps_clear_of_what_stands(clearance: float, need: float) -> N
     other = ir.Disc((4.0, 8.0), 0.5, ir.Prism(0.0, 3.0))
     mission = replace(MISSION, clearance=Metres(clearance), obstacles=(still(DISC, "first"), still(other, "second")))
     found = [check for check in judged(mission).checks if check.name in ("rise obstacle", "sink obstacle")]
-    detail = "every body that goes straight up or down above its pad keeps clear of it"
+    detail = "every body avoids the obstacle on the vertical path above its pad"
     assert found == [
         Check(name, subject, each.margin, "m", 5e-3, True, None, (who,), detail)
         for each, (name, subject, who) in zip(
@@ -398,7 +398,7 @@ def test_who_has_risen_rises_no_more() -> None:
     assert not named(certificate, "home begins")
     # The mission, the way home, 2 s and 4 s.
     assert certificate.figures == (Figure("whole flight", "floor to floor", 22.0, "s"),)
-    detail = "after 7 s of the mission it takes 22 s to the floor; on one charge it flies {} s"
+    detail = "after 7 s of the mission, the flight lasts 22 s until landing; the battery endurance is {} s"
     assert named(certificate, "whole endurance") == [
         Check("whole endurance", "drone[0]", 1.0, "s", 0.0, True, None, ("drone[0]",), detail.format("30")),
         Check("whole endurance", "drone[1]", 0.0, "s", 0.0, True, None, ("drone[1]",), detail.format("29")),
@@ -413,7 +413,7 @@ def test_everybody_is_on_the_floor_before_its_battery_is_empty(endurance: float,
     # 3.3 s up, 8 s there, 4 s out, 8 s, 8 s home, 2 s and 4 s down.
     assert certificate.figures == (Figure("whole flight", "floor to floor", 37.3, "s"),)
     (found,) = named(certificate, "whole endurance")
-    detail = f"it takes 37.3 s from the floor to the floor; on one charge it flies {endurance:g} s"
+    detail = f"it takes 37.3 s from takeoff to landing; the battery endurance is {endurance:g} s"
     assert found == Check(
         "whole endurance", "drone[0]", found.margin, "s", 0.0, margin > 0, None, ("drone[0]",), detail
     )

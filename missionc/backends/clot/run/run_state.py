@@ -134,7 +134,7 @@ def from_snapshot(snapshot: Snapshot, mission: Mission, graph: Kernel) -> State:
     try:
         return _read(snapshot.arrays, snapshot.words, mission, graph)
     except UNUSABLE as wrong:
-        raise UnusableSnapshot(f"it holds no state of a run of this mission: {wrong}") from wrong
+        raise UnusableSnapshot(f"no state of a run of this mission: {wrong}") from wrong
 
 
 def _read(arrays: Mapping[str, Array], words: Mapping[str, Any], mission: Mission, graph: Kernel) -> State:

@@ -50,7 +50,7 @@ def lane_roadmap(
                 continue
             node = joined_to(mission, agent, lanes, place.point)
             if node is None:
-                return NoRoadmap(f"no lane is near the place of `{agent.name}`")
+                return NoRoadmap(f"no lane near the position of `{agent.name}`")
             if math.dist(place.point, places[node]) <= SAME:
                 places[node] = place.point
                 continue

@@ -217,9 +217,9 @@ def _build(
     useful = _useful(whole, starts, ending, mission.steps)
     for agent, start, finish in zip(ground.agents, starts, finishes, strict=True):
         if not np.any(start & useful):
-            return NoRoadmap(f"no way out of {_written(agent.start)} for `{agent.name}`")
+            return NoRoadmap(f"no path from {_written(agent.start)} for `{agent.name}`")
         if agent.finish is not None and not np.any(finish & useful):
-            return NoRoadmap(f"no way into {_written(agent.finish)} for `{agent.name}`")
+            return NoRoadmap(f"no path to {_written(agent.finish)} for `{agent.name}`")
     number = np.cumsum(useful) - 1
     states, moves = whole.states.take(useful), number[whole.moves[useful[whole.moves].all(axis=1)]]
     reserve(mission.steps * (len(states) + len(moves)), f"{mission.steps} steps among {len(states)} states")

@@ -114,7 +114,7 @@ def exact_places(ground: Ground, generator: np.random.Generator) -> Array | NoRo
     for crowd in _crowds(ground):
         places = _crowd(ground, crowd, nodes, generator)
         if len(places) == 0:
-            return NoRoadmap(f"no free place for `{crowd.agents[0].name}` in `{crowd.region.name}`")
+            return NoRoadmap(f"no free position for `{crowd.agents[0].name}` in `{crowd.region.name}`")
         nodes = np.concatenate([nodes, places])
     return nodes
 

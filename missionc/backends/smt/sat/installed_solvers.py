@@ -26,5 +26,5 @@ def _missing(flag: str, otherwise: str) -> Diagnostic:
         EXTRA_MISSING,
         f"`{flag}` needs the package python-sat, which is not installed",
         None,
-        help=f"install it with `pip install 'missionc[sat]'`, or {otherwise}",
+        help="install it with `pip install 'missionc[sat]'`",
     )

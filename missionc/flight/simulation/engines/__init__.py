@@ -18,7 +18,7 @@ from missionc.base.diagnostics.code import EXTENSION_FAILED, EXTRA_MISSING
 from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.extensions import ExtensionError
 from missionc.flight.simulation.default_engine import Flown, sample_times
-from missionc.flight.simulation.trial_bounds import ENGINES, OTHERS, QUADROTOR
+from missionc.flight.simulation.trial_bounds import ENGINES, OTHERS
 from missionc.geometry.curves.piecewise_polynomials import Pieces
 
 LONGEST = 200
@@ -33,7 +33,7 @@ def missing(name: str) -> Diagnostic | None:
     if name not in OTHERS or find_spec(name):
         return None
     message = f"`--engine {name}` needs the package {name}, which is not installed"
-    help_ = f"install it with `pip install 'missionc[{name}]'`, or leave `--engine` out: {QUADROTOR} is always there"
+    help_ = f"install it with `pip install 'missionc[{name}]'`"
     return Diagnostic(EXTRA_MISSING, message, None, help=help_)
 
 

@@ -125,14 +125,14 @@ class DrawingFrame(Record):
             raise UnusableError("has a coordinate that is not a finite number")
         far = placed[(np.abs(placed) > self.farthest).any(axis=-1)]
         if len(far):
-            raise UnusableError(f"has a point at {far[0, 0]:g}, {far[0, 1]:g} m, which is too far away")
+            raise UnusableError(f"has a point at {far[0, 0]:g}, {far[0, 1]:g} m, too far away")
         return placed
 
     def tolerance(self, placed: Placed) -> float:
         """Distance that a chord may have from its curve, in the units of the curve's own block."""
         axes = placed.matrix[:3, :2]
         if not np.isfinite(axes).all():
-            raise UnusableError("is in a block with a size that is not a finite number")
+            raise UnusableError("is in a block whose size is not a finite number")
         return SAGITTA / max(self.unit * float(np.linalg.norm(axes, 2)), np.finfo(float).tiny)
 
 
@@ -246,7 +246,7 @@ def _faces(faces: Sequence[Points], *, upright: bool) -> list[shapely.Geometry]:
     border = shapely.buffer(shapely.union_all(parts), GAP)
     shapely.prepare(border)
     if not upright and not all(shapely.covers(border, standing)):
-        raise UnusableError("has a face that stands upright")
+        raise UnusableError("has a vertical face")
     return parts
 
 

@@ -42,7 +42,7 @@ class UnusableError(Exception):
         way_out: one action.
     """
 
-    def __init__(self, reason: str, way_out: str = "correct it, or name other layers with `layer`") -> None:
+    def __init__(self, reason: str, way_out: str = "correct this entity in the drawing") -> None:
         super().__init__(reason)
         self.way_out = way_out
 
@@ -106,7 +106,7 @@ class Spline:
         points = np.array([point.xyz for point in spline.control_points])
         weights = np.array(spline.weights() or np.ones(len(points)), dtype=float)[:, None]
         if not weights.min() > 0:
-            raise UnusableError("has a weight that is not above 0")
+            raise UnusableError("has a weight that is not positive")
         points = points - points.mean(axis=0)
         reach = float(np.linalg.norm(points, axis=1).max())
         bend = _second_derivative(points * weights, knots, degree) + reach * _second_derivative(weights, knots, degree)
@@ -147,7 +147,7 @@ def _whole(value: float) -> int:
         UnusableError: the value is not finite.
     """
     if not math.isfinite(value):
-        raise UnusableError("has a coordinate or a size that is not a finite number")
+        raise UnusableError("has a coordinate or size that is not a finite number")
     return math.ceil(value)
 
 
@@ -285,7 +285,7 @@ def _spline(entity: Any) -> Shape:
 
 def _check_degree(degree: int) -> None:
     if degree > HIGHEST_DEGREE:
-        raise UnusableError(f"has the degree {degree}; the highest is {HIGHEST_DEGREE}")
+        raise UnusableError(f"has the degree {degree}; the limit is {HIGHEST_DEGREE}")
 
 
 def _quadrilateral(entity: Any) -> Shape:

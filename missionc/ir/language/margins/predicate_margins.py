@@ -53,7 +53,7 @@ def _check_slope(predicate: PlacePredicate, margins: Array, trace: Trace) -> Non
     word, help_ = predicate.word, "report it to the authors of the extension"
     known = np.isfinite(trace.position).all(axis=-1)
     if np.shape(margins) != known.shape or not np.isfinite(np.asarray(margins)[known]).all():
-        message = f"the predicate `{word}` has a value that is no number, or not one value for each place"
+        message = f"the predicate `{word}` returned a value that is not a number, or not one value for each position"
         raise ExtensionError(EXTENSION_FAILED, message, help_)
     steps = np.linalg.norm(np.diff(trace.position, axis=1), axis=-1)
     excess = np.nan_to_num(np.abs(np.diff(margins, axis=1)) - steps * (1 + SLACK) - SLACK, nan=-np.inf)
@@ -186,7 +186,7 @@ class _OfSome(View):
     def place(self, agent: int) -> Array:
         if agent not in self.places:
             alone = len(self.places) == 1
-            raise ValueError("one agent's state does not decide it" if alone else "it reads a third agent")
+            raise ValueError("it depends on more than the state of one agent" if alone else "it reads a third agent")
         return self.places[agent]
 
     def velocity(self) -> Array:

@@ -39,12 +39,12 @@ def check_alternatives(opened: OutputFolder, others: Sequence[Judged], table: li
     if not wanted and not others:
         return
     if not table or len(table) > wanted:
-        reason = _strange(opened, others) if wanted else "its options ask for no further plans"
-        yield verdict(MANIFEST, reason or f"its options ask for {wanted} plans, and there are more")
+        reason = _strange(opened, others) if wanted else "its options do not include alternatives"
+        yield verdict(MANIFEST, reason or f"its options request {wanted} plans, but there are more")
         return
     pairs = combinations(_signatures(opened, others), 2)
     if not all(differences(one, other) for one, other in pairs):
-        yield verdict(ALTERNATIVES, "two of its plans do not differ")
+        yield verdict(ALTERNATIVES, "two of its plans are equal")
     if ALTERNATIVES not in opened.files:
         yield verdict(ALTERNATIVES, "it is missing")
         return
@@ -71,10 +71,10 @@ def _strange(opened: OutputFolder, others: Sequence[Judged]) -> str:
     """Why the further plans are none of this mission; empty where they are."""
     names = list(opened.alternatives)
     if names != [folder_of(rank) for rank in range(2, len(names) + 2)]:
-        return "its further plans are not numbered from 2 on"
+        return "the alternatives are not numbered from 2"
     own = _read_with(opened)
     if any(_read_with(each) != own for each, _ in others):
-        return "its further plans are not of the same mission"
+        return "the alternatives are plans of another mission"
     return ""
 
 

@@ -32,28 +32,28 @@ def check_exports(opened: OutputFolder) -> Iterator[Check]:
 def _form(form: str, flown: Flight, lying: Mapping[str, bytes], requested: bool) -> Iterator[Check]:
     name = f"{FOLDER}{form}"
     if form not in FORMATS:
-        yield verdict(name, "this version of the compiler knows no such export")
+        yield verdict(name, "unknown export")
         return
     if not requested:
-        yield verdict(name, "the options in the manifest ask for no such export")
+        yield verdict(name, "the options in the manifest do not include this export")
         return
     made = FORMATS[form].export(flown)
     if isinstance(made, Exported):
         yield from _files(name, lying, made.files)
     elif made.code is EXTRA_MISSING and lying:
-        yield verdict(name, f"it cannot be made once more to compare with: {made.message}; {made.help}")
+        yield verdict(name, f"it cannot be rebuilt for comparison: {made.message}; {made.help}")
     elif lying:
-        yield verdict(name, f"there is no such export of this flight: {made.message}")
+        yield verdict(name, f"this flight has no such export: {made.message}")
 
 
 def _files(folder: str, lying: Mapping[str, bytes], made: Mapping[str, bytes]) -> Iterator[Check]:
     for file in sorted({*lying, *made}):
         if file not in made:
-            reason = "no file of the export is called so"
+            reason = "not a file of this export"
         elif file not in lying:
             reason = "it is missing"
         else:
-            reason = "" if _same(lying[file], made[file]) else "it is not what the verified polynomials come to"
+            reason = "" if _same(lying[file], made[file]) else "it does not match the verified polynomials"
         yield verdict(f"{folder}/{file}", reason)
 
 

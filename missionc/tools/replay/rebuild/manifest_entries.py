@@ -56,7 +56,7 @@ def check_manifest(opened: OutputFolder) -> Iterator[Check]:
     known = _known(opened)
     for name in opened.files:
         if name not in known and not name.startswith((FOLDER, f"{MISSION}/")):
-            yield verdict(name, "a folder of this mission holds no such file")
+            yield verdict(name, "unexpected file for this mission")
 
 
 def check_manifest_of_proof(found: FolderFiles, checked: Checked, mission: str) -> Iterator[Check]:
@@ -68,7 +68,7 @@ def check_manifest_of_proof(found: FolderFiles, checked: Checked, mission: str) 
     yield from _inputs(found, checked)
     for name in found.files:
         if name not in PROOFS and not name.startswith(f"{MISSION}/"):
-            yield verdict(name, "a folder of a proof holds no such file")
+            yield verdict(name, "unexpected file in a proof folder")
 
 
 def _head(opened: OutputFolder) -> str:
@@ -94,23 +94,23 @@ def _is_planner(name: object, opened: OutputFolder) -> bool:
 
 def _keys(manifest: Mapping[str, object], keys: Sequence[str]) -> str:
     strange = [key for key in manifest if key not in keys] or [key for key in keys if key not in manifest]
-    return f"its keys are not those of a manifest: {shown(strange[0])}" if strange else ""
+    return f"unexpected or missing key {shown(strange[0])}" if strange else ""
 
 
 def _wrong(manifest: Mapping[str, object], sound: Mapping[str, bool]) -> str:
     """The first entry that is not sound, or that cannot be: its versions, its options."""
     wrong = next((key for key, right in sound.items() if not right), None)
     if wrong is not None:
-        return f"its `{wrong}` is {shown(manifest[wrong])}, which cannot be"
+        return f"invalid `{wrong}`: {shown(manifest[wrong])}"
     return _versions(manifest["versions"]) or _options(manifest["options"])
 
 
 def _versions(versions: object) -> str:
     if not isinstance(versions, dict) or not {"missionc", "python"} <= set(versions):
-        return "its `versions` do not say which compiler wrote it"
+        return "its `versions` do not name the compiler"
     for name, number in versions.items():
         if name not in ("missionc", "python", *PACKAGES) or not is_version(number):
-            return f"its `versions` have {shown(name)} at {shown(number)}, which cannot be"
+            return f"invalid version of {shown(name)}: {shown(number)}"
     return ""
 
 
@@ -127,12 +127,12 @@ OPTIONS: Mapping[str, Callable[[str], bool]] = {
 
 def _options(given: object) -> str:
     if not isinstance(given, dict):
-        return "its `options` are no record"
+        return "its `options` are not a record"
     for name, text in given.items():
         if not isinstance(text, str) or not (
             name.startswith(("-D ", "--set ")) or (name in OPTIONS and OPTIONS[name](text))
         ):
-            return f"its `options` have {shown(name)} as {shown(text)}, which cannot be"
+            return f"invalid option {shown(name)}: {shown(text)}"
     return ""
 
 
@@ -144,7 +144,7 @@ def _inputs(found: OutputFolder | FolderFiles, checked: Checked) -> Iterator[Che
     assert isinstance(stated, dict)
     for name, content in read.items():
         same = found.files.get(name) == content
-        yield verdict(name, "" if same else "it does not hold the text that was read, in UTF-8")
+        yield verdict(name, "" if same else "its content is not the UTF-8 text of the mission")
     for name in [f"{MISSION}/{name}" for name in stated] + [name for name in listed if name.startswith(f"{MISSION}/")]:
         if name not in read:
             yield verdict(name, "the mission does not include it")

@@ -80,8 +80,6 @@ def _too_high(said: object, plan: Plan) -> str:
     match said:
         case {"proven": {"least": int() | float() as least}} if plan.proven and least > plan.proven.value:
             value, unit = plan.proven.value, plan.proven.unit
-            return (
-                f"it says that no plan comes to less than {least:.6g} {unit}, and the plan comes to {value:.6g} {unit}"
-            )
+            return f"its lower bound {least:.6g} {unit} exceeds the {value:.6g} {unit} of the plan"
         case _:
             return ""

@@ -49,7 +49,7 @@ from missionc.verification.flight.verify_safe_end import has_safe_end
 from missionc.verification.flight.way_missions import is_whole
 
 BEGIN, END = '<script type="application/json" id="data">', "</script>"
-OTHER = "it is not the page that this version of the compiler draws"
+OTHER = "it differs from the page of this version of the compiler"
 NOISE = 1e-6
 """A margin no larger is met to rounding: when it is tightest, and whose it is, depends on the machine."""
 
@@ -162,7 +162,7 @@ def check_documents(
     yield from (verdict(name, "it is missing") for name in ALWAYS if name not in opened.files)
     yield check_plan(opened, plan)
     same = opened.files.get(TRAJECTORIES, states) == states
-    yield verdict(TRAJECTORIES, "" if same else f"it does not hold the states of `{PLAN}`")
+    yield verdict(TRAJECTORIES, "" if same else f"it does not contain the states of `{PLAN}`")
     for agent in opened.mission.agents:
         yield _polynomials(polynomials_file(names[agent.name]), opened.flights[agent.name])
     for stage, way in opened.ways.items():
@@ -172,7 +172,7 @@ def check_documents(
         for name, text in opened.stops.items():
             yield _polynomials(stop_file(names[name]), text)
         same = past_json(opened.checked.past) == opened.text(PAST)
-        yield verdict(PAST, "" if same else "it is not written as the compiler writes it")
+        yield verdict(PAST, "" if same else "it is not in the format of the compiler")
     if is_whole(opened.mission):
         yield _whole_flight(opened)
     if has_safe_end(opened.mission):
@@ -191,7 +191,7 @@ def _whole_flight(opened: OutputFolder) -> Check:
         return verdict(WHOLE_FLIGHT, "it is missing")
     made = whole_flight_json(opened.mission, opened.flights, opened.ways)
     same = same_text(opened.text(WHOLE_FLIGHT), made)
-    return verdict(WHOLE_FLIGHT, "" if same else "its phases or places are not those of the polynomials")
+    return verdict(WHOLE_FLIGHT, "" if same else "its phases or positions do not match the polynomials")
 
 
 def _safe_end(opened: OutputFolder) -> Check:
@@ -200,11 +200,11 @@ def _safe_end(opened: OutputFolder) -> Check:
         return verdict(SAFE_END, "it is missing")
     stops = read_safe_end(opened.text(SAFE_END), opened.mission)
     same = not isinstance(stops, str) and safe_end_json(opened.mission, stops) == opened.text(SAFE_END)
-    return verdict(SAFE_END, "" if same else "it is not written as the compiler writes it")
+    return verdict(SAFE_END, "" if same else "it is not in the format of the compiler")
 
 
 def _polynomials(name: str, text: str) -> Check:
     """That a program which reads numbers in another way than we do reads the ones that were verified."""
     pieces = read(text)
     same = isinstance(pieces, Pieces) and written(pieces) == text
-    return verdict(name, "" if same else "its numbers are not written as the compiler writes them")
+    return verdict(name, "" if same else "its numbers are not in the format of the compiler")

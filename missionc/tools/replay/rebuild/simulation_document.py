@@ -103,7 +103,7 @@ AGREED: Mapping[str, float] = {QUADROTOR: SAME, "rotorpy": 1e-6, "crazyflow": 1e
 sees, and crazyflow counts in float32."""
 PATH = 1.5 * 10**-DIGITS
 """Metres: places are kept to so many digits, and two that hardly differ may be rounded apart."""
-AGAIN = "`missionc simulate` flies the folder again, and takes its place"
+AGAIN = "`missionc simulate` repeats and replaces it"
 
 
 def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
@@ -113,12 +113,12 @@ def check_simulation(opened: OutputFolder, limits: Limits) -> Check:
     except NotJsonError as error:
         return verdict(SIMULATION, error.reason)
     if document.get("schema") in SIMULATIONS_BEFORE:
-        return unjudged(SIMULATION, f"it is of an older form, whose flights were flown otherwise: {AGAIN}")
+        return unjudged(SIMULATION, f"it has an older format: {AGAIN}")
     if document.get("schema") != SIMULATION_SCHEMA:
         return verdict(SIMULATION, difference(document.get("schema"), SIMULATION_SCHEMA, "schema"))
     trial = trial_of(document)
     if isinstance(trial, str):
-        return verdict(SIMULATION, f"its `{trial}` is {shown(document.get(trial))}, which cannot be")
+        return verdict(SIMULATION, f"invalid `{trial}`: {shown(document.get(trial))}")
     return _told(opened, document, trial, limits)
 
 
@@ -128,29 +128,29 @@ def _told(opened: OutputFolder, document: dict[str, Any], trial: Trial, limits: 
     seconds = float(mission.horizon)
     wanting = cannot_lose(mission, trial.disturbance)
     if wanting:
-        return verdict(SIMULATION, f"its `disturbance` cannot be: {wanting}")
+        return verdict(SIMULATION, f"invalid `disturbance`: {wanting}")
     if not _are_versions(document.get("versions"), trial.engine):
-        return verdict(SIMULATION, "its `versions` are none of the engine and of the compiler")
+        return verdict(SIMULATION, "its `versions` do not name the engine and the compiler")
     absent = engines.missing(trial.engine)
     if absent:
-        why = f"{trial.engine} flew it, which is not installed: `pip install 'missionc[{trial.engine}]'` installs it"
+        why = f"the engine {trial.engine} is not installed; install it with `pip install 'missionc[{trial.engine}]'`"
         return unjudged(SIMULATION, f"{why}; {AGAIN}")
     own = conditions(trial, seconds)
     other = difference(document["versions"], own["versions"], "versions")
     if other:
-        return unjudged(SIMULATION, f"{other}, and another version may fly otherwise: {AGAIN}")
+        return unjudged(SIMULATION, f"{other}; another version may give other results: {AGAIN}")
     wrong = next(filter(None, (difference(document.get(key), _as_json(own[key]), key, 0.0) for key in own)), None)
     if wrong:
         return verdict(SIMULATION, wrong)
     together = trial.flights * len(mission.agents) * seconds
     if together > limits.simulated_seconds:
         most = f"`--limit simulated_seconds={math.ceil(together)}`"
-        why = f"its flights take {together:.6g} s of all agents together, more than the limit `simulated_seconds`"
-        return unjudged(SIMULATION, f"{why}: allow more with {most}, or fly less of it; {AGAIN}")
+        why = f"its flights last {together:.6g} s for all agents, more than the limit `simulated_seconds`"
+        return unjudged(SIMULATION, f"{why}; raise the limit with {most}")
     try:
         trials = _flown(opened, trial)
     except EngineError as error:
-        return unjudged(SIMULATION, f"{trial.engine} cannot fly here: {error}; {AGAIN}")
+        return unjudged(SIMULATION, f"{trial.engine} cannot run here: {error}; {AGAIN}")
     return verdict(SIMULATION, _differing(document, opened, trials))
 
 

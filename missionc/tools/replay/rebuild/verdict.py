@@ -10,7 +10,9 @@ DOCUMENT, UNJUDGED = "document", "unjudged document"
 
 def verdict(name: str, reason: str | None) -> Check:
     """The check of a file or an entry of the manifest; ``reason`` is empty or absent where nothing is wrong with it."""
-    return Check(DOCUMENT, name, 0.0, "", 0.0, not reason, detail=reason or "it says what the folder's files come to")
+    return Check(
+        DOCUMENT, name, 0.0, "", 0.0, not reason, detail=reason or "its contents match the files of the folder"
+    )
 
 
 def unjudged(name: str, reason: str) -> Check:

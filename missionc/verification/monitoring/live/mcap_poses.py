@@ -63,7 +63,7 @@ class McapPoses:
         self._rest += data
         if not self._begun:
             if not MAGIC.startswith(self._rest[: len(MAGIC)]):
-                raise BrokenRecordingError("it does not begin as MCAP does")
+                raise BrokenRecordingError("not an MCAP recording")
             if len(self._rest) < len(MAGIC):
                 return
             del self._rest[: len(MAGIC)]
@@ -90,7 +90,7 @@ class McapPoses:
         most = getattr(self.limits, name)
         if size > most:
             raise BrokenRecordingError(
-                f"{what} {size} bytes; the limit is {most}; allow more with `--limit {name}={size}`"
+                f"{what} {size} bytes; the limit is {most}; raise the limit with `--limit {name}={size}`"
             )
 
     def _record(self, kind: int, record: bytes) -> Iterator[str]:
@@ -167,7 +167,7 @@ def _unpacked(chunk: bytes, size: int) -> bytes:
     else:
         data = packed
     if len(data) != size:
-        raise BrokenRecordingError(f"a chunk claims {size} bytes unpacked, and has {len(data)} or more")
+        raise BrokenRecordingError(f"a chunk states {size} bytes unpacked, but has {len(data)} or more")
     return struct.pack("<BQ", CHUNK, 40 + size) + chunk[9:37] + struct.pack("<IQ", 0, size) + data
 
 

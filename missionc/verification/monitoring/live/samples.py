@@ -337,13 +337,13 @@ class SampleReader:
         if "agents" in record:
             agents = record["agents"]
             if not isinstance(agents, dict):
-                raise UnusableError("`agents` is no record of positions by the names of agents")
+                raise UnusableError("`agents` is not a record of positions by agent name")
             return [self._sample(name, time, {"position": position}) for name, position in agents.items()]
         return [self._sample(record.get("agent"), time, record)]
 
     def _sample(self, name: Any, time: float, record: dict[str, Any]) -> Sample:
         if not isinstance(name, str):
-            raise UnusableError("`agent` is no name of an agent")
+            raise UnusableError("`agent` is not the name of an agent")
         if name not in self.index:
             raise UnusableError(f"the mission has no agent `{name[:40]}`")
         agent = self.index[name]
@@ -352,23 +352,23 @@ class SampleReader:
         if record.get("velocity") is not None:
             velocity = self._vector(record["velocity"], "velocity", name)
         elif agent in self.needs_velocity:
-            raise UnusableError(f"nothing is said of the velocity of `{name}`, whose speed the mission asks for")
+            raise UnusableError(f"missing `velocity` of `{name}`: the mission uses its speed")
         heading = math.nan
         if record.get("heading") is not None:
             heading = self._number(record["heading"], f"`heading` of `{name}`")
         elif agent in self.needs_heading:
-            raise UnusableError(f"nothing is said of where `{name}` faces, which the mission asks for")
+            raise UnusableError(f"missing `heading` of `{name}`: the mission uses its heading")
         return Sample(agent, time, position, velocity, heading)
 
     def _vector(self, value: Any, key: str, name: str) -> tuple[float, ...]:
         if not isinstance(value, list) or len(value) not in (self.dimension, 3):
-            raise UnusableError(f"`{key}` of `{name}` is no list of {self.dimension} numbers")
+            raise UnusableError(f"`{key}` of `{name}` is not a list of {self.dimension} numbers")
         self.flattened |= len(value) > self.dimension
         return tuple(self._number(each, f"`{key}` of `{name}`") for each in value)[: self.dimension]
 
     def _number(self, value: Any, what: str) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise UnusableError(f"{what} is no finite number")
+            raise UnusableError(f"{what} is not a finite number")
         if abs(value) > self.magnitude:
-            raise UnusableError(f"{what} is {value:g}; the largest number may be {self.magnitude:g}")
+            raise UnusableError(f"{what} is {value:g}; the limit is {self.magnitude:g}")
         return float(value)
