@@ -36,8 +36,8 @@ class Pad(Record, eq=False):
 
 
 PAD_FIGURES: dict[str, Figure] = {
-    "hover": Figure(Dimension.LENGTH, "", "height to rise to above the pad, and to sink from", above=True),
-    "rise": Figure(Dimension.SPEED, "<=", "on the way up", above=True),
-    "land": Figure(Dimension.SPEED, "<=", "on the way down", above=True),
+    "hover": Figure(Dimension.LENGTH, "", "hover height above the pad, after takeoff and before landing", above=True),
+    "rise": Figure(Dimension.SPEED, "<=", "largest takeoff speed", above=True),
+    "land": Figure(Dimension.SPEED, "<=", "largest landing speed", above=True),
 }
 """What may be said of a pad beside where it is, in the order of its fields."""

@@ -155,5 +155,5 @@ def _phases_noted(mission: Mission, files: Mapping[str, str], ways: Ways) -> str
     """How long the whole flight takes, and each of its phases."""
     rows = phases_on_the_clock(mission, files, ways)
     each = ", ".join(f"{name} {end - begin:.4g} s" for name, begin, end in rows)
-    where = "to the floor" if has_risen(mission) else "from the floor to the floor"
+    where = "to landing" if has_risen(mission) else "from takeoff to landing"
     return f"whole flight: {rows[-1][2] - rows[0][1]:.4g} s {where} ({each})"

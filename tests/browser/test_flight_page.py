@@ -69,14 +69,14 @@ def test_verdicts_and_places_come_as_they_are_published_and_are_there_again_when
     flight.wait("#verdict", "▲ 1 at risk")
     assert shown.picture() != before
     flight.feed(line(2, (1, 1), (3, 2)))
-    flight.wait(".lane", "✗ lost from 2 s")
-    assert "there is lost" in shown.text("#news li:first-child")
+    flight.wait(".lane", "✗ violated for good from 2 s")
+    assert "there: violated for good" in shown.text("#news li:first-child")
     assert shown.page.title().startswith("✗ flight")
     shown.page.click("#closer")
     shown.page.wait_for_function(f"() => ({CAMERA})() !== null")
     camera = shown.page.evaluate(CAMERA)
     shown.page.reload()
-    flight.wait(".lane", "✗ lost from 2 s")
+    flight.wait(".lane", "✗ violated for good from 2 s")
     assert shown.page.locator("#news li").count() == 2
     shown.page.click("#closer")
     shown.page.wait_for_function(f"() => ({CAMERA})() !== {json.dumps(camera)}")
@@ -98,8 +98,8 @@ def test_a_press_on_a_lane_shows_the_past_until_now_is_asked_for(flight: Flight)
     shown.page.mouse.move(0, 0)
     assert shown.picture() != present
     flight.feed(line(3, (2, 1), (3, 1)))
-    flight.wait("#stream", "last sample of 3.00 s")
-    assert "the past" in shown.text("#clock")
+    flight.wait("#stream", "last sample at 3.00 s")
+    assert "past" in shown.text("#clock")
     shown.page.click("#live")
     flight.wait("#clock", "3.00 s of 4 s")
 
@@ -109,7 +109,7 @@ def test_who_is_missing_is_marked_and_a_plan_and_another_world_are_drawn(flight:
     flight.feed(line(0, (1, 1), (2, 1)))
     for time in (1.0, 2.0, 3.0):
         flight.feed(json.dumps({"t": time, "agent": "drone[0]", "position": [1, 1]}))
-    flight.wait("#agents button.silent", "drone[1] missing")
+    flight.wait("#agents button.silent", "drone[1] (missing)")
     before = shown.picture()
     position = np.linspace((1, 1), (5, 5), 5)[None].repeat(2, axis=0)
     assert not shown.page.is_visible("#layers label:has-text('paths')")
@@ -164,7 +164,7 @@ def test_axe_finds_nothing(browser: Any, width: int, scheme: str) -> None:
         for time in (1.0, 2.0):
             found.feed(json.dumps({"t": time, "agent": "drone[0]", "position": [1, 1]}))
         found.feed(line(3, (1, 1), (2, 1)))
-        found.wait("#verdict", "✗ 1 lost")
+        found.wait("#verdict", "✗ 1 violated for good")
         result = Axe().run(found.shown.page).response
         assert len(result["passes"]) > 15
         assert [(each["id"], [node["html"] for node in each["nodes"]]) for each in result["violations"]] == []

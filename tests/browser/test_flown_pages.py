@@ -67,7 +67,7 @@ def past() -> str:
         {"name": name, "position": [[0, y], [1, y], [1, y]], "velocity": [[0, 0]] * 3, "yaw": [0, 0, 0]}
         for name, y in (("drone[0]", 1), ("drone[3]", 3))
     ]
-    nothing: dict[str, object] = {"given_up": [], "slow": {}, "moving": {}, "texts": {}}
+    nothing: dict[str, object] = {"given_up": [], "slow": {}, "moving": {}, "begins": {}, "texts": {}}
     stretch = {"step": 1, "until": 1, "lost": ["drone[3]"], **nothing, "agents": rows}
     return json.dumps({"schema": "missionc.past/1", "stretches": [stretch]})
 
@@ -81,16 +81,16 @@ def test_flights_are_told_of_and_the_first_one_is_played(browser: Any, tmp_path:
     page = found.page
     page.set_viewport_size({"width": 390, "height": 844})
     assert found.text("#verdict") == "◐ kept in at least 9.4 % of such flights"
-    assert page.locator("#advice tbody tr").all_inner_texts() == ["✗ goal\t1 of 2\t9.4 to 90.6 %"]
+    assert page.locator("#advice tbody tr").all_inner_texts() == ["✗ goal\t1 of 2 flights\t9.4 to 90.6 %"]
     before = found.picture()
     page.click("#advice .told button >> nth=1")
     assert found.now() == 3
     assert found.picture() != before
     assert page.locator("#marks .event, #marks .ground").count() == 2
-    assert found.text(".lane[data-lane='0'] .top").startswith("goal\n✓ kept in flight\nplan: ✓ decided at 2 s")
+    assert found.text(".lane[data-lane='0'] .top").startswith("goal\n✓ satisfied in flight\nplan: ✓ satisfied at 2 s")
     page.click("#plans tbody tr >> nth=1")
-    assert page.locator("#advice .told").inner_text() == "nothing"
-    assert page.locator("#plans tr[aria-current='true']").inner_text().startswith("2\t✗ goal")
+    assert page.locator("#advice .told").inner_text() == "none"
+    assert page.locator("#plans tr[aria-current='true']").inner_text().startswith("2\t✗ violated: goal")
     assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
     assert Axe().run(page).response["violations"] == []
     assert found.said == []
@@ -100,9 +100,9 @@ def test_flights_are_told_of_and_the_first_one_is_played(browser: Any, tmp_path:
 def test_a_plan_that_begins_in_flight_says_when_and_what_was_flown_before(browser: Any, tmp_path: Path) -> None:
     made = plotted(RELAY, MOTION)
     found = opened(browser, tmp_path / "rest.html", report(replace(made, past=past())))
-    assert "the plan begins 2 s after the flight began" in found.text("#about")
-    assert "lost: drone[3]" in found.text("#about")
-    assert found.page.locator("#phases span").all_inner_texts() == ["flown 0–1 s", "told 1–2 s", "plan 2–6 s"]
+    assert "plan start: 2 s after the start of the flight" in found.text("#about")
+    assert "lost agents: drone[3]" in found.text("#about")
+    assert found.page.locator("#phases span").all_inner_texts() == ["recorded 0–1 s", "commanded 1–2 s", "plan 2–6 s"]
     found.page.keyboard.press("End")
     found.settle()
     assert found.text("#clock") == "4.0 s · flight 6.0 s"

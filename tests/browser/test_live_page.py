@@ -33,13 +33,13 @@ def test_the_page_reloads_the_report_after_a_save_and_shows_findings_above_the_l
         report = page.frame_locator("#report")
         report.locator("#agents li").nth(1).wait_for()
         assert report.locator("#title").inner_text() == "small"
-        assert page.inner_text("#state") == "this is the plan of what was saved last"
+        assert page.inner_text("#state") == "plan of the last saved mission"
         assert not page.is_visible("#says")
 
         save_by_rename(mission, WRONG)
         page.wait_for_selector("[data-state=wrong]")
         assert "error[MC101]: unknown name `gaol`" in page.inner_text("#says")
-        assert "below is the last one" in page.inner_text("#state")
+        assert "below: the report of the last plan" in page.inner_text("#state")
         assert report.locator("#agents li").count() == 2
 
         report.locator("#ahead").click()

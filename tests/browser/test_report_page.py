@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,20 @@ def test_the_page_opens_without_a_word_on_the_console(relay: Opened) -> None:
     assert relay.text("#title") == "relay"
     assert relay.page.locator(".lane[data-lane]").count() == 14
     assert "require goal" in relay.text("#words")
+
+
+def test_a_check_within_its_tolerance_shows_the_tolerance_and_no_negative_margin(browser: Any, tmp_path: Path) -> None:
+    made = plotted(RELAY, MOTION)
+    near = replace(
+        next(each for each in made.certificate.checks if each.name == "start"), margin=-0.002, tolerance=0.005
+    )
+    checks = tuple(near if each.name == "start" else each for each in made.certificate.checks)
+    content = report(replace(made, certificate=replace(made.certificate, checks=checks)))
+    found = opened(browser, tmp_path / "tolerance.html", content)
+    row = found.page.locator("#margins tr", has_text="start").first
+    assert "within ±0.005 m" in row.inner_text()
+    assert "−" not in row.inner_text()
+    found.page.close()
 
 
 def test_playing_moves_time_and_agents_to_the_end(relay: Opened) -> None:
@@ -198,7 +213,7 @@ def test_a_simulated_flight_can_be_followed_and_its_error_is_drawn(browser: Any,
     beside = simulation(motion + np.array([0.0, 0.3]), 0.02)
     found = opened(browser, tmp_path / "flown.html", report(plotted(RELAY, MOTION, flights, beside)))
     choice = found.page.locator("label:has-text('motion') select")
-    assert choice.locator("option").all_inner_texts() == ["planned", "flown", "simulated"]
+    assert choice.locator("option").all_inner_texts() == ["planned", "trajectory", "simulated"]
     choice.select_option("flown")
     before = found.picture()
     choice.select_option("simulated")

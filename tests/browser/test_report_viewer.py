@@ -217,8 +217,8 @@ def test_an_address_shows_what_was_shown(relay: Opened) -> None:
 def test_a_requirement_is_one_row_that_says_when_it_is_decided_and_by_whom(relay: Opened) -> None:
     shown = [each for each in relay.page.locator(".lane[data-lane]").all() if each.is_visible()]
     assert [each.get_attribute("aria-level") for each in shown] == ["1", "1", "1"]
-    assert relay.text(".lane[data-lane='0'] .decided") == "✓ decided at 2 s by drone[0]"
-    assert relay.text(".lane[data-lane='10'] .decided") == "✗ decided at 2 s by drone[0]"
+    assert relay.text(".lane[data-lane='0'] .decided") == "✓ satisfied at 2 s by drone[0]"
+    assert relay.text(".lane[data-lane='10'] .decided") == "✗ violated at 2 s by drone[0]"
     relay.page.click(".lane[data-lane='0'] .decided")
     assert relay.now() == 2
     relay.unfold(0, 1)
@@ -241,7 +241,7 @@ def test_a_plan_that_holds_at_its_steps_alone_has_a_badge_of_its_own(browser: An
     broken = Between("chain", Verdict.FAILS, 1.04, 1.69, ("drone[0]",), "chain fails")
     for between, said, state in (
         ((), "✓ verified", "holds"),
-        ((broken,), "◐ holds at its steps; chain fails between, 1.04–1.69 s", "steps"),
+        ((broken,), "◐ satisfied at the sample times; chain violated between samples, 1.04–1.69 s", "steps"),
     ):
         certificate = replace(made.certificate, between=between)
         found = opened(browser, tmp_path / "badge.html", report(replace(made, certificate=certificate)))
@@ -259,7 +259,7 @@ def test_two_plans_are_shown_side_by_side_and_as_onion_skin_on_one_line_of_time(
     found.page.keyboard.press("End")
     assert found.picture() != before
     assert found.page.evaluate(second) != before
-    assert "B ✓ decided at 0 s by drone[0]" in found.text(".lane[data-lane='0']")
+    assert "B ✓ satisfied at 0 s by drone[0]" in found.text(".lane[data-lane='0']")
     found.page.keyboard.press("Home")
     found.page.locator("label:has-text('compare') select").select_option("skin")
     skin = found.picture()
@@ -336,11 +336,11 @@ def test_a_change_that_helps_is_a_card_that_plays_its_plan(browser: Any, tmp_pat
     told = {"conflict": ["goal", "chain"], "trials": [], "miss": "violates goal", "changes": [change]}
     miss = replace(plotted(RELAY, MOTION), miss="violates goal")
     found = opened(browser, tmp_path / "miss.html", report(miss, advice=(told, [plotted(RELAY, OTHER)])))
-    assert "In conflict: goal and chain." in found.text("#advice")
+    assert "Conflicting requirements: goal and chain." in found.text("#advice")
     card = found.page.locator(".card", has_text="far larger")
     assert card.locator("del").inner_text().strip() == "- region far = 1"
     assert card.locator("ins").inner_text().strip() == "+ region far = 2"
-    assert "weakens what keeps others safe" in card.inner_text()
+    assert "loosens a safety requirement" in card.inner_text()
     before = found.picture()
     card.get_by_role("button").click()
     found.page.wait_for_function("() => document.getElementById('verdict').textContent.includes('verified')")

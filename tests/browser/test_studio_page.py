@@ -118,7 +118,7 @@ def test_from_an_empty_page_to_a_plan_that_plays(browser: Any, tmp_path: Path) -
         assert list(tmp_path.iterdir()) == []
 
         page.click("#keep")
-        page.locator("#notice").filter(has_text="the plan is in build/small").wait_for()
+        page.locator("#notice").filter(has_text="plan saved in build/small").wait_for()
         assert (tmp_path / "build" / "small" / "report.html").is_file()
         page.click("#keep")
         page.click("#ask-answers >> text=Cancel")
@@ -218,7 +218,7 @@ def test_what_a_parameter_says_is_drawn_and_says_why_it_is_not_dragged(browser: 
     with studio(home, text) as serving:
         found = opened(browser, serving.address)
         found.piece("region goal").wait_for()
-        assert "it is the parameter wide" in found.piece("region goal").get_attribute("aria-label")
+        assert "its value is the parameter wide" in found.piece("region goal").get_attribute("aria-label")
         found.drag(found.middle("region goal"), -60, 60)
         assert "(2.2, 2.2) to (wide, wide)" in found.text()
         found.page.close()
@@ -248,7 +248,7 @@ def test_a_file_that_changed_on_the_disk_is_not_overwritten_unasked(small: Opene
     small.page.keyboard.type("  # mine")
     (home / "a.mission").write_text(SMALL + "# theirs\n")
     small.page.keyboard.press("Control+s")
-    small.page.locator("#ask-words").filter(has_text="has been changed on the disk").wait_for()
+    small.page.locator("#ask-words").filter(has_text="changed on disk").wait_for()
     small.page.click("#ask-answers >> text=Load it")
     small.says("# theirs", "theirs")
     assert (home / "a.mission").read_text() == SMALL + "# theirs\n"
@@ -262,7 +262,7 @@ def test_a_mission_of_the_gallery_opens_as_a_copy(small: Opened, home: Path) -> 
     small.page.fill("#open-filter", "rescue")
     small.page.click("[data-mission=mountain_rescue]")
     small.page.locator("#name").filter(has_text="mountain_rescue.mission").wait_for()
-    assert "not saved yet" in small.page.inner_text("#where")
+    assert "unsaved; target folder" in small.page.inner_text("#where")
     assert [path.name for path in home.iterdir()] == ["a.mission"]
 
 

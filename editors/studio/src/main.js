@@ -14,7 +14,7 @@ const CANCEL = ["", "Cancel"];
 const BUSY = 20000; // milliseconds that an answer may take
 
 async function begin() {
-  const socket = connection(() => say("The studio has ended, and what is not saved stands only on this page: copy it before you close the page.", true));
+  const socket = connection(() => say("The studio has ended. Unsaved text exists only on this page: copy it before you close the page.", true));
   await socket.opened;
   const client = new LSPClient({
     timeout: BUSY,
@@ -75,7 +75,7 @@ async function begin() {
     const dirty = editor.text !== clean;
     byId("name").textContent = mission.name;
     byId("dirty").hidden = !dirty;
-    byId("where").textContent = mission.named ? mission.folder : `not saved yet; saving goes to ${mission.folder}`;
+    byId("where").textContent = mission.named ? mission.folder : `unsaved; target folder: ${mission.folder}`;
     document.title = `${dirty ? "● " : ""}${mission.name}`;
     return dirty;
   }
@@ -94,7 +94,7 @@ async function begin() {
     const chosen = await choose(await client.request("studio/lists", {}));
     if (!chosen) return;
     if (lost()) {
-      const [sure] = await ask(`${mission.name} has changes that are not saved.`, [["leave", "Open without saving"], CANCEL]);
+      const [sure] = await ask(`${mission.name} has unsaved changes.`, [["leave", "Open without saving"], CANCEL]);
       if (sure !== "leave") return;
     }
     const opened = await client.request("studio/open", chosen);
@@ -109,7 +109,7 @@ async function begin() {
     if (answer.problem === "unnamed") return saveAs();
     if (answer.problem === "refused") return say(answer.says, true);
     if (answer.problem === "exists") {
-      const [sure] = await ask(`There is a file of this name already.`, [["replace", "Replace it"], CANCEL]);
+      const [sure] = await ask(`A file with this name exists.`, [["replace", "Replace the file"], CANCEL]);
       return sure && save(name, true);
     }
     if (answer.problem === "changed") return conflict();
@@ -130,8 +130,8 @@ async function begin() {
   }
 
   async function conflict() {
-    const words = `${mission.name} has been changed on the disk since it was read.`;
-    const [way] = await ask(words, [["replace", "Replace it by this text"], ["load", "Load it (undo brings this text back)"], CANCEL]);
+    const words = `${mission.name} changed on disk after the studio read it.`;
+    const [way] = await ask(words, [["replace", "Overwrite the file"], ["load", "Load the file (undo restores this text)"], CANCEL]);
     if (way === "replace") await save("", true);
     if (way !== "load") return;
     const read = await client.request("studio/reload", {});
@@ -166,7 +166,7 @@ async function begin() {
   async function keep(replace = false) {
     const { problem, says } = await client.request("studio/keep", { replace });
     if (problem !== "exists" || replace) return say(says, problem !== "");
-    const [sure] = await ask(says, [["replace", "Replace it"], CANCEL]);
+    const [sure] = await ask(says, [["replace", "Replace the folder"], CANCEL]);
     if (sure) await keep(true);
   }
 

@@ -2,13 +2,13 @@
 const byId = (id) => document.getElementById(id);
 
 const OUTCOMES = {
-  0: "a verified plan",
-  1: "the mission has errors, or its plan cannot be written",
+  0: "verified plan",
+  1: "errors in the mission, or output not writable",
   3: "no plan on the roadmaps",
-  4: "nothing found in time",
-  5: "the plan did not pass verification",
-  6: "no motion satisfies the mission",
-  70: "a defect of the compiler",
+  4: "no plan found within the limits",
+  5: "plan failed verification",
+  6: "infeasible for every motion",
+  70: "internal error of the compiler",
 };
 
 export class PlanView {
@@ -60,7 +60,7 @@ export class PlanView {
 
   // The plan is of an older text.
   outdated() {
-    if (byId("plan").dataset.state === "planned") byId("outcome").textContent = "a verified plan, of the text before its last change";
+    if (byId("plan").dataset.state === "planned") byId("outcome").textContent = "verified plan of an earlier version of the text";
   }
 
   rest() {

@@ -19,7 +19,7 @@ export function carry(scene, changes, dragged) {
   for (const [holder, key] of places(scene)) {
     const span = holder[key];
     if (!span) continue;
-    if ("metres" in holder && !dragged && changes.touchesRange(...span)) holder.fixed ||= "it has just been changed";
+    if ("metres" in holder && !dragged && changes.touchesRange(...span)) holder.fixed ||= "its number is being edited";
     holder[key] = [changes.mapPos(span[0], -1), changes.mapPos(span[1], 1)];
   }
 }

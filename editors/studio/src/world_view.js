@@ -107,7 +107,7 @@ export class WorldView {
   way(thing) {
     const [x, y] = this.middle(thing);
     const points = thing.way.map(([across, up]) => `${this.frame.x(x + across)},${this.frame.y(y + up)}`);
-    return titled(element("polyline", { class: "way", points: points.join(" ") }), `the way of ${thing.name}`);
+    return titled(element("polyline", { class: "way", points: points.join(" ") }), `path of ${thing.name}`);
   }
 
   middle(thing) {
@@ -120,10 +120,10 @@ export class WorldView {
     const { frame } = this;
     const [whole, ...others] = handles(piece);
     const why = this.whyNot(thing, piece, whole);
-    const words = `${thing.kind} ${thing.name}${why ? `: cannot be dragged, ${why}` : ""}`;
+    const words = `${thing.kind} ${thing.name}${why ? `: not draggable, ${why}` : ""}`;
     const at = `${key(thing)}/${index}`;
     const common = { "data-at": at, "data-handle": "0", class: `piece ${piece.form}${alone ? " alone" : ""}${why ? " fixed" : ""}` };
-    const reachable = { tabindex: why ? undefined : "0", role: "button", "aria-label": `${words}${why ? "" : "; arrow keys move it"}` };
+    const reachable = { tabindex: why ? undefined : "0", role: "button", "aria-label": `${words}${why ? "" : "; move with the arrow keys"}` };
     const body =
       piece.form === "point"
         ? this.point(thing, frame.x(whole.at[0]), frame.y(whole.at[1]), { ...common, ...reachable })
@@ -170,8 +170,8 @@ export class WorldView {
 
   // Why a handle cannot be dragged; empty where it can.
   whyNot(thing, piece, handle) {
-    if (thing.ghost) return "its declaration cannot be read just now";
-    return piece.span ? whyFixed(handle) : "it stands in a file that this one includes";
+    if (thing.ghost) return "its declaration has an error";
+    return piece.span ? whyFixed(handle) : "it is in an included file";
   }
 
   found(target) {

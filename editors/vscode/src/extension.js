@@ -128,7 +128,7 @@ async function showReport(uri) {
   if (!document) return;
   const name = missionName(document.getText());
   if (!name) {
-    await vscode.window.showWarningMessage("No `mission NAME` stands in this file, and a report is called after it.");
+    await vscode.window.showWarningMessage("The file has no `mission NAME`, which names the report.");
     return;
   }
   const report = path.join(folderOf(document.uri), "build", name, "report.html");
@@ -139,7 +139,7 @@ async function showReport(uri) {
     return;
   }
   const compileNow = "Compile this mission";
-  const chosen = await vscode.window.showWarningMessage(`There is no ${report} yet.`, compileNow);
+  const chosen = await vscode.window.showWarningMessage(`No report at ${report}.`, compileNow);
   if (chosen === compileNow) await compile(uri);
 }
 
@@ -173,7 +173,7 @@ async function mission(uri) {
   const document =
     typeof uri === "string" ? await vscode.workspace.openTextDocument(vscode.Uri.parse(uri)) : vscode.window.activeTextEditor?.document;
   if (document?.languageId === "mission") return document;
-  await vscode.window.showWarningMessage("Open a mission first: a file that ends in .mission.");
+  await vscode.window.showWarningMessage("Open a mission first (a file that ends in .mission).");
   return undefined;
 }
 

@@ -121,7 +121,7 @@ function page(webview) {
 <body>
 <main>
 <div class="tools"><button id="fit">Fit</button><button id="zoom-in" aria-label="Zoom in">+</button><button id="zoom-out" aria-label="Zoom out">−</button></div>
-<p id="empty">Nothing to draw yet: the text has no <code>world</code> that can be read.</p>
+<p id="empty">No map: the text has no valid <code>world</code>.</p>
 <svg id="map" hidden></svg>
 </main>
 <script src="${file("map.js")}"></script>

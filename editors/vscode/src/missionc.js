@@ -42,7 +42,7 @@ function missionName(text) {
 /** Why there is no language server, and the way out. @param {string} program */
 function whyNot(program) {
   const command = [program, ...serverArguments()].join(" ");
-  return `\`${command}\` did not start. Install it with ${INSTALL}, or say in the setting missionc.path where it is.`;
+  return `\`${command}\` did not start. Install it with ${INSTALL}, or set missionc.path to its path.`;
 }
 
 module.exports = { INSTALL, compileArguments, lensCommands, missionName, programPath, serverArguments, whyNot };

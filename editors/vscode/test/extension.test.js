@@ -189,7 +189,7 @@ describe("the extension", () => {
     const found = await activated({ path: STUB, answer: "Compile this mission" });
     open(found, "relay.mission", "mission relay");
     await found.done.commands.get("missionc.showReport")();
-    assert.match(found.done.warnings[0], /There is no .*report\.html yet/);
+    assert.match(found.done.warnings[0], /No report at .*report\.html/);
     assert.equal(found.done.tasks.length, 1);
   });
 });

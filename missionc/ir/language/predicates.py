@@ -37,12 +37,12 @@ HEADING = Predicate(
     "heading",
     About.AGENT,
     ("an angle", "a direction or a beacon"),
-    "the agent's heading differs by at most the angle from a direction, or from the direction of a beacon",
+    "the agent's heading differs by at most the angle from a direction, or from the direction to a beacon",
     "heading within 10 deg of 90 deg",
 )
 
 PREDICATES: tuple[Predicate, ...] = (
-    Predicate("region", About.AGENT, ("region",), "the agent's centre is in the region, its border included", "field"),
+    Predicate("region", About.AGENT, ("region",), "the agent's centre is in the region or on its border", "field"),
     Predicate(
         "inside",
         About.AGENT,
@@ -59,7 +59,7 @@ PREDICATES: tuple[Predicate, ...] = (
         "touches(field)",
         Touches,
     ),
-    Predicate("member", About.AGENT, ("agents",), "the agent is one of these", "drone[0..2]"),
+    Predicate("member", About.AGENT, ("agents",), "the agent is one of the listed agents", "drone[0..2]"),
     Predicate(
         "compare",
         About.EITHER,
@@ -71,7 +71,7 @@ PREDICATES: tuple[Predicate, ...] = (
         "connected",
         About.TEAM,
         ("graph", "agents?", "a number?"),
-        "every one of the agents has a route to every other on the graph, also without fewer of them than the number",
+        "each agent has a route to each other agent on the graph, also after the loss of fewer agents than the number",
         "connected(radio, east)",
         Connected,
     ),
@@ -80,7 +80,7 @@ PREDICATES: tuple[Predicate, ...] = (
         "flag",
         About.AGENT,
         ("flag",),
-        "the agent has been in the region that sets the flag, and not in the one that clears it since",
+        "the agent visited the region that sets the flag, and has not visited the one that clears it since then",
         "loaded",
     ),
     HEADING,

@@ -164,7 +164,7 @@ def _packed(flight: Flight) -> _Packed | Diagnostic:
     notes = _judged(flight, compressed)
     if isinstance(notes, Diagnostic):
         return notes
-    used = f"cflib: compressed, {least} of {memory} bytes of a Crazyflie's memory; raw it would be {most}"
+    used = f"cflib: compressed, {least} of {memory} bytes of a Crazyflie's memory; the raw form needs {most}"
     return _Packed(blobs, "compressed", tuple(_millimetres(packed.deviation) for packed in compressed), (used, *notes))
 
 
@@ -190,7 +190,7 @@ def _judged(flight: Flight, compressed: list[Compressed]) -> tuple[str, ...] | D
     lines = []
     for each, packed in zip(flight.parts, compressed, strict=True):
         name = each.agent.name
-        line = f"cflib: `{name}` is never further than {_millimetres(packed.deviation)} mm from its raw polynomials"
+        line = f"cflib: `{name}` deviates at most {_millimetres(packed.deviation)} mm from its raw polynomials"
         over = packed.deviation - tubes.get(name, 0.0)
         if over > 0:
             line += f", and may leave the tube of {TUBE:g} m around the plan by {_millimetres(over)} mm"

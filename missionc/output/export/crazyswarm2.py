@@ -37,4 +37,4 @@ def write(flight: Flight) -> Exported | Diagnostic:
     return Exported(files)
 
 
-FORMAT = Format(NAME, "CSV of polynomials, crazyflies.yaml and a start script for Crazyswarm2", write)
+FORMAT = Format(NAME, "polynomials as CSV, crazyflies.yaml and a start script for Crazyswarm2", write)

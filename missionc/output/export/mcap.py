@@ -75,4 +75,4 @@ def _json(value: Mapping[str, object]) -> bytes:
     return json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode()
 
 
-FORMAT = Format(NAME, f"poses, {RATE} a second, for Foxglove", write, needs="mcap")
+FORMAT = Format(NAME, f"poses at {RATE} Hz for Foxglove (MCAP)", write, needs="mcap")

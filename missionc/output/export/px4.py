@@ -46,4 +46,4 @@ def write(flight: Flight) -> Exported:
     return Exported(files)
 
 
-FORMAT = Format(NAME, f"NED tables, {RATE} rows a second, for MAVSDK drone shows", write)
+FORMAT = Format(NAME, f"NED tables at {RATE} Hz for MAVSDK drone shows", write)

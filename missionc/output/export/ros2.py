@@ -53,4 +53,4 @@ def _vector(values: Array) -> str:
     return f"{{x: {x}, y: {y}, z: {z}}}"
 
 
-FORMAT = Format(NAME, f"one MultiDOFJointTrajectory message in YAML, {RATE} points a second", write)
+FORMAT = Format(NAME, f"one MultiDOFJointTrajectory message in YAML, points at {RATE} Hz", write)

@@ -167,7 +167,7 @@ def write(flight: Flight) -> Exported | Diagnostic:
         "meta": {"title": flight.mission.name},
     }
     text = json.dumps(show, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    note = f"skybrush: its cubics are never further than {math.ceil(far * 1e5) / 100:.2f} mm from the polynomials"
+    note = f"skybrush: the cubics deviate at most {math.ceil(far * 1e5) / 100:.2f} mm from the polynomials"
     return Exported({"show.skyc": _zipped({"show.json": text.encode()})}, (note,))
 
 
@@ -264,4 +264,4 @@ def _zipped(files: dict[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-FORMAT = Format(NAME, "a .skyc show for Skybrush from the floor to the floor, as cubics within 1 mm", write)
+FORMAT = Format(NAME, "Skybrush show (.skyc) from takeoff to landing, as cubics within 1 mm", write)

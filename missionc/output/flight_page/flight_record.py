@@ -320,11 +320,10 @@ class FlightRecord:
             case session.Judged():
                 self._judged(event)
             case session.Forecast(step, name, margin, unit):
-                says = f"{name} is lost by the plan" if margin < 0 else f"{name} is kept by the plan again"
-                number = f"{says}: {decimals(margin)} {unit}".rstrip()
-                self.tell(
-                    f"{number}, if everybody goes on as planned", "risk" if margin < 0 else "plain", step * seconds
-                )
+                forecast = "violated" if margin < 0 else "satisfied again"
+                number = f"{decimals(margin)} {unit}".rstrip()
+                says = f"{name}: forecast {forecast}, robustness {number} if all agents follow the plan"
+                self.tell(says, "risk" if margin < 0 else "plain", step * seconds)
             case session.Change(step, standing, unit):
                 if standing.verdict is not LiveVerdict.OPEN:
                     self._since[self._index(standing.name)] = step * seconds
@@ -336,14 +335,14 @@ class FlightRecord:
                 if back:
                     self.tell(f"{', '.join(back)} seen again", "plain", step * seconds)
             case session.Outrun(step, agents):
-                says = f"{', '.join(agents)} faster than the top speed: what rested on it is taken back"
+                says = f"{', '.join(agents)} above the top speed; bounds that relied on it are withdrawn"
                 self.tell(says, "bad", step * seconds)
             case session.Breach(step, constraint):
                 self.tell(f"violated: {constraint.violation()}", "bad", step * seconds)
             case session.Implausible(line, agent, time):
-                self.tell(f"line {line} is set aside: {time:g} s of {agent} is far ahead of all others", "risk")
+                self.tell(f"line {line} set aside: the time of {agent}, {time:g} s, is far ahead of all others", "risk")
             case session.Unusable(line, reason):
-                self.tell(f"line {line} cannot be used: {reason}", "plain")
+                self.tell(f"unusable line {line}: {reason}", "plain")
 
     def tell(self, says: str, tone: Tone = "plain", t: float | None = None) -> None:
         """Something else that is worth a line among the news."""
@@ -481,14 +480,14 @@ def _change(standing: Standing, unit: str, seconds: float) -> tuple[str, Tone]:
     """A verdict that changed, as a sentence."""
     match standing.verdict:
         case LiveVerdict.VIOLATED:
-            least = "" if not math.isfinite(standing.most) else f"; at most {decimals(standing.most)} {unit}".rstrip()
-            return f"{standing.name} is lost: violated for good{least}", "bad"
+            most = f", robustness at most {decimals(standing.most)} {unit}".rstrip()
+            return f"{standing.name}: violated for good{most if math.isfinite(standing.most) else ''}", "bad"
         case LiveVerdict.SATISFIED:
-            return f"{standing.name} is satisfied for good", "good"
+            return f"{standing.name}: satisfied for good", "good"
         case LiveVerdict.OPEN if standing.at_risk:
-            return f"{standing.name} is at risk: lost a step from now, if everybody goes on like this", "risk"
+            return f"{standing.name}: at risk; violated at the next step if velocities stay constant", "risk"
         case LiveVerdict.OPEN:
-            return f"{standing.name} is open, decided by {standing.decided_by * seconds:g} s", "plain"
+            return f"{standing.name}: open, decided by {standing.decided_by * seconds:g} s", "plain"
 
 
 def _thousandths(values: NDArray[np.float32]) -> NDArray[np.int64]:

@@ -259,13 +259,13 @@ def _draw(
             _ring(axes, mission, trace, view, wrong)
     top = panels[0][0]
     if len(panels) > 1:
-        for (axes, _), name in zip(panels, ("from above", "from the side"), strict=True):
+        for (axes, _), name in zip(panels, ("top view", "side view"), strict=True):
             axes.set_title(name, loc="right", fontsize=8, color=GREY, pad=4)
     count = len(mission.agents)
     about = [
         f"{count} agent" + ("s" if count > 1 else ""),
-        f"{mission.step * mission.steps:g} s in steps of {mission.step:g} s",
-        *([f"planned by {backend}"] if backend and miss is None else []),
+        f"horizon {mission.step * mission.steps:g} s, time step {mission.step:g} s",
+        *([f"backend {backend}"] if backend and miss is None else []),
     ]
     top.set_title(mission.name, loc="left", fontsize=12, fontweight="bold", pad=20)
     top.annotate(
@@ -481,12 +481,13 @@ def legend_entries(mission: Mission, roadmaps: tuple[RoadmapGraph, ...]) -> list
     handles.append(Line2D([], [], ls="", marker="o", ms=8, mfc="white", mec=GREY, mew=1.5, label="start"))
     handles.append(Line2D([], [], ls="", marker="o", ms=5.5, mfc=GREY, mec=GREY, mew=0.5, label="finish"))
     if len(mission.agents) <= MOST_NAMED and mission.steps < MOST_DOTS:
-        handles.append(Line2D([], [], ls="", marker="o", ms=3.2, mew=0, color=INK, label=f"every {mission.step:g} s"))
+        every = f"position every {mission.step:g} s"
+        handles.append(Line2D([], [], ls="", marker="o", ms=3.2, mew=0, color=INK, label=every))
     if any(isinstance(obstacle.motion, Path) for obstacle in mission.obstacles):
         handles.append(Line2D([], [], color=OBSTACLE, lw=0.9, ls=(0, (3, 2)), label="moving obstacle"))
     handles += [roadmap_entry(roadmap, number) for number, roadmap in enumerate(roadmaps)]
     if any(obstacle.growth for obstacle in mission.obstacles):
-        handles.append(Patch(fc=OBSTACLE, ec=OBSTACLE, alpha=0.3, ls=(0, (3, 2)), label="may be there later"))
+        handles.append(Patch(fc=OBSTACLE, ec=OBSTACLE, alpha=0.3, ls=(0, (3, 2)), label="possible obstacle growth"))
     return handles
 
 

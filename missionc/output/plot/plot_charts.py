@@ -45,13 +45,14 @@ def draw_robustness(figure: Figure, mission: Mission, kernel: Kernel, trace: Tra
         asked = row.asked.any(axis=0) | row.unfolds
         least, most = (np.where(asked, each, np.nan) for each in (least, most))
         axes.fill_between(times, least, most, step="post", color=COLOURS[0], alpha=0.15, lw=0)
-        axes.step(times, most, where="post", color=COLOURS[0], lw=0.9, ls=(0, (3, 1.4)), label="most it can become")
-        axes.step(times, least, where="post", color=COLOURS[1], lw=1.2, label="least it can become")
+        axes.step(times, most, where="post", color=COLOURS[0], lw=0.9, ls=(0, (3, 1.4)), label="upper bound")
+        axes.step(times, least, where="post", color=COLOURS[1], lw=1.2, label="lower bound")
         if np.isfinite(least).sum() == 1:
             axes.plot(times, least, ls="", marker="o", ms=3.5, color=COLOURS[1])
         axes.axhline(0, color=BROKEN, lw=0.8, ls=(0, (1, 1.2)))
         axes.set_title(goal.name, loc="left", fontsize=TEXT + 0.5, pad=3)
-        axes.set_ylabel(robustness_unit(goal.formula), fontsize=TEXT)
+        unit = robustness_unit(goal.formula)
+        axes.set_ylabel(f"robustness ({unit})" if unit else "robustness", fontsize=TEXT)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=TEXT)
 
@@ -63,22 +64,22 @@ def draw_distances(figure: Figure, mission: Mission, trace: Trace, width: str) -
     placed = Placed(1, times, positions(mission, trace, times))
     curves: list[tuple[str, Array, float]] = []
     if len(mission.agents) > 1:
-        curves.append(("nearest agents", separation(mission, placed), float(mission.separation)))
+        curves.append(("separation", separation(mission, placed), float(mission.separation)))
     if mission.obstacles:
-        curves.append(("nearest obstacle", clearance(mission, placed), float(mission.clearance)))
+        curves.append(("clearance", clearance(mission, placed), float(mission.clearance)))
     panels = _panels(figure, mission, max(1, len(curves)), 1.35, width)
     for axes, (name, distance, required) in zip(panels, curves, strict=False):
         axes.plot(times, distance, color=COLOURS[0], lw=1.2, label="distance")
         axes.axhline(required, color=BROKEN, lw=0.9, ls=(0, (3, 1.4)), label="required")
         at = int(distance.argmin())
-        axes.plot(times[at], distance[at], ls="", marker="v", ms=4, color=COLOURS[1], label="least")
+        axes.plot(times[at], distance[at], ls="", marker="v", ms=4, color=COLOURS[1], label="minimum")
         axes.set_ylim(bottom=min(0.0, float(distance[at])) - 0.04 * float(distance.max()))
-        title = f"{name}: {distance[at]:.3g} m, required {required:.3g} m"
+        title = f"{name}: minimum {distance[at]:.3g} m, required {required:.3g} m"
         axes.set_title(title, loc="left", fontsize=TEXT + 0.5, pad=3)
-        axes.set_ylabel("m", fontsize=TEXT)
+        axes.set_ylabel("distance (m)", fontsize=TEXT)
     if not curves:
         note: dict[str, Any] = {"ha": "center", "transform": panels[0].transAxes, "fontsize": TEXT, "color": GREY}
-        panels[0].text(0.5, 0.5, "one agent and no obstacle: no distance is required", **note)
+        panels[0].text(0.5, 0.5, "no required distance: one agent, no obstacle", **note)
         return
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=TEXT)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 WIDE, GAP = 3.6, 0.7
 """Inches: of the graphs beside the map, and between panels."""
 KEPT, MISSED = "#009E73", "#D55E00"
+LABELS = {"tracking": "tracking error", "nothing touched": "no collision"}
 
 
 def table(mission: Mission, flown: Flown) -> bytes:
@@ -66,7 +67,7 @@ def _draw(figure: Figure, mission: Mission, trials: Trials) -> None:
 
 def _paths(axes: Axes, mission: Mission, trials: Trials) -> None:
     count = trials.trial.flights
-    about = f"{count} flight{'s' if count > 1 else ''} by {trials.trial.engine}, seed {trials.trial.seed}"
+    about = f"{count} flight{'s' if count > 1 else ''}, engine {trials.trial.engine}, seed {trials.trial.seed}"
     axes.set_title(mission.name, loc="left", fontsize=12, fontweight="bold", pad=20)
     axes.annotate(about, (0, 1), (0, 6), xycoords="axes fraction", textcoords="offset points", fontsize=8.5, color=GREY)
     draw_view(axes, mission, trials.flights[0].trace, View(0, 1))
@@ -81,12 +82,15 @@ def _errors(axes: Axes, trials: Trials) -> None:
     """The largest error of any agent: of half of the flights at most, and of all."""
     largest = np.stack([flight.largest for flight in trials.flights])
     times = trials.flown.times
-    axes.fill_between(times, np.median(largest, axis=0), largest.max(axis=0), color="#CFE3F1", lw=0, label="all")
-    axes.plot(times, np.median(largest, axis=0), color="#0072B2", lw=1.2, label="half of the flights")
-    axes.axhline(float(trials.allowed.min()), color=MISSED, lw=0.9, ls=(0, (4, 2)), label="allowed")
+    median, most = np.median(largest, axis=0), largest.max(axis=0)
+    axes.fill_between(times, median, most, color="#CFE3F1", lw=0, label="median to maximum")
+    axes.plot(times, median, color="#0072B2", lw=1.2, label="median of the flights")
+    axes.axhline(float(trials.allowed.min()), color=MISSED, lw=0.9, ls=(0, (4, 2)), label="limit")
     axes.set_xlim(times[0], times[-1])
     axes.set_ylim(0, 1.3 * max(float(largest.max()), float(trials.allowed.min())))
-    axes.set_title("largest error of any agent (m) over time (s)", loc="left", fontsize=8.5, color=INK)
+    axes.set_title("largest tracking error of any agent", loc="left", fontsize=8.5, color=INK)
+    axes.set_xlabel("time (s)", fontsize=7.5)
+    axes.set_ylabel("error (m)", fontsize=7.5)
     axes.legend(frameon=False, fontsize=7.5, loc="upper right")
 
 
@@ -98,10 +102,10 @@ def _fractions(axes: Axes, trials: Trials) -> None:
         axes.barh(row, each.share, height=0.6, color=colour, alpha=0.55, lw=0)
         if each.flights > 1:
             axes.plot([each.low, each.high], [row, row], color=INK, lw=1.1, marker="|", ms=6)
-        axes.annotate(f"{name}  {each.held}/{each.flights}", (0.02, row), va="center", fontsize=7.5)
+        axes.annotate(f"{LABELS.get(name, name)}  {each.held}/{each.flights}", (0.02, row), va="center", fontsize=7.5)
     axes.set_xlim(0, 1)
     axes.set_ylim(len(fractions) - 0.5, -0.5)
     axes.set_yticks([])
     axes.set_title(
-        "share of the flights that keep it, two-sided 95 % confidence interval", loc="left", fontsize=8.5, color=INK
+        "satisfied share of flights (two-sided 95 % confidence interval)", loc="left", fontsize=8.5, color=INK
     )

@@ -52,7 +52,7 @@ def draw_strip(
     map_wide = wide / columns - 0.35
     handles = [*legend_entries(mission, roadmaps)]
     if request.at:
-        handles = [each for each in handles if each.get_label() not in ("finish", f"every {mission.step:g} s")]
+        handles = [each for each in handles if each.get_label() not in ("finish", f"position every {mission.step:g} s")]
     if request.at and mission.graphs:
         handles.append(Line2D([], [], color=LINK, lw=0.8, label="link"))
     if request.at and mission.formations:

@@ -54,8 +54,8 @@ def charts(mission: Mission, moving: Flights, certificate: Certificate, trace: T
     plane = mission.dimension == 2
     wanted: list[tuple[str, Callable[[Sampled], Array], list[Limit]]] = [
         ("speed", attrgetter("velocity"), dynamics + sideways if plane else dynamics),
-        ("speed sideways", _sideways, [] if plane else sideways),
-        ("speed up and down", _upwards, [] if plane else upwards),
+        ("horizontal speed", _sideways, [] if plane else sideways),
+        ("vertical speed", _upwards, [] if plane else upwards),
     ]
     for name, vectors, limits in wanted:
         if limits:

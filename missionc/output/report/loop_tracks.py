@@ -66,4 +66,4 @@ def loop_tracks(mission: Mission, loop: LoopFlights, rate: int) -> tuple[Simulat
 
 def _shown(check: Check) -> Check:
     name = "simulated separation" if check.name == "separation" else "simulated obstacle"
-    return replace(check, name=name, detail="the least room between bodies in the first flight")
+    return replace(check, name=name, detail="smallest distance between bodies in the first flight")

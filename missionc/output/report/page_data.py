@@ -141,9 +141,9 @@ def _badge(plotted: Plotted) -> dict[str, str]:
     broken = [_between(each) for each in certificate.between if each.verdict is Verdict.FAILS]
     open_ = [f"`{each.requirement}`" for each in certificate.between if each.verdict is Verdict.UNDECIDED]
     if open_:
-        broken.append(f"between them {', '.join(open_)} {'is' if len(open_) == 1 else 'are'} not decided")
+        broken.append(f"{', '.join(open_)} not decided between samples")
     if broken:
-        return {"state": "steps", "says": f"holds at its steps; {'; '.join(broken)}"}
+        return {"state": "steps", "says": f"satisfied at the sample times; {'; '.join(broken)}"}
     return {"state": "holds", "says": "verified"}
 
 
@@ -154,7 +154,7 @@ def _between(each: Between) -> str:
         when = f", {each.at:.2f} s"
     else:
         when = f", {each.at:.2f}\u2013{each.until:.2f} s"
-    return f"`{each.requirement}` fails between{when}"
+    return f"`{each.requirement}` violated between samples{when}"
 
 
 def places(plotted: Plotted) -> Places:

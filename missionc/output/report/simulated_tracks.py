@@ -100,16 +100,16 @@ def _checks(document: Any) -> tuple[Check, ...]:
     if isinstance(kept.get("least"), float):
         all_held, share = kept["held"] == kept["of"], 100 * math.floor(1000 * kept["least"]) / 1000
         said = text_of(document["headline"])
-        checks.append(Check("simulated flights", "as required", share, "% or more", 0.0, all_held, detail=said))
+        checks.append(Check("simulated flights", "all requirements", share, "% or more", 0.0, all_held, detail=said))
     before = {each["name"]: each["robustness"] for each in document["planned"]}
-    by = f"flown by {document['engine']}"
+    by = f"simulated with {document['engine']}"
     for each in document["requirements"]:
-        detail = f"{by}; planned with {_number(before[each['name']]):.3f}"
+        detail = f"{by}; robustness of the plan {_number(before[each['name']]):.3f}"
         name, margin = text_of(each["name"]), _number(each["robustness"])
         checks.append(Check("simulated requirement", name, margin, "m", 0.0, each["satisfied"] is True, detail=detail))
     for each in document["tracking"]:
         spare, who = float(each["allowed"]) - float(each["most"]), text_of(each["agent"])
-        detail = f"{by}: {1000 * float(each['most']):.0f} mm off at most"
+        detail = f"{by}; largest tracking error {1000 * float(each['most']):.0f} mm"
         checks.append(
             Check("simulated tracking", who, spare, "m", 0.0, spare >= 0, float(each["at"]), (who,), detail=detail)
         )
@@ -119,7 +119,7 @@ def _checks(document: Any) -> tuple[Check, ...]:
         name = "simulated separation" if each["subject"] == "all pairs" else "simulated obstacle"
         at = None if each["at"] is None else float(each["at"])
         subject = text_of(each["subject"])
-        checks.append(Check(name, subject, margin, "m", 0.0, margin >= 0, at, pair, f"{by}: room between bodies"))
+        checks.append(Check(name, subject, margin, "m", 0.0, margin >= 0, at, pair, f"{by}; distance between bodies"))
     return tuple(checks)
 
 

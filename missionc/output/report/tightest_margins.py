@@ -48,6 +48,7 @@ def _row(group: list[Check], times: dict[str, float]) -> dict[str, Any]:
         "count": len(group),
         "margin": round(worst.margin, 6) + 0.0 if math.isfinite(worst.margin) else None,
         "unit": worst.unit,
+        "tolerance": worst.tolerance,
         "at": None if at is None else round(at, 6),
         "passed": all(check.passed for check in group),
         "detail": worst.detail,

@@ -35,11 +35,11 @@ def amounts_of(function: str, given: Mapping[str, Any]) -> tuple[dict[str, float
     lose = given.get("lose", {})
     listed = list(lose.items() if isinstance(lose, Mapping) else lose)
     if not all(isinstance(each, tuple | list) and len(each) == 2 and isinstance(each[0], str) for each in listed):
-        raise ValueError(f"`lose` needs an agent and a second, {{'drone[0]': 5}}, not {lose!r}")
+        raise ValueError(f"`lose` must give each agent a time in seconds, as in {{'drone[0]': 5}}, not {lose!r}")
     pairs = tuple((name, _amount("lose", second)) for name, second in listed)
     names = [name for name, _ in pairs]
     if twice := next((name for name in names if names.count(name) > 1), None):
-        raise ValueError(f"`{twice}` can be lost once")
+        raise ValueError(f"`{twice}` is lost more than once")
     if len(pairs) > MOST_LOST:
         raise ValueError(f"at most {MOST_LOST} agents can be lost")
     return amounts, pairs
@@ -48,6 +48,6 @@ def amounts_of(function: str, given: Mapping[str, Any]) -> tuple[dict[str, float
 def _amount(word: str, value: Any, most: float | None = None) -> float:
     number = isinstance(value, Real) and not isinstance(value, bool)
     if not number or not 0 <= value < float("inf") or (most is not None and value > most):
-        within = "a second from 0" if most is None else f"a number from 0 to {most:g}"
-        raise ValueError(f"`{word}` needs {within}, not {value!r}")
+        within = "a time of at least 0 s" if most is None else f"a number from 0 to {most:g}"
+        raise ValueError(f"`{word}` must be {within}, not {value!r}")
     return float(value)

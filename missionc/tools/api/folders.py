@@ -68,12 +68,12 @@ def simulate(
     """
     amounts, lost = amounts_of("simulate", disturbances)
     if engine not in ENGINES:
-        raise ValueError(f"`engine` is one of {', '.join(ENGINES)}, not {engine!r}")
+        raise ValueError(f"unknown engine {engine!r}; use one of {', '.join(ENGINES)}")
     for name, value, least, most in (("trials", trials, 1, MOST_FLIGHTS), ("seed", seed, 0, LARGEST_SEED)):
         if not least <= value <= most:
-            raise ValueError(f"`{name}` is a number from {least} to {most}, not {value!r}")
+            raise ValueError(f"`{name}` must be a number from {least} to {most}, not {value!r}")
     if engine != QUADROTOR and (trials > 1 or disturbances):
-        raise ValueError(f"{engine} flies once and undisturbed; leave `trials` and disturbances out")
+        raise ValueError(f"{engine} simulates one flight without disturbances; omit `trials` and the disturbances")
     trial = Trial(engine, trials, Disturbance(**amounts, lose=lost), seed)
     with _on_disk(plan) as folder:
         return simulate_folder(folder, trial, limits)
@@ -91,7 +91,7 @@ def export(plan: PlanLike, *forms: str, poses: Path | None = None, limits: Limit
     """
     for form in forms:
         if form not in FORMATS:
-            raise ValueError(f"no form is called `{form}`; there are {', '.join(FORMATS)}")
+            raise ValueError(f"unknown export format `{form}`; use one of {', '.join(FORMATS)}")
     with _on_disk(plan) as folder:
         return export_folder(folder, forms, poses, limits or Limits())
 
@@ -204,7 +204,7 @@ def _on_disk(plan: PlanLike) -> Iterator[Path]:
         return
     if not isinstance(plan, Compiled):
         raise TypeError(
-            f"the path of a plan folder or a result of `compile` was expected, not {plan!r}; compile a mission first"
+            f"expected the path of a plan folder or a result of `compile`, not {plan!r}; compile a mission first"
         )
     with TemporaryDirectory() as parent:
         folder = Path(parent) / "plan"

@@ -116,7 +116,7 @@ class Checks:
         except SupersededError:
             return
         except Exception:
-            log.exception("a defect: this text cannot be checked")
+            log.exception("internal error: this text cannot be checked")
             return
         if self._is_newest(text):
             text.found = checked

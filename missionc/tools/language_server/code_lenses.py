@@ -125,14 +125,14 @@ def lenses(text: OpenText, commands: Collection[str], folders: Iterable[Path]) -
 
 
 def _robustness(text: OpenText, plan: LastPlan, own: list[ast.Declaration]) -> Iterator[types.CodeLens]:
-    since = ", changed since" if plan.changed else ""
+    since = ", mission changed since" if plan.changed else ""
     for declaration in own:
         if isinstance(declaration, ast.Require):
             known = [plan.robustness[name] for name in _names(text, declaration) if name in plan.robustness]
             if known:
                 least = min(known)
                 figure = f"{least:.3f}" if math.isfinite(least) else "unbounded"
-                words = f"robustness {figure}{' at least' if len(known) > 1 else ''} (last plan{since})"
+                words = f"{'smallest ' * (len(known) > 1)}robustness {figure} (last plan{since})"
                 yield _lens(text, declaration, types.Command(words, ""))
 
 

@@ -145,7 +145,7 @@ def fitting_units(place: Spot) -> Iterator[tuple[str, str]]:
     wanted = _measured(place)
     for unit, (dimension, _) in UNITS.items():
         if wanted is None or dimension in wanted:
-            yield unit, f"unit of {dimension.value}"
+            yield unit, f"a unit of {dimension.value.partition(' ')[2]}"
 
 
 def _measured(place: Spot) -> tuple[Dimension, ...] | None:
@@ -254,8 +254,8 @@ def _indices(place: Spot) -> Iterator[tuple[str, str]]:
         if name.kind == NAME and word.kind == "in":
             yield name.text, "an index"
     if EXTREME in place.expected:
-        yield "min", "the least of some numbers"
-        yield "max", "the greatest of some numbers"
+        yield "min", "the smallest of several numbers"
+        yield "max", "the largest of several numbers"
 
 
 def _kinds(place: Spot) -> tuple[Kind, ...]:
@@ -295,20 +295,20 @@ def _words(place: Spot) -> Iterator[tuple[str, str]]:
     elif before.word == "dynamics":
         yield from ((name, "a kind of dynamics") for name in KINDS if KINDS.usable(name))
     elif before.word in ("start", "finish"):
-        yield from ((name, "how places are given") for name in ("line", "grid"))
+        yield from ((name, "a layout of places") for name in ("line", "grid"))
     elif before.word == "with" and first == "solve":
         yield from ((name, "a backend") for name in (AUTO, *BACKENDS))
     elif before.word in ("minimize", "maximize"):
-        yield from ((goal.value, "a goal") for goal in ir.Objective if goal.word == before.word)
+        yield from ((goal.value, "an objective") for goal in ir.Objective if goal.word == before.word)
     elif before.kind == "=" and first == "formation":
         yield from ((name, "a kind of formation") for name in FORMATIONS)
     elif place.bracket == "(" and head is not None and head.word == "dynamics" and opener is not None:
         bounded = KINDS.usable(opener.text)
         yield from ((name, "a bound") for name in (settings_of(bounded) if bounded else ()))
     elif place.bracket == "{" and head is not None and head.word == "vehicle":
-        yield from ((name, f"{figure.dimension.value} {figure.says}") for name, figure in ir.FIGURES.items())
+        yield from ((name, figure.says) for name, figure in ir.FIGURES.items())
     elif place.bracket == "{" and opener is not None and opener.word == "flight":
-        yield from ((name, f"{figure.dimension.value} {figure.says}") for name, figure in ir.PAD_FIGURES.items())
+        yield from ((name, figure.says) for name, figure in ir.PAD_FIGURES.items())
     elif place.bracket == "{" and first == "solve":
         yield from ((name, "an option") for name in (*OPTIONS, CONNECTIVITY, ROADMAP))
     elif place.bracket == "{" and first == "resource":

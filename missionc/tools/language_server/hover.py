@@ -17,7 +17,7 @@ from missionc.frontend.syntax.passages import passages
 from missionc.frontend.syntax.tokens import Token, tokenise
 from missionc.ir import Mission, Preference, Requirement
 from missionc.ir.language.walk_formulas import goals
-from missionc.tools.language_server.inlay_hints import ahead
+from missionc.tools.language_server.inlay_hints import horizon
 from missionc.tools.language_server.open_text import LIMITS, Name, OpenText
 from missionc.tools.language_server.word_help import meaning
 
@@ -68,7 +68,7 @@ def _of_name(text: OpenText, name: Name) -> str:
         return f"`{name.text}`: an index, a whole number"
     declared = text.outline.declared.get(name.text)
     if declared is None or declared[0].kind is None:
-        return f"nothing is called `{name.text}`"
+        return f"unknown name `{name.text}`"
     where, declaration = declared
     of = "a family, each member " if declaration is not None and isinstance(declaration.name, ast.FamilyName) else ""
     paragraphs = [f"`{name.text}`: {of}{declared[0].kind.value}"]
@@ -111,7 +111,7 @@ def _horizon(mission: Mission | None, name: str, written: str) -> list[str]:
     if mission is None or formula is None or formula.span.text != written:
         return []
     total = steps_ahead([formula])[formula].total
-    return [f"{ahead(mission, total)}."] if total > 0 else ["It is about one step."]
+    return [f"Horizon: {horizon(mission, total)}."]
 
 
 def _flown(mission: Mission | None, name: str) -> list[str]:
@@ -120,7 +120,7 @@ def _flown(mission: Mission | None, name: str) -> list[str]:
         return []
     count = counted(len(agents), "agent")
     vehicle = agents[0].vehicle
-    return [f"{count}, flown by {show_vehicle(vehicle)}." if vehicle.name != "plain" else f"{count}."]
+    return [f"{count}, vehicle {show_vehicle(vehicle)}." if vehicle.name != "plain" else f"{count}."]
 
 
 def _goal(text: OpenText, offset: int) -> str:
@@ -152,5 +152,5 @@ def _said(mission: Mission, same_label: list[Requirement | Preference]) -> str:
     paragraphs += [f"- {more.sentence}" for more in part.said.parts]
     paragraphs += [f"- {thing}." for thing in part.things]
     if part.needed > 0:
-        paragraphs.append(f"It {ahead(mission, part.needed)}.")
+        paragraphs.append(f"Horizon: {horizon(mission, part.needed)}.")
     return "\n\n".join(paragraphs)

@@ -31,23 +31,23 @@ def hints(text: OpenText, wanted: types.Range) -> list[types.InlayHint]:
 
 
 def horizons(mission: Mission) -> dict[str, str]:
-    """``looks 16 s ahead``, by the words of the formula; those that look no further than now are left out."""
+    """``horizon 16 s``, by the words of the formula; those that look no further than now are left out."""
     formulas = [*(goal.formula for goal in goals(mission)), *(formula for _, formula in mission.lets)]
     looks = steps_ahead(formulas)
     totals: dict[str, list[float]] = {}
     for formula in formulas:
         totals.setdefault(formula.span.text, []).append(looks[formula].total)
-    return {text: _ahead_of_all(mission, steps) for text, steps in totals.items() if max(steps) > 0}
+    return {text: _label(mission, steps) for text, steps in totals.items() if max(steps) > 0}
 
 
-def ahead(mission: Mission, steps: float) -> str:
-    return "looks ahead without end" if math.isinf(steps) else f"looks {seconds(mission, steps)} ahead"
+def horizon(mission: Mission, steps: float) -> str:
+    return "unbounded" if math.isinf(steps) else seconds(mission, steps)
 
 
-def _ahead_of_all(mission: Mission, steps: list[float]) -> str:
+def _label(mission: Mission, steps: list[float]) -> str:
     """The words for one formula, or for one text with each value of an index."""
-    most = ahead(mission, max(steps))
-    return most if min(steps) == max(steps) else f"{most} at most"
+    most = horizon(mission, max(steps))
+    return f"horizon {most}" if min(steps) == max(steps) else f"horizon at most {most}"
 
 
 def _formulas(text: OpenText) -> Iterator[tuple[int, str]]:

@@ -42,7 +42,7 @@ def rename(text: OpenText, position: types.Position, new: str) -> types.Workspac
         return types.WorkspaceEdit(changes={})
     _check(new, name, outline)
     if not outline.whole:
-        raise RefusedError("the text has errors of syntax, so a place of the name may be missed: mend them first")
+        raise RefusedError("the text has syntax errors; correct them before you rename a name")
     places = sorted(outline.alike(name), key=lambda other: (other.span.source.name, other.span.start))
     _keeps_its_meaning(text, name, new, places)
     changes: dict[str, list[types.TextEdit]] = {}
@@ -55,15 +55,15 @@ def rename(text: OpenText, position: types.Position, new: str) -> types.Workspac
 def _name(text: OpenText, position: types.Position) -> Name:
     name = text.outline.at(text.places.offset(position))
     if name is None:
-        raise RefusedError("there is no name here that the mission declares")
+        raise RefusedError("no name of the mission at this position")
     if name.label or name.index is not None:
         return name
     if name.text not in text.outline.declared:
-        raise RefusedError(f"nothing is called `{name.text}`")
+        raise RefusedError(f"unknown name `{name.text}`")
     declared = text.outline.declared[name.text][0].span
     source = declared.source
     if declared.text != name.text:
-        raise RefusedError(f"`{name.text}` is what the compiler calls it: put another name before it with `named`")
+        raise RefusedError(f"`{name.text}` is a generated name; set another name with `named`")
     if source.name != text.source.name:
         raise RefusedError(f"`{name.text}` is declared in `{source.name}`: rename it there")
     return name
@@ -71,15 +71,15 @@ def _name(text: OpenText, position: types.Position) -> Name:
 
 def _check(new: str, name: Name, outline: Outline) -> None:
     if not nameable(new):
-        raise RefusedError(f"`{new}` is no name: a name has the letters a to z, digits and `_`, and no digit first")
+        raise RefusedError(f"`{new}` is not a valid name; use the letters a to z, digits and `_`, and no digit first")
     if len(new) > LIMITS.name_length:
-        raise RefusedError(f"a name of {len(new)} characters; the limit is {LIMITS.name_length}")
+        raise RefusedError(f"the name has {len(new)} characters; the limit is {LIMITS.name_length}")
     if reserved(new) and not name.label:
-        raise RefusedError(f"`{new}` is a word of the language")
+        raise RefusedError(f"`{new}` is a reserved word")
     if new in STATE_WORDS and not name.label:
-        raise RefusedError(f"`{new}` stands for a part of an agent's state")
+        raise RefusedError(f"`{new}` is a part of an agent's state")
     if any(other.text == new and other.label == name.label for other in outline.names):
-        raise RefusedError(f"`{new}` is taken")
+        raise RefusedError(f"`{new}` is already declared")
 
 
 def _keeps_its_meaning(text: OpenText, name: Name, new: str, places: list[Name]) -> None:
@@ -94,4 +94,4 @@ def _keeps_its_meaning(text: OpenText, name: Name, new: str, places: list[Name])
     matches = [other for other in after.names if other.text == new and other.label == name.label]
     there = [other for other in matches if other.span.source is renamed]
     if not after.whole or len(there) != len(mine):
-        raise RefusedError(f"`{new}` means something else in a place where `{name.text}` stands")
+        raise RefusedError(f"`{new}` has another meaning at a place of `{name.text}`")

@@ -16,19 +16,19 @@ from missionc.ir.vehicle_profiles import example, profiles
 from missionc.ir.wording import listed
 
 QUANTIFIERS = {
-    "every": "what follows holds of every one of these agents",
-    "some": "what follows holds of at least one of these agents",
-    "least": "what follows holds of at least so many of these agents",
-    "without": "what follows holds of the team without any so many of these agents, whichever are lost",
-    "any": "what follows holds of the team without any so many of these agents, whichever are lost",
+    "every": "each of these agents satisfies the formula",
+    "some": "at least one of these agents satisfies the formula",
+    "least": "at least the given number of these agents satisfy the formula",
+    "without": "the team satisfies the formula after the loss of any given number of these agents",
+    "any": "the team satisfies the formula after the loss of any given number of these agents",
 }
 
 STATE_MEANINGS = {
-    "x": "the first coordinate of the agent's centre, in metres",
-    "y": "the second coordinate of the agent's centre, in metres",
-    "z": "the third coordinate of the agent's centre, in metres",
-    "speed": "how fast the agent is, in m/s",
-    "altitude": "how high the agent is, in metres",
+    "x": "the x coordinate of the agent's centre, in metres",
+    "y": "the y coordinate of the agent's centre, in metres",
+    "z": "the z coordinate of the agent's centre, in metres",
+    "speed": "the speed of the agent, in m/s",
+    "altitude": "the altitude of the agent, in metres",
 }
 assert STATE_MEANINGS.keys() == STATES
 
@@ -40,7 +40,7 @@ def meaning(token: Token, before: Token | None = None) -> str:
     if before is not None and before.word == "vehicle" and token.text in profiles():
         return vehicle(token.text)
     if before is not None and before.word == "dynamics" and (kind := KINDS.usable(token.text)):
-        return f"`{token.text}`: a kind of dynamics; it takes {listed([f'`{each}`' for each in settings_of(kind)])}"
+        return f"`{token.text}`: a kind of dynamics; parameters: {listed([f'`{each}`' for each in settings_of(kind)])}"
     word = token.word
     if word in QUANTIFIERS:
         quantifier = _entry("a quantifier", word, QUANTIFIERS[word], forms.IN_FORMULA[word])
@@ -70,7 +70,7 @@ def meaning(token: Token, before: Token | None = None) -> str:
 
 def _of_operator(word: str) -> str:
     operator = by_name[word]
-    takes = f"; it takes {operator.bounds.value}" if "[" in operator.example else ""
+    takes = f"; bounds: {operator.bounds.value}" if "[" in operator.example else ""
     return _entry("an operator", word, f"{operator.says}{takes}", operator.example)
 
 
@@ -93,7 +93,7 @@ def _of_unit(unit: str) -> str:
     dimension, factor = UNITS[unit]
     main = next(name for name, (other, one) in UNITS.items() if other is dimension and one == 1.0)
     same = "" if unit == main else f": {factor:.10g} {main}"
-    return f"`{unit}`: unit of {dimension.value}{same}"
+    return f"`{unit}`: a unit of {dimension.value.partition(' ')[2]}{same}"
 
 
 def _entry(kind: str, word: str, says: str, form: str) -> str:

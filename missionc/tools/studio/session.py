@@ -294,9 +294,9 @@ class Session:
                 raise WrongRequest(UNKNOWN_METHOD)
             result = self._answers[method](params if isinstance(params, dict) else {})
         except WrongRequest as wrong:
-            self._refuse(number, wrong.code, f"{method} is not answered so")
+            self._refuse(number, wrong.code, f"unknown method or invalid parameters: {method}")
         except Exception as error:
-            log.exception("a request of a page cannot be answered")
+            log.exception("failed to answer a request of the page")
             self._refuse(number, DEFECT, defect(error).words)
         else:
             self._say({"id": number, "result": _refusal(result) if isinstance(result, Diagnostic) else result})
@@ -333,7 +333,7 @@ class Session:
         kept = self._compilation.keep(params.get("replace") is True)
         if isinstance(kept, Diagnostic):
             return {"problem": "exists" if kept.code is OUTPUT_EXISTS else "refused", "says": kept.words}
-        return {"problem": "" if kept else "refused", "says": f"the plan is in {kept}" if kept else "there is no plan"}
+        return {"problem": "" if kept else "refused", "says": f"plan saved in {kept}" if kept else "no plan to save"}
 
     def _show(self, text: OpenText, drawn: Json | None) -> None:
         whole = text.outline.whole

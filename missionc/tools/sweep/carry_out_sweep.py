@@ -364,9 +364,8 @@ class _Outputs:
 
     def _page(self, by_values: list[Group], comparisons: list[Comparison]) -> Page:
         grid = self.request.grid
-        about = " × ".join(
-            [f"{len(each.values)} of {each.name}" for each in grid.varied] + [counted(grid.seeds, "seed")]
-        )
+        varied = [f"{counted(len(each.values), 'value')} of {each.name}" for each in grid.varied]
+        about = " × ".join([*varied, counted(grid.seeds, "seed")])
         drawn = plot.missing() is None and any(group.rows for group in by_values)
 
         def link(row: Row) -> str:

@@ -179,9 +179,7 @@ def _draw_runs(
 
 
 def _label(measure: Measure | None) -> str:
-    if measure is None:
-        return "runs with a plan"
-    return f"{measure.says} ({measure.unit})" if measure.unit else measure.says
+    return "runs with a plan" if measure is None else measure.label
 
 
 def _below(axes: Axes, names: Sequence[str], places: dict[str, float], told: int) -> None:

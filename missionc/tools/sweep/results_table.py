@@ -32,6 +32,11 @@ class Measure:
     unit: str
     more_is_better: bool
 
+    @property
+    def label(self) -> str:
+        """The name with the unit, as on axes and in headings."""
+        return f"{self.says} ({self.unit})" if self.unit else self.says
+
     def of(self, row: Row) -> float | None:
         """The figure of a planned run; None where it has none."""
         if row.result.outcome != "planned":
@@ -45,12 +50,12 @@ class Measure:
 
 
 SHARE = "share_kept"
-SECONDS = Measure("seconds", "time to plan", "s", False)
+SECONDS = Measure("seconds", "planning time", "s", False)
 MEASURES = (
     SECONDS,
     Measure("length", "path length", "m", False),
-    Measure("robustness", "worst robustness", "m", True),
-    Measure(SHARE, "flights as required", "", True),
+    Measure("robustness", "smallest robustness", "m", True),
+    Measure(SHARE, "successful flights", "", True),
     Measure("tracking_error", "tracking error", "m", False),
 )
 """In the order in which they are shown; those that no run has are left out."""

@@ -102,7 +102,7 @@ def _number(value: float) -> str:
 
 
 def _counted(found: dict[str, int]) -> str:
-    return ", ".join(f"{count} {outcome}" for outcome, count in found.items() if count) or "no run is over"
+    return ", ".join(f"{count} {outcome}" for outcome, count in found.items() if count) or "no finished run"
 
 
 def _cells(cells: Sequence[str], kind: str = "td") -> str:
@@ -111,8 +111,8 @@ def _cells(cells: Sequence[str], kind: str = "td") -> str:
 
 def _table(groups: Sequence[Group], shown: Sequence[Measure], names: Sequence[str]) -> str:
     others = [outcome for outcome in OUTCOMES[1:] if any(group.outcomes[outcome] for group in groups)]
-    heads = [f"{each.says}{f', {each.unit}' if each.unit else ''}" for each in shown]
-    lines = [_cells([*names, "runs", "with a plan", *heads, *others], "th")]
+    heads = [each.label for each in shown]
+    lines = [_cells([*names, "runs", "runs with a plan", *heads, *others], "th")]
     for group in groups:
         spreads = [figures(group.spreads.get(each.name)) for each in shown]
         fewer = [str(group.outcomes[outcome] or "") for outcome in others]
@@ -122,7 +122,7 @@ def _table(groups: Sequence[Group], shown: Sequence[Measure], names: Sequence[st
 
 
 def _runs(rows: Sequence[Row], shown: Sequence[Measure], page: Page) -> str:
-    heads = [*page.names, "seed", "outcome", "engine", *(each.says for each in shown), "says"]
+    heads = [*page.names, "seed", "outcome", "backend", *(each.label for each in shown), "message"]
     lines = [_cells(heads, "th")]
     for row in rows[:MOST_ROWS]:
         report = page.report(row)
@@ -141,19 +141,18 @@ def _runs(rows: Sequence[Row], shown: Sequence[Measure], page: Page) -> str:
             + "</tr>"
         )
     left = len(rows) - MOST_ROWS
-    more = f"<p>and {counted(left, 'run')} more, in the table</p>" if left > 0 else ""
+    more = f"<p>{counted(left, 'more run')} in the table of runs</p>" if left > 0 else ""
     return "<table>" + "\n".join(lines) + f"</table>{more}"
 
 
 def _compared(found: Sequence[Comparison]) -> str:
     if not found:
         return ""
-    lines = [_cells(["of", "figure", "pairs", "before", "now", "verdict", "p", "test"], "th")]
+    lines = [_cells(["combination", "measure", "pairs", "before", "now", "verdict", "p-value", "test"], "th")]
     for each in found:
         name = "all runs" if each.values is None else words(each.values)
-        what = f"{each.measure.says}{f', {each.measure.unit}' if each.measure.unit else ''}"
-        cells = [name, what, str(each.pairs), _number(each.old), _number(each.new), each.verdict, f"{each.p:.2g}"]
-        cell = "".join(f"<td>{html.escape(text)}</td>" for text in [*cells, each.test])
+        numbers = [str(each.pairs), _number(each.old), _number(each.new), each.verdict, f"{each.p:.2g}", each.test]
+        cell = "".join(f"<td>{html.escape(text)}</td>" for text in [name, each.measure.label, *numbers])
         lines.append(f'<tr class="{html.escape(each.verdict.partition(" ")[0])}">{cell}</tr>')
-    told = f"Pairs of equal values and seeds; p by Holm's method; a difference is one where p is below {LEVEL:g}."
-    return f"<section><h2>Compared <small>{told}</small></h2><table>" + "\n".join(lines) + "</table></section>"
+    told = f"paired by values and seed; p-values adjusted by Holm's method; significance level {LEVEL:g}"
+    return f"<section><h2>Comparison <small>{told}</small></h2><table>" + "\n".join(lines) + "</table></section>"

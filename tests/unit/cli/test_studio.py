@@ -243,7 +243,7 @@ def test_the_text_as_it_stands_is_compiled_and_kept_where_the_user_says(
     monkeypatch.chdir(home)
     with serving.page() as page:
         page.open_text(SMALL.replace("mission small", "mission typed"))
-        assert page.ask("studio/keep") == {"problem": "refused", "says": "there is no plan"}
+        assert page.ask("studio/keep") == {"problem": "refused", "says": "no plan to save"}
         page.ask("studio/compile")
         ended = page.hear("studio/ended")
         assert (ended["status"], ended["findings"], ended["version"]) == (0, [], 1)
@@ -306,8 +306,8 @@ def test_what_comes_from_elsewhere_is_drawn_and_says_why_it_cannot_be_dragged() 
     text = SMALL.replace("world", "param wide = 1.5 m\nworld").replace("(1.8, 1.8)", "(wide, 0.3 + wide)")
     (piece,) = thing(text, "base")["pieces"]
     x, y = piece["points"][1]
-    assert (x["metres"], x["fixed"]) == (1.5, "it is the parameter wide")
-    assert (y["metres"], y["fixed"]) == (1.8, "it is worked out from other numbers")
+    assert (x["metres"], x["fixed"]) == (1.5, "its value is the parameter wide")
+    assert (y["metres"], y["fixed"]) == (1.8, "its value is computed")
 
 
 def test_each_part_of_a_combined_shape_is_a_piece_and_the_whole_is_filled() -> None:

@@ -7,10 +7,11 @@ import csv
 import io
 import json
 import math
+import re
 import struct
 import zipfile
 from dataclasses import replace
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from missionc.geometry.curves.piecewise_polynomials import Pieces, control_point
 from missionc.ir import Box, Vehicle
 from missionc.output.export import skybrush, takeoff_and_landing, verified_flight
 from missionc.output.export.cflib import compress
+from missionc.output.export.fill_templates import render
+from missionc.output.export.fly_script import for_templates
 from missionc.output.export.formats import FORMATS, Exported, Flight
 from missionc.output.export.samples import RATE, sampled
 from missionc.output.export.takeoff_and_landing import GROUND, phases
@@ -173,7 +176,7 @@ def test_what_does_not_fit_raw_is_compressed_and_what_that_costs_is_shown() -> N
         assert not isinstance(packed, str)
         assert made.files[f"{each.file}.bin"] == packed.blob
         assert len(packed.blob) <= 2000 < len(raw(each.pieces))
-        told = float(note.partition("than ")[2].split()[0])
+        told = float(note.partition("at most ")[2].split()[0])
         assert packed.deviation * 1e3 <= told <= packed.deviation * 1e3 + 0.01
         assert f"`{told:.2f}` |\n".encode() in made.files["README.md"]
     pieces = flight.parts[0].pieces.duration.size
@@ -317,7 +320,7 @@ def test_a_skybrush_show_flies_within_a_millimetre_from_the_floor_to_the_floor(f
     assert show["version"] == 1
     drones = show["swarm"]["drones"]
     assert [drone["settings"]["name"] for drone in drones] == [each.agent.name for each in flight.parts]
-    bound = float(made.notes[0].rpartition("than ")[2].split()[0]) / 1000
+    bound = float(made.notes[0].rpartition("at most ")[2].split()[0]) / 1000
     assert bound <= 1.01e-3
     farthest, lasting = 0.0, phases(flight, GROUND)
     whole = lasting.rise + lasting.settle + flight.duration + lasting.settle + lasting.sink
@@ -382,8 +385,19 @@ def test_what_the_clock_on_board_costs_is_said_where_a_firmware_flies() -> None:
     fastest = max(float(np.linalg.norm(place(each, time, 1)[:3])) for each in flight.parts for time in moments)
     for name in ("crazyswarm2", "cflib"):
         readme = exported(name, flight).files["README.md"].decode()
-        told = float(readme.partition("places a vehicle at most `")[2].partition("`")[0])
+        told = float(readme.partition("displaces a vehicle by at most `")[2].partition("`")[0])
         assert fastest * 2**-10 * 1e3 <= told <= fastest * 2**-10 * 1e3 * 1.3 + 0.1
+
+
+def test_each_item_of_a_readme_has_a_line_of_its_own() -> None:
+    flight = cramped(wandered(2, 12, 3), 2000)
+    given = for_templates(flight) | {"kind": "compressed", "pieces": 1, "bytes": 1, "memory": 1}
+    within = {"within": dict.fromkeys((each.file for each in flight.parts), "0")}
+    for form, in_flight, whole in product(("crazyswarm2", "cflib"), (False, True), (False, True)):
+        readme = render(f"{form}/README.md.j2", **given | within | {"in_flight": in_flight, "whole": whole}).decode()
+        _, safety = readme.split("## Safety\n\n")
+        assert all(each.startswith("- ") for each in safety.splitlines())
+        assert not re.search(r"\S *- (?=[A-Z`])", readme)
 
 
 def test_noses_that_turn_are_exported_where_a_form_knows_them() -> None:

@@ -98,7 +98,7 @@ IN_THE_AIR = ("takeoff", "go", "start", "land")
     [
         (0.5, 4.1, False, "is 0.50 m from"),
         (float("nan"), 4.1, False, "is nan m from"),
-        (0.0, 3.6, False, "has 3.60 V left"),
+        (0.0, 3.6, False, "battery voltage of 3.60 V"),
         (0.0, 4.1, True, "the position of"),
     ],
 )

@@ -60,7 +60,7 @@ def test_a_page_that_knows_something_is_told_the_rest() -> None:
     assert second["now"]["goals"][0]["verdict"] == "violated"
     assert second["now"]["goals"][0]["since"] == 2.0
     assert [each["tone"] for each in second["news"]] == ["risk", "bad"]
-    assert second["news"][-1]["says"].startswith("there is lost")
+    assert second["news"][-1]["says"].startswith("there: violated for good")
     _, third = told(record, known)
     assert third["columns"]["count"] == 0
     assert third["news"] == []
@@ -198,7 +198,7 @@ def test_the_page_is_sent_to_whoever_knows_its_address() -> None:
         policy = answer.headers["Content-Security-Policy"]
         assert "default-src 'none'; script-src 'sha256-" in policy
         assert "frame-ancestors 'none'" in policy
-        assert b"What was told" in answer.read()
+        assert b"<h2>Events</h2>" in answer.read()
         assert ask(page, urlsplit(page.address).path + "plan.json").status == 404
 
 

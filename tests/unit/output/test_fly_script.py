@@ -266,7 +266,7 @@ def test_a_radio_that_hangs_delays_no_other_vehicle_and_its_command_is_not_follo
     own = [[each for each in world.commands if each.agent == agent and each.time >= begin] for agent in (0, 1)]
     assert [(each.name, each.time) for each in own[0]][:2] == [("go", begin), ("land", begin)]
     assert [each.name for each in own[1]][:2] == ["go", "land"]
-    assert "its radio does not take the command" in world.ended
+    assert "its radio did not accept the command" in world.ended
     assert "start" not in {each.name for each in world.commands}
     assert all(each.height <= LANDED + 1e-6 for each in world.commands if each.name == "disarm")
 

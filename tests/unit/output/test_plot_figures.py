@@ -101,10 +101,10 @@ def test_a_snapshot_at_a_step_shows_the_state_of_that_step() -> None:
 
 def test_charts_name_what_they_are_about() -> None:
     robust = texts(drawn(FigureRequest("robustness")))
-    assert {"there", "aside", "least it can become", "time (s)"} <= set(robust)
+    assert {"there", "aside", "lower bound", "robustness (m)", "time (s)"} <= set(robust)
     distances = texts(drawn(FigureRequest("distances")))
-    assert any(text.startswith("nearest agents: ") and text.endswith("required 0.5 m") for text in distances)
-    assert any(text.startswith("nearest obstacle: ") for text in distances)
+    assert any(text.startswith("separation: minimum ") and text.endswith("required 0.5 m") for text in distances)
+    assert any(text.startswith("clearance: minimum ") for text in distances)
 
 
 def test_a_timeline_has_a_lane_for_who_satisfies_a_requirement() -> None:

@@ -168,26 +168,29 @@ def test_a_requirement_is_said_back_at_its_label_and_at_its_word() -> None:
     sentence = "at some step of its own from 0 s to 16 s: both the drone is in `base` and"
     assert sentence in said(HOME.replace("home", "ho|me"))
     assert sentence in said(HOME.replace("require", "req|uire"))
-    assert "It looks 18 s ahead." in said(HOME.replace("home", "ho|me"))
+    assert "Horizon: 18 s." in said(HOME.replace("home", "ho|me"))
 
 
 def test_a_word_says_what_it_is(subtests: pytest.Subtests) -> None:
     for part, words in [
         ("param T = 2 * 3 s\nrequire a: every drone: always[0, |T] base", "a parameter, 6 s"),
-        ("let soon = eventually[0, 4 s] base\nrequire a: every drone: so|on", "looks 4 s ahead."),
+        ("let soon = eventually[0, 4 s] base\nrequire a: every drone: so|on", "Horizon: 4 s."),
         ("require a: every dro|ne: base", "3 agents."),
         ("require a: every drone: ba|se", "a region"),
-        ("require a: every drone: alw|ays[0, 2 s] base", "At every step of the window; it takes a time window"),
-        ("require a: eve|ry 5 s: some drone: base", "at some step of each stretch of that length"),
-        ("require a: eve|ry drone: base", "what follows holds of every one of these agents"),
-        ("require a: every drone: spe|ed <= 1", "how fast the agent is"),
-        ("require a: always[0, 3 s] conn|ected(radio)", "every one of the agents has a route"),
-        ("require a: every drone: always[0, 300 m|s] base", "unit of a time: 0.001 s"),
+        (
+            "require a: every drone: alw|ays[0, 2 s] base",
+            "The operand is satisfied at every step of the window; bounds: a time window",
+        ),
+        ("require a: eve|ry 5 s: some drone: base", "at some step of each period of this length"),
+        ("require a: eve|ry drone: base", "Each of these agents satisfies the formula"),
+        ("require a: every drone: spe|ed <= 1", "The speed of the agent"),
+        ("require a: always[0, 3 s] conn|ected(radio)", "Each agent has a route"),
+        ("require a: every drone: always[0, 300 m|s] base", "a unit of time: 0.001 s"),
         ("agent a { vehicle crazy|flie21 dynamics single_integrator(speed <= 1)  start at (5, 1) }", "fence_inset"),
         ("agent a { vehicle plain { ti|lt <= 20 deg } }", "of the thrust from straight up"),
-        ("agent a { flight { hov|er 1 m } }", "height to rise to above the pad"),
+        ("agent a { flight { hov|er 1 m } }", "hover height above the pad"),
         ("agent a { fli|ght { hover 1 m } }", "pads at (1, 1, 0)"),
-        ("require a: every drone: nowhe|re", "nothing is called `nowhere`"),
+        ("require a: every drone: nowhe|re", "unknown name `nowhere`"),
         ("require a: every drone: |# nothing", ""),
     ]:
         with subtests.test(part=part, words=words):
@@ -234,22 +237,22 @@ def test_a_name_is_found_where_it_is_declared_and_used_in_a_text_that_is_broken(
 
 def test_state_words_and_settings_are_no_names() -> None:
     assert goto.definition(*marked(text("require a: every drone: sp|eed <= 1"))) is None
-    with pytest.raises(RefusedError, match="no name here"):
+    with pytest.raises(RefusedError, match="no name of the mission"):
         renamable(*marked(text("require a: every drone: sp|eed <= 1")))
 
 
 @pytest.mark.parametrize(
     ("new", "why"),
     [
-        ("goal", "`goal` is taken"),
-        ("every", "is a word of the language"),
-        ("2nd", "is no name"),
+        ("goal", "`goal` is already declared"),
+        ("every", "is a reserved word"),
+        ("2nd", "is not a valid name"),
         ("speed", "a part of an agent's state"),
-        ("G", "is a word of the language"),
-        ("ä", "is no name"),
+        ("G", "is a reserved word"),
+        ("ä", "is not a valid name"),
         ("b" * 129, "the limit is 128"),
-        ("a-b", "is no name"),
-        ("", "is no name"),
+        ("a-b", "is not a valid name"),
+        ("", "is not a valid name"),
     ],
 )
 def test_a_rename_is_refused_in_plain_words(new: str, why: str) -> None:
@@ -258,7 +261,7 @@ def test_a_rename_is_refused_in_plain_words(new: str, why: str) -> None:
 
 
 def test_a_broken_text_is_not_renamed_in() -> None:
-    with pytest.raises(RefusedError, match="errors of syntax"):
+    with pytest.raises(RefusedError, match="syntax errors"):
         rename(*marked(text("require a: every drone: ba|se", "let b = = base")), "other")
 
 
@@ -279,7 +282,7 @@ def test_the_declarations_are_listed_those_that_are_broken_too() -> None:
 def test_each_requirement_says_how_far_it_looks_ahead() -> None:
     here = opened(text("let soon = eventually[0, 4 s] base", HOME, "require now: every drone: base or soon"))
     found = inlay_hints.hints(here, EVERYWHERE)
-    assert [hint.label for hint in found] == ["looks 4 s ahead", "looks 18 s ahead", "looks 4 s ahead"]
+    assert [hint.label for hint in found] == ["horizon 4 s", "horizon 18 s", "horizon 4 s"]
     lines = here.source.text.splitlines()
     assert [found[1].position.character] == [len(lines[found[1].position.line])]
 

@@ -132,7 +132,7 @@ async def test_every_request_of_an_editor_is_answered(editor: LanguageClient) ->
     assert [symbol.name for symbol in shown][:2] == ["wildfire", "base"]
     everywhere = types.Range(types.Position(0, 0), types.Position(99, 0))
     ahead = await editor.text_document_inlay_hint_async(types.InlayHintParams(document(), everywhere))
-    assert [hint.label for hint in ahead][:2] == ["looks 20 s ahead", "looks 12 s ahead"]
+    assert [hint.label for hint in ahead][:2] == ["horizon 20 s", "horizon 12 s"]
     folds = await editor.text_document_folding_range_async(types.FoldingRangeParams(document()))
     assert folds[0].start_line < folds[0].end_line
     assert list(await editor.text_document_document_link_async(types.DocumentLinkParams(document()))) == []
@@ -170,7 +170,7 @@ async def test_a_rename_is_prepared_made_and_refused_in_plain_words(editor: Lang
     assert ready.placeholder == "safe"
     edit = await editor.text_document_rename_async(types.RenameParams(document(), here, "calm"))
     assert len(edit.changes[URI]) == WILDFIRE.count("safe")
-    with pytest.raises(Exception, match="`always` is a word of the language"):
+    with pytest.raises(Exception, match="`always` is a reserved word"):
         await editor.text_document_rename_async(types.RenameParams(document(), here, "always"))
 
 

@@ -202,7 +202,7 @@ def test_above_a_requirement_stands_its_robustness_in_the_last_plan(tmp_path: Pa
     line = mission[: mission.index("require")].count("\n")
     assert above(here, tmp_path) == [(line, "robustness 0.042 (last plan)"), (line + 1, "robustness 2.000 (last plan)")]
     changed = opened(mission.replace("16 s", "15 s"), name=str(tmp_path / "a.mission"))
-    assert above(changed, tmp_path)[0] == (line, "robustness 0.042 (last plan, changed since)")
+    assert above(changed, tmp_path)[0] == (line, "robustness 0.042 (last plan, mission changed since)")
 
 
 def test_a_family_of_requirements_shows_the_least(tmp_path: Path) -> None:
@@ -210,7 +210,7 @@ def test_a_family_of_requirements_shows_the_least(tmp_path: Path) -> None:
     here = opened(mission, name=str(tmp_path / "a.mission"))
     assert here.mission is not None, here.found
     planned(tmp_path, {"a.mission": mission}, {"w[0]": 0.5, "w[1]": 0.25})
-    assert [words for _, words in above(here, tmp_path)] == ["robustness 0.250 at least (last plan)"]
+    assert [words for _, words in above(here, tmp_path)] == ["smallest robustness 0.250 (last plan)"]
 
 
 def test_a_file_that_the_mission_includes_counts_too(tmp_path: Path) -> None:
@@ -220,7 +220,7 @@ def test_a_file_that_the_mission_includes_counts_too(tmp_path: Path) -> None:
     here = opened(main, name=str(tmp_path / "a.mission"))
     assert [words for _, words in above(here, tmp_path)] == ["robustness 0.500 (last plan)"]
     (tmp_path / "part.mission").write_text(part + "#\n")
-    assert [words for _, words in above(here, tmp_path)] == ["robustness 0.500 (last plan, changed since)"]
+    assert [words for _, words in above(here, tmp_path)] == ["robustness 0.500 (last plan, mission changed since)"]
 
 
 @pytest.mark.parametrize(
@@ -241,7 +241,7 @@ def test_a_plan_of_another_mission_or_too_large_says_nothing(tmp_path: Path, mon
     planned(tmp_path, {"a.mission": mission}, {"home": 0.5}, mission="other")
     assert above(here, tmp_path) == []
     planned(tmp_path, {"a.mission": mission, "../b": "", "/c": ""}, {"home": 0.5})
-    assert [words for _, words in above(here, tmp_path)] == ["robustness 0.500 (last plan, changed since)"]
+    assert [words for _, words in above(here, tmp_path)] == ["robustness 0.500 (last plan, mission changed since)"]
     monkeypatch.setattr(code_lenses, "MOST_BYTES", 8)
     planned(tmp_path, {"a.mission": mission}, {"home": 0.25, "other": 1})
     assert above(here, tmp_path) == []

@@ -181,7 +181,7 @@ def test_a_loss_is_an_agent_and_a_second(value: str, folder: Path, capsys: Captu
 
 def test_nobody_is_lost_twice(folder: Path, capsys: Captured) -> None:
     assert main(["simulate", str(folder), "--lose", "drone[0]@1", "--lose", "drone[0]@1.5"]) == 2
-    assert "`drone[0]` can be lost once" in capsys.readouterr().err
+    assert "`drone[0]` is lost more than once" in capsys.readouterr().err
 
 
 def test_a_lost_one_is_asked_to_track_until_it_is_lost(folder: Path, capsys: Captured) -> None:

@@ -83,7 +83,7 @@ OPERATOR = Operator(
     name="count",
     bounds=Bounds.LENGTH,
     expand=expand,
-    says="so many agents where it holds are as far away as the bounds say",
+    says="the given number of agents at a distance within the bounds satisfy the operand",
     reads="of the agents whose shortest way from {here} on {graph} is {far}{included}, there are {number} "
     "of which each {body}",
     example="count[hops 1..1 on radio] field >= 2",

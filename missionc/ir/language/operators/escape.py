@@ -38,7 +38,7 @@ OPERATOR = Operator(
     letter="E",
     bounds=Bounds.LENGTH,
     expand=expand,
-    says="a route over agents where it holds, to an agent that is as far away as the bounds say",
+    says="a route over agents that satisfy the operand leads to an agent at a distance within the bounds",
     reads="a route on {graph} leads from {here} to an agent{perhaps} whose shortest way from {here} is "
     "{far}, and {body:agent on it, both ends included,}",
     example="escape[hops 2.. on radio] not threat",

@@ -56,7 +56,7 @@ OPERATOR = Operator(
     fixity=Fixity.INFIX,
     bounds=Bounds.LENGTH,
     expand=expand,
-    says="the left one holds here, and its routes lead out only to agents of the right one, within the bounds",
+    says="the agent satisfies the left operand; routes over such agents end, within the bounds, at agents of the right",
     reads="{here} {left}, and the part of {graph} around it, of agents of which each {left}, "
     "ends on every side after {far}, at agents of which each {right}",
     example="base surround[hops 0..3 on radio] field",

@@ -13,7 +13,7 @@ function flightLanes(model, state, change) {
       };
       const code = Object.assign(document.createElement("code"), { textContent: lane.words, title: lane.words });
       const [stands, value] = [put("span", "stands"), document.createElement("output")];
-      const top = put("div", "top", put("b", "", lane.preference ? `${lane.name} (preferred)` : lane.name), stands);
+      const top = put("div", "top", put("b", "", lane.preference ? `${lane.name} (preference)` : lane.name), stands);
       const canvas = document.createElement("canvas");
       canvas.style.height = `${ROOM.goal}px`;
       canvas.setAttribute("aria-hidden", "true");
@@ -52,9 +52,9 @@ function standing({ now, unit }) {
   const [least, most] = [bound(now.least, "−∞"), bound(now.most, "∞")];
   const value = `${now.least === now.most ? least : `${least} to ${most}`} ${unit}`.trim();
   if (now.verdict === "satisfied") return { state: "helps", stands: `✓ satisfied for good from ${tidy(now.since)} s`, value };
-  if (now.verdict === "violated") return { state: "harms", stands: `✗ lost from ${tidy(now.since)} s`, value };
+  if (now.verdict === "violated") return { state: "harms", stands: `✗ violated for good from ${tidy(now.since)} s`, value };
   const lost = now.plan !== null && now.plan < 0;
-  const planned = now.plan === null ? "" : `${lost ? "lost by the plan" : "by the plan"} ${`${short(now.plan)} ${unit}`.trim()}, `;
+  const planned = now.plan === null ? "" : `${lost ? "forecast violated:" : "forecast"} ${`${short(now.plan)} ${unit}`.trim()}, `;
   const by = `${planned}decided by ${tidy(now.by)} s`;
   if (lost && !now.risk) return { state: "risk", stands: `▲ ${by}`, value };
   return now.risk ? { state: "risk", stands: `▲ at risk, ${by}`, value } : { state: "open", stands: `… open, ${by}`, value };

@@ -66,7 +66,7 @@ function flightPage(first) {
 
   function clock() {
     byId("live").setAttribute("aria-pressed", String(state.live));
-    const said = model.now ? `${state.time.toFixed(2)} s of ${tidy(model.data.lasts)} s${state.live ? "" : " · the past"}` : "waiting for samples";
+    const said = model.now ? `${state.time.toFixed(2)} s of ${tidy(model.data.lasts)} s${state.live ? "" : " · past"}` : "waiting for samples";
     if (byId("clock").textContent !== said) byId("clock").textContent = said;
   }
 
@@ -114,5 +114,5 @@ stream.onmessage = (event) => {
 stream.onerror = () => {
   const said = document.getElementById("stream");
   said.className = "bad";
-  said.textContent = "■ missionc has ended; this is what was seen last";
+  said.textContent = "■ missionc has ended; last state received";
 };

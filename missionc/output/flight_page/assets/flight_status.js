@@ -10,7 +10,7 @@ function flightStatus(model) {
     const count = (name) => asked.filter((now) => now.verdict === name).length;
     const [lost, open, held] = ["violated", "open", "satisfied"].map(count);
     const risk = asked.filter((now) => now.risk).length;
-    const parts = [lost && `✗ ${lost} lost`, risk && `▲ ${risk} at risk`, open - risk && `… ${open - risk} open`, held && `✓ ${held} satisfied for good`];
+    const parts = [lost && `✗ ${lost} violated for good`, risk && `▲ ${risk} at risk`, open - risk && `… ${open - risk} open`, held && `✓ ${held} satisfied for good`];
     byId("verdict").className = lost ? "fails" : risk ? "steps" : open ? "" : "holds";
     const said = parts.filter(Boolean).join(" · ");
     if (byId("verdict").textContent !== said) byId("verdict").textContent = said;
@@ -19,9 +19,9 @@ function flightStatus(model) {
 
   function stream({ heard, quiet, ended }) {
     const silent = Boolean(model.now) && !ended && quiet > 2;
-    const newest = heard === null ? "no sample yet" : `last sample of ${heard.toFixed(2)} s`;
+    const newest = heard === null ? "no sample yet" : `last sample at ${heard.toFixed(2)} s`;
     byId("stream").className = silent ? "bad" : ended ? "" : "good";
-    byId("stream").textContent = ended ? `■ ${ended}` : silent ? `⚠ nothing has come for ${Math.round(quiet)} s · ${newest}` : `● ${newest}`;
+    byId("stream").textContent = ended ? `■ ${ended}` : silent ? `⚠ no samples for ${Math.round(quiet)} s · ${newest}` : `● ${newest}`;
   }
 
   function agents() {
@@ -31,7 +31,7 @@ function flightStatus(model) {
       const silent = missing.has(agent);
       if (button.classList.contains("silent") === silent) continue;
       button.classList.toggle("silent", silent);
-      button.lastChild.textContent = model.data.agents[agent].name + (silent ? " missing" : "");
+      button.lastChild.textContent = model.data.agents[agent].name + (silent ? " (missing)" : "");
     }
   }
 
@@ -49,7 +49,7 @@ function flightStatus(model) {
 
   byId("title").textContent = model.data.mission;
   byId("about").textContent = `${many(model.agents, "agent")} · ${tidy(model.data.lasts)} s`;
-  byId("map").setAttribute("aria-label", `The world of ${model.data.mission} with ${many(model.agents, "agent")} in motion`);
+  byId("map").setAttribute("aria-label", `Map of ${model.data.mission} with ${many(model.agents, "moving agent")}`);
   return (message) => {
     verdict();
     stream(message.stream);

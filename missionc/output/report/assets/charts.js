@@ -44,12 +44,12 @@ function limitsOf(chart) {
   const many = new Set(chart.series.map((each) => each.team)).size > 1;
   const most = chart.low ? "at least" : "at most";
   return chart.limits.length
-    ? chart.limits.map((limit) => `${most} ${short(limit.value)} ${chart.unit} (${limit.by}${many && limit.team ? ` of ${limit.team}` : ""})`).join(", ")
+    ? chart.limits.map((limit) => `${most} ${short(limit.value)}${chart.unit && ` ${chart.unit}`} (${limit.by}${many && limit.team ? ` of ${limit.team}` : ""})`).join(", ")
     : "no limit";
 }
 
 function chartNow(chart, model, time) {
   const many = new Set(chart.series.map((each) => each.team)).size > 1;
   const valueOf = (series) => series.values[Math.round((time / model.horizon) * (series.values.length - 1))];
-  return chart.series.map((each) => `${each.motion}${each.team && many ? ` ${each.team}` : ""} ${short(valueOf(each))}`).join(" · ");
+  return chart.series.map((each) => `${motionName(each.motion)}${each.team && many ? ` ${each.team}` : ""} ${short(valueOf(each))}`).join(" · ");
 }

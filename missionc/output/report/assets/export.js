@@ -35,7 +35,7 @@ function exportMenu(model, state, change, { paint, size }) {
   // From the start to the end at the speed that is chosen, as it is seen now.
   async function video() {
     const type = VIDEOS.find((each) => window.MediaRecorder && MediaRecorder.isTypeSupported(each));
-    if (!type) return say("this browser records no video");
+    if (!type) return say("this browser cannot record video");
     const canvas = document.createElement("canvas");
     const [width, height] = size().map((each) => each - (each % 2));
     [canvas.width, canvas.height] = [width, height];

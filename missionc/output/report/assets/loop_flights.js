@@ -5,22 +5,22 @@ function loopFlights(model, change) {
   if (!loop) return;
   const panel = document.getElementById("advice");
   panel.hidden = false;
-  panel.setAttribute("aria-label", "The flights");
+  panel.setAttribute("aria-label", "Simulated flights");
   const put = (to, tag, text, className = "") => {
     const made = Object.assign(document.createElement(tag), { textContent: text.replaceAll("`", ""), className });
     to.append(made);
     return made;
   };
-  put(panel, "h2", `Flown ${loop.flown === 1 ? "once" : `${loop.flown} times`} in simulation`);
-  put(panel, "p", `Through ${loop.through}; ${loop.replans ? "the rest planned anew when something happens" : "nothing planned anew"}.`);
+  put(panel, "h2", `Simulation: ${loop.flown === 1 ? "1 flight" : `${loop.flown} flights`}`);
+  put(panel, "p", `Disturbances: ${loop.through}. Replanning: ${loop.replans ? "on" : "off"}.`);
   if (loop.flown > 1) panel.append(shares(loop.kept));
   const heading = put(panel, "h3", "");
   const list = put(panel, "ul", "", "told");
-  const drawn = put(panel, "p", "Drawn: the first flight; dash-dotted what was uploaded to be flown, dotted the plan at first. The rows below are of that plan.", "note");
+  const drawn = put(panel, "p", "Map: first flight (solid), uploaded plans (dash-dotted), first plan (dotted). The rows below show the first plan.", "note");
   panel.append(drawn);
 
   function choose(flight) {
-    heading.textContent = loop.flown === 1 ? "What happened" : `What happened in flight ${flight.number}`;
+    heading.textContent = loop.flown === 1 ? "Events" : `Events of flight ${flight.number}`;
     list.replaceChildren(
       ...flight.told.map(({ t, by, says }) => {
         const item = Object.assign(document.createElement("li"), { className: by });
@@ -28,7 +28,7 @@ function loopFlights(model, change) {
         return item;
       }),
     );
-    if (!flight.told.length) put(list, "li", "nothing");
+    if (!flight.told.length) put(list, "li", "none");
     for (const row of document.querySelectorAll("#plans tbody tr")) row.setAttribute("aria-current", String(Number(row.dataset.flight) === flight.number));
   }
 
@@ -37,13 +37,15 @@ function loopFlights(model, change) {
 }
 
 // How many flights kept each requirement, and of which share that is true at least and at most.
+const KEPT = { "all of them": "all requirements", "nothing touched": "no collision" };
+
 function shares(kept) {
-  const table = titled(["requirement", "kept", "share, two-sided 95 % confidence interval"]);
+  const table = titled(["requirement", "satisfied in", "share (two-sided 95 % confidence interval)"]);
   for (const { name, held, of, low, high } of kept) {
     const row = table.tBodies[0].insertRow();
     row.className = held < of ? "failed" : "";
-    row.insertCell().textContent = `${held < of ? "✗ " : ""}${name}`;
-    row.insertCell().textContent = `${held} of ${of}`;
+    row.insertCell().textContent = `${held < of ? "✗ " : ""}${KEPT[name] ?? name}`;
+    row.insertCell().textContent = `${held} of ${of} flights`;
     row.insertCell().textContent = `${(Math.floor(1000 * low) / 10).toFixed(1)} to ${(Math.ceil(1000 * high) / 10).toFixed(1)} %`;
   }
   return table;
@@ -53,18 +55,18 @@ function flightRows({ flights, flown }, choose) {
   const panel = document.getElementById("plans");
   panel.hidden = false;
   panel.setAttribute("aria-label", "Flights");
-  const table = titled(["flight", flown > flights.length ? `kept; ${flights.length} of ${flown} flights` : "kept", "new plans", "least room", "between"]);
+  const table = titled(["flight", flown > flights.length ? `result (${flights.length} of ${flown} flights)` : "result", "new plans", "smallest distance (m)", "closest pair, time"]);
   for (const flight of flights) {
     const row = table.tBodies[0].insertRow();
     row.dataset.flight = flight.number;
     row.className = flight.passed ? "" : "failed";
     const button = Object.assign(document.createElement("button"), { type: "button", textContent: String(flight.number) });
-    button.setAttribute("aria-label", `What happened in flight ${flight.number}`);
+    button.setAttribute("aria-label", `Events of flight ${flight.number}`);
     row.insertCell().append(button);
-    const wrong = [...flight.lost, ...(flight.touched ? ["something was touched"] : [])];
-    row.insertCell().textContent = wrong.length ? `✗ ${wrong.join(", ")}` : "everything";
+    const wrong = [...flight.lost, ...(flight.touched ? ["collision"] : [])];
+    row.insertCell().textContent = wrong.length ? `✗ violated: ${wrong.join(", ")}` : "satisfied";
     row.insertCell().textContent = String(flight.plans);
-    row.insertCell().textContent = flight.room === null ? "any" : `${short(flight.room)} m`;
+    row.insertCell().textContent = flight.room === null ? "unbounded" : short(flight.room);
     row.insertCell().textContent = flight.nearest ? `${flight.nearest.of.join(", ")} at ${Number(flight.nearest.t.toFixed(1))} s` : "";
     row.addEventListener("click", () => choose(flight));
   }

@@ -61,7 +61,7 @@ function tell() {
 }
 
 // Of a mission of which something was flown: what is over.
-const begun = (past) => past && [`the plan begins ${tidy(past.begins)} s after the flight began; times are counted from there`, past.lost.length && `lost: ${past.lost.join(", ")}`, past.given_up.length && `given up: ${past.given_up.join(", ")}`].filter(Boolean).join("; ");
+const begun = (past) => past && [`plan start: ${tidy(past.begins)} s after the start of the flight (times count from the plan start)`, past.lost.length && `lost agents: ${past.lost.join(", ")}`, past.given_up.length && `dropped requirements: ${past.given_up.join(", ")}`].filter(Boolean).join("; ");
 
 function describe() {
   const put = (id, text) => (document.getElementById(id).textContent = text);
@@ -76,10 +76,10 @@ function describe() {
   put("verdict", other ? `A ${verdict(data.badge)} · B ${verdict(other.data.badge)}` : verdict(data.badge));
   // The day is the file's own: what the page says is the same whenever it is made.
   const day = new Date(document.lastModified);
-  const made = Number.isNaN(day.getTime()) ? "" : `file of ${day.toISOString().slice(0, 10)}`;
-  put("origin", [`missionc ${data.version}`, made, data.digest && `plan ${data.digest.slice(0, 12)}`].filter(Boolean).join(" · "));
+  const made = Number.isNaN(day.getTime()) ? "" : `file date ${day.toISOString().slice(0, 10)}`;
+  put("origin", [`missionc ${data.version}`, made, data.digest && `plan SHA-256 ${data.digest.slice(0, 12)}`].filter(Boolean).join(" · "));
   document.getElementById("origin").title = data.digest ? `SHA-256 of plan.json: ${data.digest}` : "";
-  document.getElementById("map").setAttribute("aria-label", `The world of ${data.mission} with ${many(model.agents, "agent")} in motion`);
+  document.getElementById("map").setAttribute("aria-label", `Map of ${data.mission} with ${many(model.agents, "moving agent")}`);
   if (other) put("about", ["A", "B"].map((name, at) => `${name} ${whole.compare.names[at]}, ${(at ? other.data : data).backend}, seed ${(at ? other.data : data).seed}`).join(" · "));
 }
 
@@ -114,7 +114,7 @@ document.getElementById("copy").addEventListener("click", async () => {
   const said = document.getElementById("said");
   try {
     await navigator.clipboard.writeText(bar.whole());
-    said.textContent = "the link is copied";
+    said.textContent = "link copied";
   } catch {
     said.textContent = bar.whole();
   }

@@ -80,6 +80,9 @@ function readModel(data) {
   };
 }
 
+const MOTIONS = { flown: "trajectory", told: "commanded" };
+const motionName = (name) => MOTIONS[name] ?? name;
+
 // An object some of whose fields are made when they are first asked for.
 function lazily(object, makers) {
   for (const [name, make] of Object.entries(makers)) {

@@ -8,15 +8,18 @@ function phaseBar(model) {
   bar.hidden = false;
   for (const { phase, begin, end } of phases) {
     const span = `${tidy(begin)}${past ? "–" : " s to "}${tidy(end)} s`;
-    const part = Object.assign(document.createElement("span"), { textContent: past ? `${phase} ${span}` : phase, title: `${phase}: ${span}` });
+    const part = Object.assign(document.createElement("span"), { textContent: past ? `${phaseName(phase)} ${span}` : phaseName(phase), title: `${phaseName(phase)}: ${span}` });
     part.style.flexGrow = end - begin;
     part.dataset.phase = phase;
     bar.append(part);
   }
   const [first, last] = [phases[0], phases[phases.length - 1]];
-  const what = past ? "The whole flight, of which this is the last part" : "From the floor to the floor";
-  bar.setAttribute("aria-label", `${what}, in ${tidy(last.end - first.begin)} s: ${[...bar.children].map((each) => each.textContent).join(", ")}`);
+  const what = past ? "Whole flight; the plan is its last part" : "Whole flight from takeoff to landing";
+  bar.setAttribute("aria-label", `${what}, ${tidy(last.end - first.begin)} s: ${[...bar.children].map((each) => each.textContent).join(", ")}`);
 }
+
+const PHASES = { rise: "takeoff", out: "flight to the starts", home: "flight to the pads", land: "landing", flown: "recorded", told: "commanded" };
+const phaseName = (phase) => PHASES[phase] ?? phase;
 
 // A time of the page on the clock of the whole flight, where that began before.
 const flightClock = ({ past }, time, digits) => (past ? ` · flight ${(past.begins + time).toFixed(digits)} s` : "");

@@ -19,7 +19,7 @@ function plansTable(whole, rank, address) {
   const panel = document.getElementById("plans");
   if (!whole.plans) return;
   panel.hidden = false;
-  const table = titled(["plan", "what differs", "length", "duration", "smallest margin"]);
+  const table = titled(["plan", "difference", "path length (m)", "duration (s)", "smallest margin (m)"]);
   const body = table.tBodies[0];
   for (const plan of whole.plans) {
     const row = body.insertRow();
@@ -29,10 +29,10 @@ function plansTable(whole, rank, address) {
     button.textContent = String(plan.rank);
     button.setAttribute("aria-label", `Show plan ${plan.rank}`);
     row.insertCell().append(button);
-    row.insertCell().textContent = plan.rank === 1 ? "the best" : plan.differs.join("; ");
-    row.insertCell().textContent = `${plan.length.toFixed(2)} m`;
-    row.insertCell().textContent = `${Number(plan.duration.toFixed(2))} s`;
-    row.insertCell().textContent = plan.margin === null ? "any" : `${short(plan.margin)} m`;
+    row.insertCell().textContent = plan.rank === 1 ? "best plan" : plan.differs.join("; ");
+    row.insertCell().textContent = plan.length.toFixed(2);
+    row.insertCell().textContent = String(Number(plan.duration.toFixed(2)));
+    row.insertCell().textContent = plan.margin === null ? "unbounded" : short(plan.margin);
     row.addEventListener("click", () => {
       if (plan.rank === rank) return;
       showPlan(plan.rank, address());

@@ -121,15 +121,15 @@ function marks(model, change) {
     bar.append(button);
   }
   const broken = model.data.between.filter((each) => each.verdict === "fails between");
-  const between = broken.map((each) => ({ name: "between steps, requirement", subject: each.requirement, at: each.at, margin: null, unit: "m", passed: false }));
+  const between = broken.map((each) => ({ name: "continuous time, requirement", subject: each.requirement, at: each.at, margin: null, unit: "m", passed: false }));
   for (const check of [...model.data.checks, ...between]) {
     if (check.at === null || (check.unit !== "m" && check.passed)) continue;
     const button = document.createElement("button");
     button.type = "button";
     button.className = check.passed ? (check.tightest ? "tightest" : "") : "failed";
     button.style.left = `${Math.min(100, Math.max(0, (check.at / model.horizon) * 100))}%`;
-    const margin = check.margin === null ? "" : `: ${short(check.margin)} ${check.unit}`;
-    button.title = `${check.tightest ? "tightest margin, " : ""}${check.name} ${check.name.endsWith("requirement") ? check.subject : ""}${margin} at ${Number(check.at.toFixed(2))} s`;
+    const margin = check.margin === null ? "" : `: ${marginText(check)}`;
+    button.title = `${check.tightest ? "smallest margin: " : ""}${checkName(check.name)}${check.name.endsWith("requirement") ? ` ${check.subject}` : ""}${margin} at ${Number(check.at.toFixed(2))} s`;
     button.setAttribute("aria-label", button.title);
     button.tabIndex = check.tightest || !check.passed ? 0 : -1;
     button.addEventListener("click", () => change({ time: check.at, playing: false }));

@@ -60,7 +60,7 @@ function scene(model, state, change, other) {
     measure.setAttribute("aria-pressed", String(state.measuring));
     follow.setAttribute("aria-pressed", String(state.followed >= 0));
     const name = state.followed >= 0 ? model.data.agents[state.followed].name : "";
-    follow.title = name ? `Following ${name} (F)` : "Follow the chosen agent (F)";
+    follow.title = name ? `Following ${name} (F)` : "Follow the selected agent (F)";
     controls();
   }
 
@@ -104,7 +104,7 @@ function describeLayers(model, state, change, other) {
   const trails = [...new Set(lengths)].map((length) => [length, length ? `${tidy(length)} s` : "none"]);
   choice("trail ", [...trails, [model.horizon, "all"]], () => trailNow(state, [...lengths, model.horizon]), (trail) => change({ trail: Number(trail) }));
   if (Object.keys(model.motions).length > 1) {
-    choice("motion ", ["planned", "flown", "told", "simulated"].filter((name) => model.motions[name]).map((name) => [name, name]), () => state.motion, (motion) => change({ motion }));
+    choice("motion ", ["planned", "flown", "told", "simulated"].filter((name) => model.motions[name]).map((name) => [name, motionName(name)]), () => state.motion, (motion) => change({ motion }));
   }
   if (model.graphs.length) choice("graph ", [...model.graphs.map((graph) => [graph.name, graph.name]), ["", "none"]], () => state.graph, (graph) => change({ graph }));
   if (other) choice("compare ", [["side", "side by side"], ["skin", "onion skin"]], () => state.compare, (compare) => change({ compare }));

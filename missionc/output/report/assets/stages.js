@@ -3,8 +3,8 @@ function stagesTable(stages) {
   if (!stages.length) return;
   const folded = document.createElement("details");
   folded.id = "stages";
-  folded.append(Object.assign(document.createElement("summary"), { textContent: `what was tried (${stages.length})` }));
-  const table = titled(["stage", "backend", "outcome", "work (units)", "then"]);
+  folded.append(Object.assign(document.createElement("summary"), { textContent: `planning attempts (${stages.length})` }));
+  const table = titled(["stage", "backend", "outcome", "work (units)", "next stage"]);
   const body = table.tBodies[0];
   for (const { stage, attempt, engine, outcome, work, then } of stages) {
     const row = body.insertRow();

@@ -137,7 +137,7 @@ function timeline(model, state, change, words, other) {
     if (one >= 0) {
       const index = one * model.states + step;
       const name = EFFECTS[lane.effect[index]];
-      if (name === "absent") return { text: "not asked", state: "absent" };
+      if (name === "absent") return { text: "not evaluated", state: "absent" };
       const sign = name === "open" ? "…" : row.surely[index] ? "✓" : "✗";
       if (!row.verdict || row.least[index] === row.most[index]) return { text: `${sign} ${short(row.least[index])}`, state: name };
       const parts = [Number.isFinite(row.least[index]) ? `≥ ${short(row.least[index])}` : "", Number.isFinite(row.most[index]) ? `≤ ${short(row.most[index])}` : ""];
@@ -151,11 +151,11 @@ function timeline(model, state, change, words, other) {
       if (name === "open") open++;
       else if (row.surely[index]) holding++;
     }
-    if (!asked) return { text: "not asked", state: "absent" };
+    if (!asked) return { text: "not evaluated", state: "absent" };
     const counts = countsAt(lane, model, step);
     const name = counts.harms ? "harms" : open ? "open" : counts.helps ? "helps" : "neither";
-    const rest = open ? `, ${open} open` : "";
-    return { text: open === asked ? `… ${open} open` : `${holding === asked ? "✓" : holding ? "◐" : "✗"} ${holding} of ${asked}${rest}`, state: name };
+    const rest = open ? `, ${open} not decided` : "";
+    return { text: open === asked ? `… ${open} not decided` : `${holding === asked ? "✓" : holding ? "◐" : "✗"} ${holding} of ${asked}${rest}`, state: name };
   }
 
   fold(-1, false);
@@ -180,7 +180,7 @@ function laneRow(lane, model, other) {
   const value = document.createElement("output");
   let when = null;
   if (lane.depth === 0) {
-    const name = Object.assign(document.createElement("b"), { textContent: lane.weight === null ? lane.name : `${lane.name} (preferred)` });
+    const name = Object.assign(document.createElement("b"), { textContent: lane.weight === null ? lane.name : `${lane.name} (preference)` });
     when = decidedButton(lane, model, "");
     const top = Object.assign(document.createElement("div"), { className: "top" });
     top.append(name, when);
@@ -192,7 +192,7 @@ function laneRow(lane, model, other) {
     // Of flights in a closed loop the lane is the plan's; what came of it in the first one stands before that.
     if (model.data.loop && lane.weight === null) {
       const lost = model.data.loop.flights[0].lost.includes(lane.name);
-      when.before(Object.assign(document.createElement("span"), { className: `decided ${lost ? "fails" : "holds"}`, textContent: lost ? "✗ not kept in flight" : "✓ kept in flight" }));
+      when.before(Object.assign(document.createElement("span"), { className: `decided ${lost ? "fails" : "holds"}`, textContent: lost ? "✗ violated in flight" : "✓ satisfied in flight" }));
       when.prepend("plan: ");
     }
     const below = Object.assign(document.createElement("div"), { className: "top" });
@@ -215,20 +215,20 @@ function laneRow(lane, model, other) {
 
 // When a requirement is decided, and by whom: at most three by name.
 function decidedText({ decided }, model) {
-  const by = decided.by.length === model.agents && model.agents > 1 ? "all" : decided.by.slice(0, 3).map((agent) => model.data.agents[agent].name).join(", ") + (decided.by.length > 3 ? ` and ${decided.by.length - 3} more` : "");
-  return `${decided.holds ? "✓" : "✗"} decided at ${tidy(decided.step * model.data.step)} s${by ? ` by ${by}` : ""}`;
+  const by = decided.by.length === model.agents && model.agents > 1 ? "all agents" : decided.by.slice(0, 3).map((agent) => model.data.agents[agent].name).join(", ") + (decided.by.length > 3 ? ` and ${decided.by.length - 3} more` : "");
+  return `${decided.holds ? "✓ satisfied" : "✗ violated"} at ${tidy(decided.step * model.data.step)} s${by ? ` by ${by}` : ""}`;
 }
 
 function decidedButton(lane, model, before) {
   const button = Object.assign(document.createElement("button"), { type: "button", tabIndex: -1, className: `decided ${lane.decided.holds ? "holds" : "fails"}`, textContent: before + decidedText(lane, model) });
-  button.title = "Go there";
+  button.title = "Go to this time";
   return button;
 }
 
 function chartRow(chart) {
   const item = Object.assign(document.createElement("div"), { className: "lane chart" });
   const named = Object.assign(document.createElement("div"), { className: "label" });
-  const name = Object.assign(document.createElement("b"), { textContent: `${chart.name} (${chart.unit})` });
+  const name = Object.assign(document.createElement("b"), { textContent: chart.unit ? `${chart.name} (${chart.unit})` : chart.name });
   const limits = Object.assign(document.createElement("small"), { textContent: limitsOf(chart) });
   const value = document.createElement("output");
   named.append(name, limits, value);

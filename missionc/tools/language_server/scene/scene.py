@@ -95,20 +95,20 @@ class Pieces:
         """How much it is, and how it is written; or why it cannot be edited by a drag."""
         metres = self.places.metres(quantity)
         if quantity.span.source.name != self.source.name:
-            return {"metres": metres, "fixed": "it stands in a file that this one includes"}
+            return {"metres": metres, "fixed": "it is in an included file"}
         match quantity:
             case (ast.Number() as digits) | ast.Negative(body=ast.Number() as digits):
                 return self._written(metres, quantity.span, digits)
             case ast.Name(text=text):
-                return {"metres": metres, "fixed": f"it is the parameter {text}"}
+                return {"metres": metres, "fixed": f"its value is the parameter {text}"}
             case _:
-                return {"metres": metres, "fixed": "it is worked out from other numbers"}
+                return {"metres": metres, "fixed": "its value is computed"}
 
     def _written(self, metres: float, whole: Span, body: ast.Number) -> Json:
         dimension, factor = UNITS.get(body.unit or "m", (Dimension.NUMBER, 1.0))
         digits = _DIGITS.match(body.span.text)
         if dimension is not Dimension.LENGTH or digits is None:
-            return {"metres": metres, "fixed": "its unit is of no length"}
+            return {"metres": metres, "fixed": "its unit is not a length"}
         end = body.span.start + len(digits[0])
         decimals = len(digits[0].partition(".")[2]) if "e" not in digits[0].lower() else 0
         return {
