@@ -192,24 +192,32 @@ def summary(rows: Iterable[Row]) -> Iterator[str]:
     covers = [row.cover_processor for row in every if row.cover == "refused"]
     if covers:
         yield f"refused by covers: {len(covers)}; median {statistics.median(covers):.2f} s, most {max(covers):.1f} s"
-    yield f"proven of the impossible: {sum(row.ruled_out for row in cannot)} of {len(cannot)}"
+    yield f"impossible missions with a proof: {sum(row.ruled_out for row in cannot)} of {len(cannot)}"
     yield f"wrong refusals of the possible: {sum(row.wrong for row in every if row.possible)}"
     yield f"plans of the impossible: {sum(row.wrong for row in cannot)}"
     yield f"seconds of the processor: median {statistics.median(row.processor for row in every):.2f}"
     for unit in ("steps", "m"):
         gaps = [row.gap for row in every if row.unit == unit and row.gap is not None]
         if gaps:
-            yield f"gap to what is proven, of {len(gaps)}: median {statistics.median(gaps):.3g} {unit}"
+            yield f"optimality gap of {len(gaps)} plans: median {statistics.median(gaps):.3g} {unit}"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="missions in the place of our own")
-    parser.add_argument("--only", nargs="*", metavar="NAME", help="of those, the ones with these words in their names")
-    parser.add_argument("--time-limit", type=float, default=20.0, help="seconds on the wall for each")
-    parser.add_argument("--minimize", choices=["duration", "distance"], default="", help="where nothing is minimized")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="keep what was measured")
-    parser.add_argument("--against", type=Path, metavar="FILE", help="what was kept before, to compare with")
+    parser.add_argument(
+        "files", nargs="*", type=Path, metavar="FILE", help="missions to use instead of missions/both_sides"
+    )
+    parser.add_argument(
+        "--only", nargs="*", metavar="NAME", help="only missions whose names contain one of these words"
+    )
+    parser.add_argument(
+        "--time-limit", type=float, default=20.0, help="time limit of each mission, in seconds of wall time"
+    )
+    parser.add_argument(
+        "--minimize", choices=["duration", "distance"], default="", help="objective for missions without one"
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the results to a file")
+    parser.add_argument("--against", type=Path, metavar="FILE", help="compare with the results in this file")
     arguments = parser.parse_args()
     kept = json.loads(arguments.against.read_text(encoding="utf-8")) if arguments.against else {}
     before = {name: Row(**row) for name, row in kept.items()}

@@ -142,9 +142,13 @@ def main() -> None:
     parser.add_argument("missions", nargs="*", default=MISSIONS)
     parser.add_argument("--flights", type=int, default=25)
     parser.add_argument("--within", type=float, default=3.0)
-    parser.add_argument("--clock", type=float, default=None, help="seconds for planning; --within if left out")
+    parser.add_argument(
+        "--clock", type=float, default=None, help="time limit of planning in seconds; default: --within"
+    )
     parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--tell", action="store_true", help="what happened in every flight that lost something")
+    parser.add_argument(
+        "--tell", action="store_true", help="print the events of each flight with a violated requirement"
+    )
     arguments = parser.parse_args()
     print("mission                   flights  lost beyond  anew | saved: all  others | touched  replan/first")
     rows: list[Row] = []

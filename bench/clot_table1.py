@@ -92,9 +92,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--agents", type=int, nargs="+", default=[3, 5, 12, 30])
     parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--rival-seeds", type=int, help="of the other methods, which take longer; as many as ours")
-    parser.add_argument("--limit", type=float, default=60.0, help="CPU seconds of a run")
-    parser.add_argument("--memory", type=float, default=8.0, help="GiB of data of a process")
+    parser.add_argument("--rival-seeds", type=int, help="number of seeds of the other methods; default: --seeds")
+    parser.add_argument("--limit", type=float, default=60.0, help="time limit of a run in CPU seconds")
+    parser.add_argument("--memory", type=float, default=8.0, help="memory limit of a process in GiB")
     parser.add_argument("--only", nargs="+", choices=list(METHODS), default=[])
     arguments = parser.parse_args()
     missing = {name: absent for name in METHODS if (absent := missing_packages(name))}

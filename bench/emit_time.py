@@ -77,9 +77,11 @@ def measured(tree: Path, name: str, limit: float) -> tuple[str, float, float, di
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--against", type=Path, help="another tree, with the same missions")
+    parser.add_argument("--against", type=Path, help="source tree to compare with, with the same missions")
     parser.add_argument("--only", nargs="*", choices=list(CASES), default=list(CASES))
-    parser.add_argument("--limit", type=float, default=120.0, help="seconds for a mission, on the wall")
+    parser.add_argument(
+        "--limit", type=float, default=120.0, help="time limit of each mission, in seconds of wall time"
+    )
     arguments = parser.parse_args()
     print("| mission | emit before s | emit s | ratio | whole s | peaks before | peaks m/s, m/s² | same |")
     print("|---|---|---|---|---|---|---|---|", flush=True)

@@ -310,8 +310,8 @@ def summary(rows: Iterable[Row]) -> Iterator[str]:
     yield f"{len(plans)} of {len(every)} planned"
     ratios = [row.over_bound for row in plans if row.over_bound is not None]
     for says, values in (
-        ("seconds of the processor, of those planned", [row.processor for row in plans]),
-        ("seconds on the wall, of those planned", [row.wall for row in plans]),
+        ("CPU seconds of planned missions", [row.processor for row in plans]),
+        ("wall seconds of planned missions", [row.wall for row in plans]),
         ("length over the bound", ratios),
         ("normalised margin", [row.normalised for row in plans if row.normalised is not None]),
     ):
@@ -321,11 +321,13 @@ def summary(rows: Iterable[Row]) -> Iterator[str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--folder", type=Path, default=MISSIONS, metavar="DIR", help="where the missions are")
-    parser.add_argument("--only", nargs="*", metavar="NAME", help="these missions alone")
-    parser.add_argument("--time-limit", type=float, default=120.0, help="seconds on the wall for each")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="keep what was measured")
-    parser.add_argument("--against", type=Path, metavar="FILE", help="what was kept before, to compare with")
+    parser.add_argument("--folder", type=Path, default=MISSIONS, metavar="DIR", help="folder of the missions")
+    parser.add_argument("--only", nargs="*", metavar="NAME", help="only these missions")
+    parser.add_argument(
+        "--time-limit", type=float, default=120.0, help="time limit of each mission, in seconds of wall time"
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the results to a file")
+    parser.add_argument("--against", type=Path, metavar="FILE", help="compare with the results in this file")
     arguments = parser.parse_args()
     names = sorted(path.stem for path in arguments.folder.glob("*.mission"))
     kept = json.loads(arguments.against.read_text(encoding="utf-8")) if arguments.against else {}

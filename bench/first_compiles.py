@@ -77,10 +77,12 @@ def line(name: str, row: Row, before: Row | None, compares: bool) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="*", metavar="NAME", help="these missions alone")
-    parser.add_argument("--time-limit", type=float, default=120.0, help="seconds on the wall for each")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="keep what was measured")
-    parser.add_argument("--against", type=Path, metavar="FILE", help="what was kept before, to compare with")
+    parser.add_argument("--only", nargs="*", metavar="NAME", help="only these missions")
+    parser.add_argument(
+        "--time-limit", type=float, default=120.0, help="time limit of each mission, in seconds of wall time"
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the results to a file")
+    parser.add_argument("--against", type=Path, metavar="FILE", help="compare with the results in this file")
     arguments = parser.parse_args()
     kept = json.loads(arguments.against.read_text(encoding="utf-8")) if arguments.against else {}
     before = {name: Row(**row) for name, row in kept.items()}
@@ -95,7 +97,7 @@ def main() -> None:
         if arguments.json:
             text = json.dumps({each: asdict(row) for each, row in rows.items()}, indent=1)
             arguments.json.write_text(text + "\n", encoding="utf-8")
-    print(f"\n{sum(row.flown for row in rows.values())} of {len(rows)} pass the proof at the first compile")
+    print(f"\n{sum(row.flown for row in rows.values())} of {len(rows)} pass the flight proof at the first compilation")
 
 
 if __name__ == "__main__":

@@ -212,7 +212,7 @@ def measure(agents: int, best_of: int, fractions: bool) -> None:
     print(f"{agents} drones, {trace.step * STEPS:g} s, {whole.durations.size} pieces:", end=" ")
     print(f"{', '.join(failed) or 'proved'}; {count} boxes, certificate of {len(text) / 1e6:.2f} MB")
     apart = next(check for check in certificate.checks if check.name == "flown separation")
-    print(f"  separation proved to {apart.margin:.6f} m more than is needed, at {apart.at:.2f} s")
+    print(f"  separation proved with a margin of {apart.margin:.6f} m at {apart.at:.2f} s")
     for name, work in parts.items():
         print(f"  {name:32} {seconds(work, best_of):8.3f} s")
     if fractions:
@@ -223,7 +223,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--agents", type=int, nargs="*", default=[3, 30])
     parser.add_argument("--best-of", type=int, default=3)
-    parser.add_argument("--no-fractions", action="store_true", help="they take minutes for 30 drones")
+    parser.add_argument(
+        "--no-fractions", action="store_true", help="skip the exact fractions, which take minutes for 30 drones"
+    )
     given = parser.parse_args()
     for agents in given.agents:
         measure(agents, given.best_of, not given.no_fractions)

@@ -105,10 +105,12 @@ def measured(text: str, limit: float) -> Run:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--agents", type=int, nargs="+", default=list(SIZES), help="teams of so many")
-    parser.add_argument("--limit", type=float, default=600.0, help="seconds on the wall for each")
-    parser.add_argument("--nodes", type=int, default=0, help="nodes of the roadmap for each robot, where not as usual")
-    parser.add_argument("--print", action="store_true", help="print the first of these missions, and stop")
+    parser.add_argument("--agents", type=int, nargs="+", default=list(SIZES), help="team sizes")
+    parser.add_argument(
+        "--limit", type=float, default=600.0, help="time limit of each mission, in seconds of wall time"
+    )
+    parser.add_argument("--nodes", type=int, default=0, help="roadmap nodes for each robot, instead of the default")
+    parser.add_argument("--print", action="store_true", help="print the first mission and stop")
     arguments = parser.parse_args()
     if arguments.print:
         print(mission(arguments.agents[0], arguments.nodes), end="")

@@ -68,8 +68,8 @@ require link:  always[0, 15 s] connected(radio)
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--solver", default="z3", choices=["z3", "cadical", "race"])
-    parser.add_argument("--limit", type=float, default=1800.0, help="seconds for each mission")
-    parser.add_argument("--memory", type=int, default=16, help="gigabytes the solver may have")
+    parser.add_argument("--limit", type=float, default=1800.0, help="time limit of each mission in seconds")
+    parser.add_argument("--memory", type=int, default=16, help="memory limit of the solver in gigabytes")
     parser.add_argument("--only", choices=["relays", "network", "mixed"])
     arguments = parser.parse_args()
     for name, text in (("relays", RELAYS), ("network", NETWORK), ("mixed", MIXED)):
@@ -89,13 +89,13 @@ def main() -> None:
         elif isinstance(outcome, Verified):
             sizes = dict(outcome.report.sizes)
             total = sum(took for stage, took in outcome.report.seconds if stage != "roadmap") + stages["verify"]
-            print(f"{name}: verified, {total:.1f} s from the start of lower to a verified plan")
+            print(f"{name}: verified, {total:.1f} s from encoding to verification")
             print(f"  {sizes['clauses']} clauses, {sizes['states']} states, {sizes['rounds']} rounds")
             print(f"  solver {sizes['solver bytes'] / 2**20:.0f} MB")
         else:
             print(f"{name}: {type(outcome).__name__}: {[finding.message for finding in compiled.findings]}")
         print("  " + ", ".join(f"{stage} {took:.2f} s" for stage, took in stages.items()), flush=True)
-    print(f"peak of the compiler itself: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+    print(f"peak memory of the compiler: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
 
 
 if __name__ == "__main__":

@@ -220,10 +220,12 @@ def run(case: Case, limit: float, memory: int, folder: Path) -> tuple[float, int
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="*", default=[], help="cases whose name contains one of these")
-    parser.add_argument("--limit", type=float, default=20.0, help="seconds for each")
-    parser.add_argument("--memory", type=int, default=1024, help="megabytes")
-    parser.add_argument("--clot-memory", type=int, default=2048, help="megabytes, where torch is loaded")
+    parser.add_argument("--only", nargs="*", default=[], help="only cases whose names contain one of these words")
+    parser.add_argument("--limit", type=float, default=20.0, help="time limit of each case in seconds")
+    parser.add_argument("--memory", type=int, default=1024, help="memory limit in megabytes")
+    parser.add_argument(
+        "--clot-memory", type=int, default=2048, help="memory limit in megabytes for cases that load torch"
+    )
     arguments = parser.parse_args()
     print(f"{'case':28} {'seconds':>8} {'allowed':>8} {'MB':>7} {'allowed':>8} {'exit':>5}  said")
     for case in CASES:

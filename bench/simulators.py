@@ -47,7 +47,10 @@ def row(folder: str, engine: str) -> str:
 
 
 def main() -> None:
-    print("| folder | engine | mean mm | most mm | room m | robustness planned → flown | as required | s |")
+    print(
+        "| folder | engine | mean error (mm) | largest error (mm) | distance (m) "
+        "| robustness planned → flown | passed | time (s) |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     for folder in sys.argv[1:]:
         for engine in ENGINES:

@@ -110,11 +110,11 @@ def spent(compiled: Compiled, report: Report) -> tuple[float, float, float, floa
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--agents", type=int, nargs="+", default=[], help="only the table's cells with so many")
-    parser.add_argument("--best-of", type=int, default=1, help="plan so many times and show the quickest run")
+    parser.add_argument("--agents", type=int, nargs="+", default=[], help="only table cells with these team sizes")
+    parser.add_argument("--best-of", type=int, default=1, help="number of runs; the fastest one is shown")
     parser.add_argument("--solver", default="auto", choices=["auto", "z3", "cadical", "race"])
-    parser.add_argument("--paper", action="store_true", help="plan each cell as published too")
-    parser.add_argument("--limit", type=float, default=120.0, help="seconds for a cell as published")
+    parser.add_argument("--paper", action="store_true", help="also plan each cell with the published method")
+    parser.add_argument("--limit", type=float, default=120.0, help="time limit of the published method in seconds")
     arguments = parser.parse_args()
     print(
         f"{'mission':<14} {'N':>3} {'T':>4} {'lower':>7} {'solve':>7} {'verify':>7} {'total':>7} {'emit':>7}", end=" "
@@ -142,7 +142,7 @@ def main() -> None:
         if arguments.paper:
             row += as_published(cell, arguments.limit, total)
         print(row, flush=True)
-    print(f"peak of the compiler itself: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+    print(f"peak memory of the compiler: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
 
 
 if __name__ == "__main__":

@@ -46,10 +46,14 @@ def mission(vehicles: int, seconds: int, nodes: int = 0, seed: int = 0) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--vehicles", type=int, nargs="+", choices=SIZES, default=list(SIZES), help="so many of them")
-    parser.add_argument("--limit", type=float, default=300.0, help="seconds on the wall for each")
-    parser.add_argument("--nodes", type=int, default=0, help="nodes of the roadmap, where not as usual")
-    parser.add_argument("--print", action="store_true", help="print the first of these missions, and stop")
+    parser.add_argument(
+        "--vehicles", type=int, nargs="+", choices=SIZES, default=list(SIZES), help="numbers of vehicles"
+    )
+    parser.add_argument(
+        "--limit", type=float, default=300.0, help="time limit of each mission, in seconds of wall time"
+    )
+    parser.add_argument("--nodes", type=int, default=0, help="roadmap nodes, instead of the default")
+    parser.add_argument("--print", action="store_true", help="print the first mission and stop")
     arguments = parser.parse_args()
     if arguments.print:
         print(mission(arguments.vehicles[0], SIZES[arguments.vehicles[0]], arguments.nodes), end="")

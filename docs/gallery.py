@@ -196,7 +196,7 @@ def main(words: list[str]) -> int:
         drawn = picture(path)
         if isinstance(drawn, str):
             failed += 1
-            print(f"{path.stem}: no picture, {drawn}")
+            print(f"{path.stem}: picture not drawn: {drawn}")
             continue
         (PICTURES / f"{path.stem}.png").write_bytes(drawn)
         print(f"{path.stem}: {time.monotonic() - begin:.1f} s, {len(drawn) / 1000:.0f} kB")

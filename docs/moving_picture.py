@@ -61,7 +61,7 @@ def as_gif(shown: list[Image.Image]) -> bytes:
 def main() -> int:
     report = dict(driver.compile(MISSION).files).get("report.html")
     if report is None:
-        print(f"{MISSION.name}: no plan, and so no picture", file=sys.stderr)
+        print(f"{MISSION.name}: no plan, so no picture was drawn", file=sys.stderr)
         return 1
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "report.html"

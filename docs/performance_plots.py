@@ -68,8 +68,8 @@ def draw(curves: Curves, name: str, across: str, up: str) -> Path:
 
 def main() -> int:
     mpl.rcParams.update({"svg.hashsalt": "missionc", "svg.fonttype": "none", "font.size": 9})
-    print(draw(roadmaps(), "roadmaps", "drones, 10 steps", "seconds to a plan"))
-    print(draw(transport(), "transport", "robots", "seconds of the processor"))
+    print(draw(roadmaps(), "roadmaps", "drones, 10 steps", "planning time (s)"))
+    print(draw(transport(), "transport", "robots", "CPU time (s)"))
     return 0
 
 

@@ -40,12 +40,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="python -m farm", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--minutes", type=float, default=10.0)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--journal", type=Path, default=found_files.ROOT / "build" / "farm", metavar="FOLDER")
-    parser.add_argument("--found", type=Path, default=found_files.FOUND, metavar="FOLDER")
-    parser.add_argument("--trial", type=int, metavar="N")
-    parser.add_argument("--again", type=Path, metavar="FILE")
+    parser.add_argument("--minutes", type=float, default=10.0, help="duration of the search")
+    parser.add_argument("--seed", type=int, default=0, help="seed of all trials")
+    parser.add_argument(
+        "--journal",
+        type=Path,
+        default=found_files.ROOT / "build" / "farm",
+        metavar="FOLDER",
+        help="folder of the journal of trials",
+    )
+    parser.add_argument("--found", type=Path, default=found_files.FOUND, metavar="FOLDER", help="folder for findings")
+    parser.add_argument("--trial", type=int, metavar="N", help="run one trial and print its input")
+    parser.add_argument("--again", type=Path, metavar="FILE", help="run the trial of a finding again")
     arguments = parser.parse_args()
     load()
     if arguments.again:
@@ -58,7 +64,7 @@ def main() -> int:
     journal = Journal(arguments.journal)
     with journal.at_work() as alone:
         if not alone:
-            parser.error(f"another farm is at work on {journal.path}")
+            parser.error(f"another process uses {journal.path}; choose another `--journal`")
         return _look(arguments, journal)
 
 
@@ -77,8 +83,8 @@ def _look(arguments: argparse.Namespace, journal: Journal) -> int:
     commit = described(found_files.ROOT)
     before = len(journal.lines)
     if before and journal.commit != commit:
-        print(f"the tree was {journal.commit} and is {commit}: the numbers go on")
-    print(f"seed {arguments.seed}, from trial {journal.next_trial(arguments.seed)} on", flush=True)
+        print(f"continuing trials of {journal.commit} with {commit}")
+    print(f"seed {arguments.seed}, starting at trial {journal.next_trial(arguments.seed)}", flush=True)
     signal.signal(signal.SIGTERM, _interrupted)
     found = []
     try:
@@ -91,7 +97,7 @@ def _look(arguments: argparse.Namespace, journal: Journal) -> int:
             lambda line: print(line, flush=True),
         )
     except KeyboardInterrupt:
-        print("interrupted; the same command goes on", file=sys.stderr)
+        print("interrupted; run the same command again to continue", file=sys.stderr)
     print("\n".join(["", *table(journal.lines[before:])]))
     for each in found:
         print(f"\n{each.path}: {each.fault.promise}\n{each.fault.seen}")
@@ -109,7 +115,7 @@ def _texts(case: Case) -> str:
 
 def _shown(answer: Answer) -> int:
     if answer.fault is None:
-        print(f"holds: {answer.outcome}, {answer.seconds:.1f} s")
+        print(f"passed: {answer.outcome}, {answer.seconds:.1f} s")
         return 0
     print(f"{answer.fault.signature}\n{answer.fault.promise}\n{answer.fault.seen}")
     return 1

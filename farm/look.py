@@ -55,7 +55,7 @@ def look(
             tell(f"trial {number}, {kind.name}: {answer.fault.signature}")
             if answer.fault.signature not in journal.signatures:
                 found.append(kept_small(kept, kind, case, answer.fault, (seed, number)))
-                tell(f"  kept in {found[-1].path}")
+                tell(f"  saved in {found[-1].path}")
         journal.add(line)
         number += 1
     return found

@@ -61,8 +61,8 @@ def carried_out(kind: Kind, case: Case, memory: int = MEMORY) -> Answer:
             answer = json.loads(document)
             fault = answer["fault"] and Fault(**answer["fault"])
             if left and not fault:
-                promise = "Whatever a command starts ends with it."
-                fault = Fault(f"{kind.name}: left over", promise, f"{len(left)} processes are still there")
+                promise = "All child processes end with their command."
+                fault = Fault(f"{kind.name}: left over", promise, f"{len(left)} processes still run")
             return Answer(answer["outcome"], seconds, fault)
         said.seek(0)
         return Answer("died", seconds, _death(kind, status, said.read(), document is None))
@@ -74,9 +74,9 @@ def fault_of(kind: str, error: BaseException) -> Fault:
     if isinstance(error, Broken):
         return Fault(f"{kind}: {error.referee}", error.promise, error.seen[:MOST_SEEN])
     where = _innermost(error)
-    promise = "No command ends in an error that nobody foresaw."
+    promise = "No command ends with an unexpected error."
     if isinstance(error, AssertionError) and not where.startswith("missionc/"):
-        promise = "The commands answer as they say they do, and their answers agree."
+        promise = "The commands answer as documented, and their answers agree."
     return Fault(f"{kind}: {type(error).__name__} in {where}", promise, seen)
 
 
@@ -178,6 +178,6 @@ def _death(kind: Kind, status: int, said: str, hung: bool) -> Fault | None:
         name = signal.Signals(os.WTERMSIG(status)).name
         return Fault(f"{kind.name}: {name} in {function}", "The interpreter never crashes.", said[-MOST_SEEN:])
     if os.WEXITSTATUS(status):
-        promise = "No command ends the process that it is called in."
+        promise = "No command ends its own process."
         return Fault(f"{kind.name}: exit {os.WEXITSTATUS(status)}", promise, said[-MOST_SEEN:])
     return None

@@ -12,7 +12,7 @@ from farm.trials import KINDS
 def table(lines: Iterable[Line]) -> Iterator[str]:
     """The rows, in Markdown."""
     every = list(lines)
-    yield "| kind | trials | a minute | seconds | findings | outcomes |"
+    yield "| kind | trials | trials per minute | time (s) | findings | outcomes |"
     yield "|---|---:|---:|---:|---:|---|"
     for name in [name for name in KINDS if any(line.kind == name for line in every)]:
         yield _row(name, [line for line in every if line.kind == name])

@@ -94,11 +94,11 @@ def table(found: dict[str, int | None]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Mutation testing of what judges.")
-    parser.add_argument("parts", nargs="*", default=PACKAGES, help="paths below the packages that are mutated")
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--sample", type=int, help="mutants of each package; all without it")
-    parser.add_argument("--seed", type=int, default=0)
+    parser = argparse.ArgumentParser(description="Mutation testing of the verifier.")
+    parser.add_argument("parts", nargs="*", default=PACKAGES, help="paths to mutate, within the default packages")
+    parser.add_argument("--workers", type=int, default=2, help="number of parallel processes")
+    parser.add_argument("--sample", type=int, help="number of random mutants of each package; default: all")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the sample")
     given = parser.parse_args()
     made(given.workers)
     names = drawn(outcomes(given.parts), given.sample, given.seed)

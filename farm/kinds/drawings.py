@@ -35,7 +35,7 @@ def draw(generator: np.random.Generator) -> Case:
 
 def carry_out(case: Case, folder: Path) -> str:
     if not case.files:
-        return "skipped, there is no ezdxf"
+        return "skipped, ezdxf is not installed"
     import shapely
 
     from missionc.frontend.maps.drawing import drawing
@@ -46,7 +46,7 @@ def carry_out(case: Case, folder: Path) -> str:
         read = {kind: drawing(asked(case.files[DRAWING], kind)).features for kind in ("region", "obstacle", "beacon")}
     except MapError as error:
         if not case.settings:
-            raise Broken("refusal", "A drawing of closed outlines is read.", error) from None
+            raise Broken("refusal", "A drawing of closed outlines can be read.", error) from None
         return f"refused {error.finding.code.name}"
     if case.settings:
         return "read"
@@ -59,10 +59,10 @@ def carry_out(case: Case, folder: Path) -> str:
     if shapely.symmetric_difference(area, drawn).area > chords:
         raise Broken("area of a region", "A region is the area that is drawn, but for chords of arcs.", seen)
     if shapely.difference(drawn, grown).area > 2 * FINE * drawn.length or grown.area > drawn.area + 2 * chords:
-        raise Broken("area of an obstacle", "An obstacle covers what is drawn, and little more.", seen)
+        raise Broken("area of an obstacle", "An obstacle covers the drawn area, and little more.", seen)
     return "the same area"
 
 
 DRAWINGS = Kind(
-    "drawings", "a drawing in DXF, against the area that ezdxf finds in it", draw, carry_out, 60.0, of_text=False
+    "drawings", "a DXF drawing, compared with its area according to ezdxf", draw, carry_out, 60.0, of_text=False
 )

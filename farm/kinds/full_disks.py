@@ -47,16 +47,18 @@ def carry_out(case: Case, folder: Path) -> str:
     status, document = said(*words_of(command, homes[1]))
     about = f"{command}: {status} {document}"
     if status not in (Status.DONE, Status.VIOLATED, Status.MISSION_ERRORS):
-        raise Broken(f"{command} status", "A full disk ends a command with a status that is documented.", about)
+        raise Broken(f"{command} status", "On a full disk, a command ends with a documented exit status.", about)
     if status == Status.MISSION_ERRORS and set(codes(document)) != {CANNOT_WRITE.name}:
-        raise Broken(f"{command} code", f"A full disk is {CANNOT_WRITE.name}.", about)
+        raise Broken(f"{command} code", f"A full disk is reported as {CANNOT_WRITE.name}.", about)
     nothing_beside(homes[1], f"{command} leaves", about)
     if status == Status.MISSION_ERRORS:
         if state(full) != before:
-            raise Broken(f"{command} half", "What could not be replaced is as it was.", f"{about}\n{state(full)}")
+            raise Broken(
+                f"{command} half", "A file that could not be replaced is unchanged.", f"{about}\n{state(full)}"
+            )
         return "full"
     if state(full).keys() != state(whole).keys():
-        raise Broken(f"{command} less", "What is written is whole.", f"{about}\n{state(full)}")
+        raise Broken(f"{command} less", "All written files are complete.", f"{about}\n{state(full)}")
     return "had room"
 
 
@@ -78,4 +80,4 @@ def _room(folder: Path) -> int:
     return sum(-(-size // PAGE) * PAGE for size in sizes)
 
 
-FULL_DISKS = Kind("full_disks", "a command whose disk has no room left", draw, carry_out, 240.0, of_text=False)
+FULL_DISKS = Kind("full_disks", "a command on a full disk", draw, carry_out, 240.0, of_text=False)

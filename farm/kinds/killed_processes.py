@@ -44,18 +44,18 @@ def carry_out(case: Case, folder: Path) -> str:
     whole, killed = (prepared(wishes["command"], case, home) for home in homes)
     first = run(words_of(wishes["command"], homes[0]), homes[0])
     if first.status not in (Status.DONE, Status.VIOLATED):
-        raise Broken("whole", "A command that nobody ends does what it is asked for.", f"{first.status} {first.said}")
+        raise Broken("whole", "A command without a signal succeeds.", f"{first.status} {first.said}")
     count = 1 + int(wishes["share"] * first.changes) if wishes["at_change"] else 0
     moment = Moment(wishes["signal"], count, wishes["share"] * first.seconds)
     before = state(killed)
     ended = run(words_of(wishes["command"], homes[1]), homes[1], moment)
     about = f"{wishes['command']}, {moment}: {ended}"
     if ended.left:
-        raise Broken("left over", "Whatever a command started ends with it.", about)
+        raise Broken("left over", "All child processes end with their command.", about)
     if ended.status not in (first.status, SIGNALS[wishes["signal"]]):
-        raise Broken(f"status {ended.status}", "A command that is ended says so by its status.", about)
+        raise Broken(f"status {ended.status}", "The exit status of an interrupted command reports the signal.", about)
     if "Traceback" in ended.said:
-        raise Broken("traceback", "A command that is ended shows no traceback.", about)
+        raise Broken("traceback", "An interrupted command shows no traceback.", about)
     if wishes["signal"] != "SIGKILL":
         nothing_beside(homes[1], f"{wishes['command']} leaves", about)
     _old_or_new(wishes["command"], homes[1], before, state(whole), about)
@@ -103,26 +103,30 @@ def _old_or_new(command: str, home: Path, before: dict[str, str], after: dict[st
     if command == "sweep":
         again = run([*words_of(command, home), "--format", "json"], home)
         if again.status != Status.DONE or not document(again)["complete"]:
-            raise Broken("sweep", "A sweep that was ended goes on where it was.", f"{about}\n{again}")
+            raise Broken("sweep", "An interrupted sweep continues with its remaining runs.", f"{about}\n{again}")
     # Whoever writes beside it clears away what a process left that was killed.
     status, beside = said("compile", str(home / MISSION), "-o", str(home / "beside"), *SOON)
     if status != Status.DONE:
-        raise Broken("beside", "What a killed process left is in nobody's way.", f"{about}\n{beside}")
+        raise Broken("beside", "Files left by a killed process do not stop later commands.", f"{about}\n{beside}")
     nothing_beside(home, f"{command} leaves for good", about)
     now = state(target)
     if command in ("compile", "compile anew", "export", "simulate") and now and now != before:
         owner = ownership(target)
         missing = isinstance(owner, Ours) and [name for name in owner.files if not (target / name).exists()]
         if not isinstance(owner, Ours) or missing:
-            raise Broken(f"{command} half", "A folder appears whole or not at all.", f"{about}\n{owner} {missing}")
+            raise Broken(
+                f"{command} half", "A folder is written completely or not at all.", f"{about}\n{owner} {missing}"
+            )
     elif now not in (before, after) and command != "sweep":
-        raise Broken(f"{command} half", "A file is as it was or as it is to be.", f"{about}\n{before}\n{now}\n{after}")
+        raise Broken(
+            f"{command} half", "A file has either its old or its new content.", f"{about}\n{before}\n{now}\n{after}"
+        )
     if command in ("compile", "simulate") and before and not now:
-        raise Broken(f"{command} lost", "A folder that is replaced is there before or after.", about)
+        raise Broken(f"{command} lost", "A replaced folder has either its old or its new content.", about)
     if command in ("compile", "compile anew", "simulate") and now:
         status, verified = said("verify", str(target))
         if status != Status.DONE:
-            raise Broken(f"{command} verify", "The folder that is there is one that `verify` accepts.", verified)
+            raise Broken(f"{command} verify", "`verify` accepts the remaining folder.", verified)
 
 
 def state(target: Path) -> dict[str, str]:
@@ -136,9 +140,9 @@ def nothing_beside(home: Path, referee: str, about: str) -> None:
     strange = [str(path.relative_to(home)) for path in home.rglob("*") if NAME.fullmatch(path.name)]
     strange += [name for name in os.listdir(home) if ".before-" in name or ".kept-" in name]
     if strange:
-        raise Broken(f"{referee} {len(strange)}", "Nothing is left beside what is written.", f"{strange}\n{about}")
+        raise Broken(f"{referee} {len(strange)}", "No temporary files remain beside the output.", f"{strange}\n{about}")
 
 
 KILLED_PROCESSES = Kind(
-    "killed_processes", "a command that a signal ends at a random moment", draw, carry_out, 240.0, of_text=False
+    "killed_processes", "a command that a signal interrupts at a random time", draw, carry_out, 240.0, of_text=False
 )

@@ -32,16 +32,16 @@ def carry_out(case: Case, folder: Path) -> str:
         return "refused"
     reply = engines.reply("smt", document, out)
     possible = satisfiable(checked.mission)
-    seen = f"{reply.outcome} {sorted(reply.codes)}, and of all motions some do: {possible}"
+    seen = f"{reply.outcome} {sorted(reply.codes)}, but some motion satisfies the mission: {possible}"
     referee = " ".join(["all motions", *sorted(reply.codes)])
     if reply.planned and not possible:
         raise Broken(referee, "A mission that no joint motion on its lanes satisfies has no plan.", seen)
     if possible and (reply.no_motion or reply.no_roadmap or engines.refused_as_impossible(reply)):
-        raise Broken(referee, "What some joint motion on its lanes satisfies is not called impossible.", seen)
+        raise Broken(referee, "A mission with a joint motion on its lanes is not reported as impossible.", seen)
     if reply.planned or (out / "manifest.json").exists():
         status, verified = said("verify", str(out))
         if status != Status.DONE:
-            raise Broken("verify", "`verify` accepts every plan and proof that `compile` leaves.", verified)
+            raise Broken("verify", "`verify` accepts every plan and proof that `compile` writes.", verified)
     return reply.outcome if reply.outcome != "refused" else f"refused, {' '.join(codes(document))}"
 
 

@@ -27,7 +27,7 @@ def draw(generator: np.random.Generator) -> Case:
 def carry_out(case: Case, folder: Path) -> str:
     engine = case.settings["backend"]
     if engine not in ("smt", "auto") and not find_spec("torch"):
-        return "skipped, there is no torch"
+        return "skipped, torch is not installed"
     mission, out = case.laid(folder / "mission"), folder / "out"
     words = ["--backend", engine, "--time-limit", SECONDS, "--explain-limit", "0", "--certify", "--quiet"]
     status, document = said("compile", str(mission), "-o", str(out), *words)
@@ -38,13 +38,13 @@ def carry_out(case: Case, folder: Path) -> str:
     if reply.no_motion or engines.refused_as_impossible(reply):
         witness = next((plan for plan in Small(case.settings["seed"]).plans() if satisfied(resolved, plan)), None)
         if witness:
-            promise = "What a plan from cell to cell satisfies is not called impossible."
+            promise = "A mission with a plan from cell to cell is not reported as impossible."
             raise Broken(f"all plans, {' '.join(sorted(reply.codes))}", promise, f"{reply.outcome}, and {witness}")
     if reply.planned or (out / "manifest.json").exists():
         status, verified = said("verify", str(out))
         if status != Status.DONE:
-            raise Broken("verify", "`verify` accepts every plan and proof that `compile` leaves.", verified)
+            raise Broken("verify", "`verify` accepts every plan and proof that `compile` writes.", verified)
     return reply.outcome if reply.outcome != "refused" else f"refused, {' '.join(codes(document))}"
 
 
-LATTICE = Kind("lattice", "a small mission, against all plans on a lattice of cells", draw, carry_out)
+LATTICE = Kind("lattice", "a small mission, compared with all plans on a lattice of cells", draw, carry_out)

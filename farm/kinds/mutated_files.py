@@ -19,10 +19,15 @@ def draw(generator: np.random.Generator) -> Case:
 def carry_out(case: Case, folder: Path) -> str:
     checked = check(case.laid(folder))
     for fault in faults(checked):
-        raise Broken("findings", "A finding about a file is shown in its place, in the words of the file.", fault)
+        raise Broken("findings", "A finding about a file shows its position and quotes the file.", fault)
     return "read" if checked.ok else "refused"
 
 
 MUTATED_FILES = Kind(
-    "mutated_files", "files of places, points and lanes, one changed by chance", draw, carry_out, 60.0, of_text=False
+    "mutated_files",
+    "files of places, points and lanes, one of them with a random change",
+    draw,
+    carry_out,
+    60.0,
+    of_text=False,
 )

@@ -59,10 +59,8 @@ def _judge(out: Path, case: Case, of_plan: bool) -> None:
             verdict, what = judged(files, seed, of_plan)
         if verdict not in ("refused", "accepted"):
             name, _, change = what.partition(": ")
-            promise = "A folder in which something was changed is refused with a code, or says what it said."
+            promise = "A changed folder is refused with a code, or its contents still mean the same."
             raise Broken(f"{name}, {verdict}", promise, f"change {seed}: {change}")
 
 
-MUTATED_FOLDERS = Kind(
-    "mutated_folders", "a compiled folder with one place changed by chance", draw, carry_out, 240.0, of_text=False
-)
+MUTATED_FOLDERS = Kind("mutated_folders", "a plan folder with one random change", draw, carry_out, 240.0, of_text=False)

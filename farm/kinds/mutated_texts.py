@@ -45,14 +45,14 @@ def carry_out(case: Case, folder: Path) -> str:
     findings = list(checked.findings)
     well_formed = render_text(findings, colour=False).count("[MC") >= len(findings) and len(render_json(findings)) >= 0
     if not well_formed or (not checked.ok and not findings):
-        raise Broken("findings", "What is refused is refused with a code.", findings)
+        raise Broken("findings", "Every refusal has a code.", findings)
     for finding in findings:
         for label in filter(None, (finding.primary, *finding.labels)):
             if not 0 <= label.span.start <= label.span.end <= len(label.span.source.text):
-                raise Broken("findings", "A finding points into the text.", finding)
+                raise Broken("findings", "The position of a finding lies within the text.", finding)
     return taken_through(case.files, folder / "mission", FLAGS).outcome
 
 
 MUTATED_TEXTS = Kind(
-    "mutated_texts", "the text of a mission, changed by chance, through every command", draw, carry_out, 90.0
+    "mutated_texts", "a mission text with random changes, through every command", draw, carry_out, 90.0
 )

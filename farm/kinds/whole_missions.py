@@ -75,7 +75,7 @@ def _asked(engine: str, mission: Path, out: Path) -> engines.Reply:
     status, document = said("compile", str(mission), "-o", str(out), *words)
     reply = engines.reply(engine, document, out)
     if (status == Status.DONE) != reply.planned or reply.outcome == "unverified":
-        promise = "The exit status and the outcome of a compilation say the same, and every plan is verified."
+        promise = "The exit status of a compilation matches its outcome, and every plan is verified."
         raise Broken("outcome", promise, f"{engine}: {status} {document}")
     return reply
 
@@ -87,8 +87,8 @@ def _holds(reply: engines.Reply, mission: Path, seed: int) -> None:
     if reply.planned or (reply.outcome == "impossible" and (reply.folder / "manifest.json").exists()):
         status, verified = said("verify", str(reply.folder))
         if status != Status.DONE:
-            what = "plan" if reply.planned else "proof that there is none"
-            raise Broken("verify", f"`verify` accepts every {what} that `compile` leaves.", f"{status} {verified}")
+            what = "plan" if reply.planned else "proof of infeasibility"
+            raise Broken("verify", f"`verify` accepts every {what} that `compile` writes.", f"{status} {verified}")
 
 
 def _read_twice(mission: Path, out: Path, seed: int) -> None:
@@ -147,7 +147,7 @@ def _replanned(out: Path, folder: Path, seed: int) -> None:
 def _answered(command: str, status: int, document: dict[str, Any]) -> None:
     """A command that flies says that it did, that a requirement was violated, or with a code why it could not."""
     if status not in (Status.DONE, Status.VIOLATED) and not codes(document):
-        promise = f"`{command}` does what it is asked for, or says with a code why not."
+        promise = f"`{command}` succeeds, or reports a code."
         raise Broken(command, promise, f"{status} {json.dumps(document)[:3000]}")
 
 

@@ -63,8 +63,8 @@ def consistent(replies: list[Reply]) -> None:
     """
     for one, other in permutations(replies, 2):
         if one.no_motion and other.planned:
-            promise = "What is called impossible for every motion has no verified plan."
-            raise Broken("engines", promise, f"{one.engine} says {NO_MOTION.name}, {other.engine} has a plan")
+            promise = "A mission that is reported as impossible for every motion has no verified plan."
+            raise Broken("engines", promise, f"{one.engine} reports {NO_MOTION.name}, {other.engine} has a plan")
         if one.planned and other.planned:
             _no_better_than_proven(one, other)
 
@@ -72,7 +72,7 @@ def consistent(replies: list[Reply]) -> None:
 def _no_better_than_proven(one: Reply, other: Reply) -> None:
     proven, value = _proven(one), _proven(other)
     if proven and value and proven["unit"] == value["unit"] and value["value"] < proven["least"] - NEAR:
-        promise = "No verified plan takes less than what is proven of every plan."
+        promise = "No verified plan is better than the lower bound."
         raise Broken("bounds", promise, f"{one.engine} proves {proven}, {other.engine} has {value}")
 
 

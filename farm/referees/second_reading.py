@@ -45,8 +45,8 @@ def agree(mission: ir.Mission, kernel: Kernel, trace: Trace, about: str) -> None
         value = reference.robustness(goal.formula, run, 0, 0)
         holds = reference.truth(goal.formula, run, 0, 0)
         if not _near(judgement.robustness, value) or (holds != judgement.satisfied and abs(value) > NEAR):
-            promise = "The monitor says of a motion what the second reading of the semantics says of it."
-            seen = f"{about}: `{goal.name}`: {_said(judgement)}, and {holds}, {value} by the second reading"
+            promise = "The monitor and the second implementation of the semantics agree on every motion."
+            seen = f"{about}: `{goal.name}`: {_said(judgement)}, and {holds}, {value} by the second implementation"
             raise Broken("second reading", promise, f"{seen}\n{trace.position.tolist()}")
 
 

@@ -37,11 +37,11 @@ class Reason(Enum):
 
     TIME = "the time limit was reached"
     MEMORY = "the memory limit was reached"
-    SIZE = "the problem is larger than the limit on its size"
+    SIZE = "the problem exceeds the size limit"
     NO_ROADMAP = "no roadmap could be built"
     SOLVER = "the solver gave up"
-    DELAY = "the plans that were found tolerate no such delay"
-    METHOD = "the published method has no plan"
+    DELAY = "no plan found tolerates the delay"
+    METHOD = "the published method found no plan"
 
 
 class CutShort(Enum):
@@ -56,14 +56,35 @@ class CutShort(Enum):
     @property
     def note(self) -> str:
         """What is said of the plan."""
-        return f"the search was cut short ({self.value}): this is the best plan it had by then"
+        return f"the search stopped early ({self.value}) with the best plan found so far"
+
+
+ACTIVITIES = {
+    "check": "checking the mission",
+    "lower": "encoding the mission",
+    "roadmap": "building a roadmap",
+    "encode": "encoding the mission",
+    "discrete": "searching for paths on a roadmap",
+    "sketch": "scheduling tasks",
+    "search": "searching for trajectories",
+    "polish": "optimizing trajectories",
+    "solve": "searching for paths",
+    "prefer": "adding a preference",
+    "improve": "improving the plan",
+    "straighten": "straightening paths",
+    "verify": "verifying the plan",
+    "emit": "fitting trajectories",
+    "explain": "searching for suggested fixes",
+}
+"""The activity in each stage, in the user's terms."""
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """Where a backend is.
+    """Progress of a search.
 
     Args:
+        stage: a key of ``ACTIVITIES``, or the activity itself.
         round: of the stage, from 1; for transport, the attempt.
         detail: free words.
         iteration: of the round, from 1; 0 where it has none.
@@ -79,6 +100,13 @@ class Progress:
     planned: tuple[int, int] | None = None
     margin: float | None = None
     engine: str = ""
+
+    @property
+    def activity(self) -> str:
+        """Return the activity, its round and its backend: ``searching for paths, round 3 of smt``."""
+        rounds = f", round {self.round}" if self.round > 1 else ""
+        engine = f" {'of' if rounds else 'with'} {self.engine}" if self.engine else ""
+        return f"{ACTIVITIES.get(self.stage, self.stage)}{rounds}{engine}"
 
 
 def ignore(progress: Progress) -> None:
@@ -238,15 +266,11 @@ class Impossible:
     @property
     def doubt(self) -> str:
         """That the conflict may not be smallest, where that was not found out."""
-        return (
-            ""
-            if self.smallest or not self.conflict
-            else "the conflict may not be smallest: some of it may conflict already"
-        )
+        return "" if self.smallest or not self.conflict else "a smaller conflict may exist among these requirements"
 
     def __str__(self) -> str:
-        head = self.says if self.conflict else "no plan exists, whatever the requirements"
-        where = "whatever the roadmap" if self.scope is Scope.MISSION else "on the roadmap"
+        head = self.says if self.conflict else "no plan exists, even without the requirements"
+        where = "for any motion of these agents" if self.scope is Scope.MISSION else "on the roadmap"
         return "\n  ".join(filter(None, (f"{head}, {where}", self.statement, self.doubt)))
 
     _repr_pretty_ = printed
@@ -284,7 +308,7 @@ class Violation:
         """``breaks separation by 0.2 m at 3 s by drone[0], drone[1]``; ``step`` is the mission's, seconds."""
         much = f" by {self.short}" if self.short else ""
         who = f" by {', '.join(self.agents)}" if self.agents else ""
-        return f"breaks {self.what}{much} at {self.step * step:g} s{who}"
+        return f"violates {self.what}{much} at {self.step * step:g} s{who}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -317,7 +341,7 @@ class Attempt:
         """The first thing that is wrong, in words, and how many more there are; ``step`` is the mission's, seconds."""
         wrong = self.shown
         more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-        return f"{wrong[0].violation(step)}{more}" if wrong else "misses nothing"
+        return f"{wrong[0].violation(step)}{more}" if wrong else "satisfies everything"
 
     def worst_faults(self) -> tuple[Violation, ...]:
         """The worst fault of each kind."""

@@ -246,18 +246,18 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
     """The text of ``--emit backend``."""
     by_need = (forced or mission.solve.backend) == AUTO
     if forced and not by_need:
-        why = "the command line says so"
+        why = "the command line chooses it"
     elif not by_need:
-        why = f"the mission says so{_where(mission.solve.span)}"
+        why = f"the mission chooses it{_where(mission.solve.span)}"
     elif len(chosen) > 1:
-        why = "each of them offers all the mission needs: they take turns, and the first plan counts"
+        why = "all of them support the mission; they run in turns until one finds a plan"
     else:
-        why = "it offers all the mission needs"
+        why = "it supports the mission"
     lines = [f"backend{'s' if len(chosen) > 1 else ''}: {', '.join(chosen)}", f"because {why}"]
     for name in BACKENDS.built_in:
         if name not in chosen:
             lines.extend(_not_taken(name, required, chosen))
-    lines.append("the mission needs:" if required else "the mission needs nothing special")
+    lines.append("the mission needs:" if required else "the mission needs no special feature")
     lines.extend(f"  {need.feature.value}{_where(need.span)}" for need in required)
     return "\n".join(lines) + "\n"
 
@@ -265,7 +265,7 @@ def _explain(mission: Mission, forced: str | None, chosen: tuple[str, ...], requ
 def _not_taken(name: str, required: tuple[Need, ...], chosen: tuple[str, ...]) -> Iterator[str]:
     missing = _missing(name, required)
     if not missing:
-        yield f"not {name}: it could; {chosen[0]} is asked for"
+        yield f"not {name}: it supports the mission, but {chosen[0]} is chosen"
         return
     yield f"not {name}: it cannot express"
     for need in missing:

@@ -162,25 +162,25 @@ class Described:
 DESCRIBED: Final = {
     each.name: each
     for each in (
-        Described("solver", OneOf(SOLVERS), recorded=Recorded.ALWAYS),
+        Described("solver", OneOf(SOLVERS), help="SAT solver of the backend smt.", recorded=Recorded.ALWAYS),
         Described(
             "require_solver",
             Switch(),
-            help="Solve for all agents in one problem, without prioritized planning or single-agent search.",
+            help="Plan all agents in one SAT problem, without prioritized planning.",
             recorded=Recorded.WHERE_GIVEN,
             refused=True,
         ),
         Described(
             "preset",
             OneOf(PRESETS),
-            help="Planning method of clot; `paper` and `paper-apart` also of smt.",
+            help="Planning method of clot. The backend smt has `paper` and `paper-apart` only.",
             recorded=Recorded.BY_ITS_BACKENDS,
             refused=True,
         ),
         Described(
             "device",
             OneOf(DEVICES),
-            help="Device on which presets other than `sketch` optimise trajectories.",
+            help="Device for trajectory optimization in all presets except `sketch`.",
             recorded=Recorded.BY_ITS_BACKENDS,
             refused=True,
         ),
@@ -188,25 +188,31 @@ DESCRIBED: Final = {
             "samples",
             Whole(1, 100_000),
             "N",
-            "Number of trajectories that presets other than `sketch` optimise at once.",
+            "Number of trajectories optimized together, in all presets except `sketch`.",
             Recorded.WHERE_GIVEN,
         ),
         Described(
             "margin",
             Real(0, 1e3),
             "METRES",
-            "Margin to plan for, if possible. [default: the tracking margin of the vehicles]",
+            "Robustness margin to plan for. [default: tracking margin of the vehicles]",
             Recorded.WHERE_GIVEN,
         ),
         Described(
             "processes",
             Whole(1, 256),
             "N",
-            "Number of child processes of clot and hybrid. The plan does not depend on it.",
+            "Number of child processes of clot and hybrid. It does not change the plan.",
             refused=True,
         ),
-        Described("stretch", Real(1, SLOWEST), "S", "Fly the plan S times more slowly.", Recorded.WHERE_GIVEN),
-        Described("certify", Switch(), help="Write a proof if the mission is impossible; `verify` checks it."),
+        Described(
+            "stretch",
+            Real(1, SLOWEST),
+            "S",
+            "Scale the time of the plan by S, so that agents move S times slower.",
+            Recorded.WHERE_GIVEN,
+        ),
+        Described("certify", Switch(), help="Write a proof if no plan exists. `missionc verify` checks it."),
     )
 }
 """Every option that has a flag, in the order in which a manifest has them."""

@@ -67,7 +67,7 @@ def run_to_end(turns: Turns, budget: Budget, meanwhile: Iterable[tuple[float, An
         return outcome
     finally:
         turns.close()
-    return NotFound(Reason.SOLVER, f"{budget.work:g} units of work found none", Report(work=done))
+    return NotFound(Reason.SOLVER, f"no plan within {budget.work:g} units of work", Report(work=done))
 
 
 def sketch_work(agent_steps: int) -> float:

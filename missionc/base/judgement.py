@@ -57,7 +57,7 @@ class Judgement:
         much = f" by {self.short}" if math.isfinite(self.robustness) else ""
         when = "" if self.step is None else f" at {self.step * step:g} s"
         by = f" by {', '.join(self.agents)}" if self.agents else ""
-        return f"misses `{self.name}`{much}" + (f",{when}{by}" if when or by else "")
+        return f"violates `{self.name}`{much}" + (f",{when}{by}" if when or by else "")
 
 
 @dataclass(frozen=True, slots=True)

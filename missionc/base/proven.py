@@ -7,7 +7,7 @@ from missionc.base.late_dataclass import dataclass
 SAME = {"s": 1e-6, "m": 1e-3}
 """What a plan comes to and what every plan does are the same where they differ by no more, in their unit."""
 
-FEWER = {"s": "no plan takes less", "m": "no plan is shorter"}
+OBJECTIVE = {"s": "duration", "m": "distance"}
 
 
 TOURS, COVER = "tours", "cover"
@@ -34,8 +34,11 @@ class Proven:
         return self.value - self.least <= SAME[self.unit]
 
     def __str__(self) -> str:
-        than = "" if self.best else f" than {self.least:.6g} {self.unit}"
-        return f"{self.value:.6g} {self.unit}; {FEWER[self.unit]}{than}"
+        plan = f"{OBJECTIVE[self.unit]} {self.value:.6g} {self.unit}"
+        if self.best:
+            return f"{plan}, optimal"
+        gap = 1 - self.least / self.value
+        return f"{plan}, lower bound {self.least:.6g} {self.unit}, optimality gap {100 * gap:.3g} %"
 
     def as_record(self) -> dict[str, object]:
         return {"value": self.value, "least": self.least, "unit": self.unit, "by": self.by}

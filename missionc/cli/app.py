@@ -59,7 +59,7 @@ def _run(words: list[str], began: float | None) -> int:
             say([out_of_memory()], [], _form(words), {})
             return Status.MISSION_ERRORS
         if nowhere():
-            return _refused(click.UsageError("the folder that this runs in is gone; change to one that is there"))
+            return _refused(click.UsageError("the current folder no longer exists; change to another folder"))
         if os.environ.get("MISSIONC_TRACEBACK"):
             raise
         finding = defect(error)
@@ -97,8 +97,8 @@ class Commands(click.Group):
         name = args[0]
         if not name.startswith("-") and name not in COMMANDS:
             near = nearest(name, list(COMMANDS))
-            hint = f"did you mean `{near}`?" if isinstance(near, str) else "`missionc --help` lists them"
-            raise click.UsageError(f"there is no command `{name}`; {hint}", context)
+            hint = f"did you mean `{near}`?" if isinstance(near, str) else "run `missionc --help` to list all commands"
+            raise click.UsageError(f"unknown command `{name}`; {hint}", context)
         return super().resolve_command(context, args)
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
@@ -110,9 +110,9 @@ class Commands(click.Group):
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, message="missionc %(version)s")
 def commands() -> None:
-    """A compiler for multi-robot missions.
+    """Compile multi-robot missions into verified trajectories.
 
-    A mission says what must be true; trajectories that provably do it come back.
+    Every plan is verified against its mission before it is written. `missionc COMMAND --help` describes a command.
     """
 
 

@@ -24,10 +24,10 @@ def opened(address: str) -> bool:
         return False
 
 
-def said(address: str, no_open: bool, name: str, what: str = "the report") -> str:
+def said(address: str, no_open: bool, name: str, what: str = "report") -> str:
     """Open the page, unless nobody wants that, and say how it went; ``name`` is where the user finds it."""
     if no_open:
         return f"{what}: {name}"
     if opened(address):
-        return f"{what}, opened in your browser: {name}"
-    return f"{what}: {name}; there is no browser here that can show it, so open it in one"
+        return f"{what} (opened in the browser): {name}"
+    return f"{what} (no browser found; open it yourself): {name}"

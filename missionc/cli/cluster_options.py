@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from missionc.cli.options import Count
+
 if TYPE_CHECKING:
     from missionc.base.diagnostics.model import Diagnostic
     from missionc.tools.sweep.run_sweep import Pool
@@ -14,11 +16,11 @@ if TYPE_CHECKING:
 MOST_JOBS = 1024
 
 jobs = click.option(
-    "--jobs", type=click.IntRange(1, MOST_JOBS), metavar="J", help="Number of parallel processes on this machine."
+    "--jobs", type=Count(1, MOST_JOBS), metavar="J", help="Run J processes in parallel on this machine."
 )
 
 cluster = click.option(
-    "--cluster", metavar="ADDRESS", help="Use a Dask cluster: tcp://HOST:PORT, a scheduler file, or local:8."
+    "--cluster", metavar="ADDRESS", help="Run on a Dask cluster: tcp://HOST:PORT, a scheduler file, or local:8."
 )
 
 
@@ -31,9 +33,11 @@ def understood(count: int | None, address: str | None) -> None:
     from missionc.tools.sweep import run_sweep
 
     if address is not None and count is not None:
-        raise click.UsageError("`--jobs` is for this machine, and a cluster has its own; leave one of them out")
+        raise click.UsageError("`--jobs` and `--cluster` exclude each other; remove one of them")
     if address is not None and not run_sweep.understood(address):
-        raise click.UsageError(f"`{address}` is no cluster; name tcp://HOST:PORT, a scheduler file, or local:8")
+        raise click.UsageError(
+            f"`{address}` is not the address of a cluster; write tcp://HOST:PORT, a scheduler file, or local:8"
+        )
 
 
 def opened_cluster(count: int | None, address: str | None) -> AbstractContextManager[Pool | Diagnostic]:

@@ -10,7 +10,7 @@ from missionc.cli.options import Command, Number, of_registry
 from missionc.flight.simulation.trial_bounds import AMOUNTS, ENGINES, QUADROTOR
 from missionc.tools.api.disturbances import amounts_of
 
-engine = of_registry("--engine", "engine", ENGINES, QUADROTOR)
+engine = of_registry("--engine", "engine", ENGINES, QUADROTOR, "Simulator of the flights.")
 
 
 def wind(value: str) -> tuple[float, float]:
@@ -21,7 +21,7 @@ def wind(value: str) -> tuple[float, float]:
     except ValueError:
         numbers = []
     if not 1 <= len(numbers) <= 2:
-        raise click.UsageError(f"`{value}` is not a wind such as 1 or 1,0.5, in m/s")
+        raise click.UsageError(f"`{value}` is not a wind speed; write MEAN or MEAN,GUST in m/s, such as 1,0.5")
     return numbers[0], numbers[1] if len(numbers) > 1 else 0.0
 
 
@@ -33,13 +33,17 @@ def loss(value: str) -> tuple[str, float]:
     except ValueError:
         moment = math.nan
     if not name or not 0 <= moment < math.inf:
-        raise click.UsageError(f"`{value}` is no agent and a second such as drone[0]@5")
+        raise click.UsageError(f"`{value}` is not an agent and a time; write AGENT@SECONDS, such as drone[0]@5")
     return name, moment + 0.0
 
 
 FLAGS = (
     click.option(
-        "--wind", type=wind, default="0", metavar="MEAN[,GUST]", help="Horizontal wind from a random direction, in m/s."
+        "--wind",
+        type=wind,
+        default="0",
+        metavar="MEAN[,GUST]",
+        help="Mean wind from a random direction, and standard deviation of gusts, in m/s.",
     ),
     *(
         click.option(each.flag, type=Number(0, each.most), default=0.0, metavar=each.unit, help=each.says)
@@ -50,7 +54,7 @@ FLAGS = (
         type=loss,
         multiple=True,
         metavar="AGENT@T",
-        help="Stop the motors of an agent at T seconds; may be repeated.",
+        help="Stop the motors of an agent after T seconds; repeatable.",
     ),
 )
 

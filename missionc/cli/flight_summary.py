@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from missionc.base.figures import counted, decimals
 from missionc.base.units import Seconds
-from missionc.cli.summary import by_whom
+from missionc.cli.summary import in_brackets
 
 if TYPE_CHECKING:
     from missionc.base.judgement import Judgement
@@ -14,8 +14,12 @@ if TYPE_CHECKING:
     from missionc.verification.certificate import Check
 
 
+ROWS = {"nothing touched": "no collisions", "tracking": "tracking error", "all of them": "all requirements"}
+"""Rows of a summary, by their names in documents."""
+
+
 def simulated_lines(simulated: Simulated) -> list[str]:
-    """One flight in full; of several, how often everything held, and how badly the worst of them went."""
+    """Verdict, requirements, tracking error and distances of one flight, or shares and worst values of several."""
     from missionc.flight.simulation.trials import headline
 
     trials, opened = simulated.trials, simulated.opened
@@ -23,39 +27,39 @@ def simulated_lines(simulated: Simulated) -> list[str]:
         return []
     mission, trial, planned = opened.mission, trials.trial, simulated.planned
     lines = [
-        f"{mission.name}: flown by {trial.engine}, {counted(len(mission.agents), 'agent')}, "
-        f"{counted(trial.flights, 'flight')} of {mission.horizon:g} s, seed {trial.seed}",
-        headline(trials),
+        f"{mission.name}: {headline(trials)}",
+        f"  {counted(len(mission.agents), 'agent')} for {mission.horizon:g} s, "
+        f"engine {trial.engine}, seed {trial.seed}",
     ]
     if opened.differing:
-        lines.append(f"note: {counted(len(opened.differing), 'file')} changed since the folder was written")
+        lines.append(f"  warning: {counted(len(opened.differing), 'file')} changed after compilation")
     first = trials.flights[0]
     if (trial.flights == 1 or not trial.disturbance.random) and planned is not None:
         before = (*planned.requirements, *planned.preferences)
         lines += _compared(before, (*first.requirements, *first.preferences), mission.step)
     else:
-        fractions = trials.fractions()
+        fractions = {ROWS.get(name, name): each for name, each in trials.fractions().items()}
         width = max(map(len, fractions))
         lines += [
             f"  {name:<{width}}  {each.held} of {each.flights}  {each.share:.3f}, two-sided 95 % confidence interval "
             f"{each.low:.3f} to {each.high:.3f}"
             for name, each in fractions.items()
         ]
-    lines.append("tracking error: mean, 95 % of the time, at most" + (", of all flights" if trial.flights > 1 else ""))
+    lines.append("tracking error: mean, 95th percentile, maximum" + (" of all flights" if trial.flights > 1 else ""))
     width = max(len(agent.name) for agent in mission.agents)
     for agent, most in zip(mission.agents, trials.allowed.tolist(), strict=True):
         error = trials.error(agent.index)
-        excess = "" if error.most <= most else f", more than {most:g} m"
+        excess = "" if error.most <= most else f", above the limit of {most:g} m"
         figures = f"{error.mean:.3f} m  {error.usual:.3f} m  {error.most:.3f} m at {error.at:.2f} s"
         lines.append(f"  {agent.name:<{width}}  {figures}{excess}")
-    named = [("each other" if check.name == "separation" else check.subject, check) for check in trials.room()]
+    named = [("between agents" if check.name == "separation" else check.subject, check) for check in trials.room()]
     width = max((len(name) for name, _ in named), default=0)
-    lines += ["least room between bodies"] if named else []
+    lines += ["smallest distance between bodies"] if named else []
     return [*lines, *(f"  {name:<{width}}  {_room(check)}" for name, check in named)]
 
 
 def _room(check: Check) -> str:
-    return f"{decimals(check.margin)} m at {check.at or 0.0:.2f} s{by_whom(check.agents)}"
+    return f"{decimals(check.margin)} m at {check.at or 0.0:.2f} s{in_brackets(check.agents)}"
 
 
 def _compared(planned: tuple[Judgement, ...], flown: tuple[Judgement, ...], step: Seconds) -> list[str]:

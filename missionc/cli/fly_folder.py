@@ -73,7 +73,7 @@ class ShownLoop:
         if lines:
             self._page.heard(at)
         for happened in ground.happened[self._told :]:
-            begins = "" if happened.begins is None else f"; begun at {happened.begins:g} s"
+            begins = "" if happened.begins is None else f"; starts at {happened.begins:g} s"
             well = happened.begins is not None or happened.came == Way.KEPT.value
             self._page.tell(f"{happened.why}: {happened.came}{begins}", "good" if well else "risk", at)
         now = ground.world
@@ -90,11 +90,11 @@ class ShownLoop:
         for event in self._session.finish():
             self._page.publish(event)
         lost = [name for name, kept in flight.outcome.requirements.items() if not kept]
-        self._page.end("everything was kept" if not lost else f"not kept: {', '.join(lost)}")
+        self._page.end("all requirements satisfied" if not lost else f"violated: {', '.join(lost)}")
 
     def wait(self) -> None:
         """Wait for Ctrl-C."""
-        say_line("the page stays until Ctrl-C")
+        say_line("the page stays open until Ctrl-C")
         with suppress(KeyboardInterrupt, Stopped):
             threading.Event().wait()
 

@@ -72,7 +72,7 @@ def run(
         voice.tell(session.finish())
         voice.sum_up()
         if page and patient:
-            page.end("the mission is over" if session.over else "the stream has ended")
+            page.end("end of the mission" if session.over else "end of the stream")
             voice.wait()
     return Status.MISSION_ERRORS if broken else STATUS[session.verdict]
 
@@ -118,15 +118,15 @@ class _Voice:
                         },
                     )
                 case Forecast(step, name, margin, unit):
-                    says = "lost by the plan" if margin < 0 else "kept by the plan again"
+                    says = "the plan violates it" if margin < 0 else "the plan satisfies it again"
                     words = f"{name:<{self.width}}  {says}  robustness {decimals(margin)} {unit}".rstrip()
                     self._say(step, words, {"forecast": name, "preference": event.preference, "by_plan": margin})
                 case Presence(step, missing, back):
-                    who = ((missing, "missing"), (back, "seen again"))
+                    who = ((missing, "missing"), (back, "received again"))
                     words = "; ".join(f"{', '.join(names)} {says}" for names, says in who if names)
                     self._say(step, words, {"missing": list(missing), "back": list(back)})
                 case Outrun(step, agents):
-                    words = f"{', '.join(agents)} moved faster than the top speed: what rested on it is taken back"
+                    words = f"{', '.join(agents)} exceeded the top speed; forecasts based on it are withdrawn"
                     self._say(step, words, {"outrun": list(agents)})
                 case Breach(step, constraint):
                     record = constraint_records([constraint], [])["constraints"]
@@ -136,7 +136,7 @@ class _Voice:
 
     def say_page(self, address: str, no_open: bool) -> None:
         """Where the page is; it is opened, unless nobody wants that."""
-        words = said(address, no_open, address, "the page")
+        words = said(address, no_open, address, "live page")
         if self.json:
             _line({"page": address})
         else:
@@ -146,7 +146,7 @@ class _Voice:
     def wait(self) -> None:
         """Wait for Ctrl-C."""
         if not self.json:
-            say_line("the page stays until Ctrl-C")
+            say_line("the page stays open until Ctrl-C")
         sys.stdout.flush()
         with suppress(KeyboardInterrupt, Stopped):
             threading.Event().wait()
@@ -208,10 +208,10 @@ def _words(standing: Standing, unit: str, step: float, by_plan: float | None) ->
     else:
         robustness = f"robustness {decimals(standing.least)} to {decimals(standing.most)} {unit}".rstrip()
     if standing.verdict is not LiveVerdict.OPEN:
-        return f"{standing.verdict.value} for good  {robustness}"
+        return f"{standing.verdict.value} (final)  {robustness}"
     risk = "at risk" if standing.at_risk else "open"
     planned = "" if by_plan is None else f", by the plan {decimals(by_plan)} {unit}".rstrip()
-    return f"{risk}  {robustness}{planned}, decided by {standing.decided_by * step:g} s"
+    return f"{risk}  {robustness}{planned}, final by {standing.decided_by * step:g} s"
 
 
 def _record(standing: Standing, step: float, by_plan: float | None) -> dict[str, object]:

@@ -5,33 +5,37 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from missionc.base.figures import counted, decimals
+from missionc.cli.flight_summary import ROWS
 from missionc.flight.simulation.trials import shown
 from missionc.ir import Mission
 from missionc.tools.closed_loop.fly_loop import LoopFlight
-from missionc.tools.closed_loop.loop_record import fractions, said
+from missionc.tools.closed_loop.ground import GroundEvent
+from missionc.tools.closed_loop.loop_record import as_required, fractions, said
 
 
 def loop_lines(mission: Mission, flights: Sequence[LoopFlight], replans: bool) -> list[str]:
-    """One flight in full; of several, how often each requirement was kept."""
-    how = "" if replans else ", nothing planned anew"
-    head = f"{mission.name}: {counted(len(flights), 'flight')} of {mission.horizon:g} s in simulation{how}"
+    """Verdict, events and requirements of one flight; for several, the share that satisfies each requirement."""
+    passed, plans = sum(map(as_required, flights)), sum(each.begins is not None for each in _events(flights))
+    how = f"{mission.horizon:g} s, {counted(plans, 'new plan')}" if replans else f"{mission.horizon:g} s, no replanning"
     if len(flights) == 1:
-        only = flights[0]
-        lines = [
-            f"{head}: {'everything kept' if only.outcome.satisfied and only.outcome.untouched else 'not all kept'}"
-        ]
-        lines += [f"  {each.time:.1f} s  {said(each)}" for each in only.happened]
-        width = max(map(len, only.outcome.requirements), default=0)
+        outcome = flights[0].outcome
+        lines = [f"{mission.name}: 1 simulated flight {'passed' if passed else 'failed'} ({how})"]
+        lines += [f"  {each.time:.1f} s  {said(each)}" for each in _events(flights)]
+        width = max(map(len, outcome.requirements), default=0)
         lines += [
-            f"  {name:<{width}}  {'kept' if kept else 'lost'}" for name, kept in only.outcome.requirements.items()
+            f"  {name:<{width}}  {'satisfied' if satisfied else 'violated'}"
+            for name, satisfied in outcome.requirements.items()
         ]
-        return [*lines, f"  least room between bodies: {decimals(only.outcome.room)} m"]
-    kept = fractions(flights)
-    width = max(map(len, kept))
+        return [*lines, f"  smallest distance between bodies: {decimals(outcome.room)} m"]
+    shares = {ROWS.get(name, name): each for name, each in fractions(flights).items()}
+    width = max(map(len, shares))
     rows = [
         f"  {name:<{width}}  {each.held} of {each.flights}, "
         f"at least {shown(each.least)} (one-sided 95 % lower confidence bound)"
-        for name, each in kept.items()
+        for name, each in shares.items()
     ]
-    plans = sum(happened.begins is not None for flight in flights for happened in flight.happened)
-    return [head, *rows, f"  {counted(plans, 'new plan')}"]
+    return [f"{mission.name}: {passed} of {len(flights)} simulated flights passed ({how})", *rows]
+
+
+def _events(flights: Sequence[LoopFlight]) -> list[GroundEvent]:
+    return [event for flight in flights for event in flight.happened]

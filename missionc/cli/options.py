@@ -37,14 +37,30 @@ SIZES = {"": 1 << 20, "B": 1, "KB": 1 << 10, "MB": 1 << 20, "GB": 1 << 30}
 """Bytes in each unit of memory; a bare number is in megabytes."""
 
 
+UNBOUNDED = 1e6
+"""Upper bounds from here on are left out of help texts."""
+
+
 class Number(click.FloatRange):
     """A finite number within bounds; 0 has no sign."""
+
+    def _describe_range(self) -> str:
+        if self.max is not None and self.max < UNBOUNDED:
+            return f"{self.min:g} to {self.max:g}"
+        return f"{'above' if self.min_open else 'at least'} {self.min:g}"
 
     def convert(self, value: Any, parameter: click.Parameter | None, context: click.Context | None) -> float:
         number = float(super().convert(value, parameter, context))
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a finite number.", parameter, context)
         return number + 0.0
+
+
+class Count(click.IntRange):
+    """A whole number within bounds."""
+
+    def _describe_range(self) -> str:
+        return f"{self.min} to {self.max}"
 
 
 def of_a_plan(*names: str) -> Callable[[Command], Command]:
@@ -66,9 +82,7 @@ def _flag(option: Described) -> Callable[[Command], Command]:
             return click.option(flag, type=click.Choice(words), show_default=True, **arguments)
         case Whole(least, most):
             known = option.default is not None
-            return click.option(
-                flag, type=click.IntRange(least, most), show_default=known, metavar=option.metavar, **arguments
-            )
+            return click.option(flag, type=Count(least, most), show_default=known, metavar=option.metavar, **arguments)
         case Real(least, most):
             return click.option(flag, type=Number(least, most), metavar=option.metavar, **arguments)
         case Switch():
@@ -81,9 +95,9 @@ def existing(value: str) -> Path:
     """A file that is there. Whether it can be read and believed is ``read_file``'s to say."""
     path = _path(value)
     if not os.path.exists(path):
-        raise click.UsageError(f"there is no file `{value}`")
+        raise click.UsageError(f"there is no file `{value}`; check the path")
     if os.path.isdir(path):
-        raise click.UsageError(f"`{value}` is a folder; name a file in it")
+        raise click.UsageError(f"`{value}` is a folder; give the path of a file")
     return path
 
 
@@ -91,9 +105,9 @@ def folder(value: str) -> Path:
     """A folder that is there."""
     path = _path(value)
     if not os.path.exists(path):
-        raise click.UsageError(f"there is no folder `{value}`")
+        raise click.UsageError(f"there is no folder `{value}`; check the path")
     if not os.path.isdir(path):
-        raise click.UsageError(f"`{value}` is a file; name the folder that `missionc compile` wrote")
+        raise click.UsageError(f"`{value}` is a file; give the path of a plan folder")
     return path
 
 
@@ -106,7 +120,7 @@ def named(path: Path) -> Path:
     """A folder by its whole path, for what is written beside it under its name."""
     whole = Path(os.path.abspath(path))
     if not whole.name:
-        raise click.UsageError(f"`{path}` has no name; say with `-o` where to write")
+        raise click.UsageError(f"`{path}` has no name for the output; add `-o PATH`")
     return whole
 
 
@@ -119,7 +133,7 @@ def file_to_write(value: str) -> Path:
     """A path for a file, at which there is no folder."""
     path = _path(value)
     if os.path.isdir(path):
-        raise click.UsageError(f"`{value}` is a folder; name a file in it")
+        raise click.UsageError(f"`{value}` is a folder; give the path of a file")
     return path
 
 
@@ -127,7 +141,7 @@ def picture(value: str) -> Path:
     """A path for a picture, in a form that can be drawn."""
     path = file_to_write(value)
     if path.suffix not in SUFFIXES:
-        raise click.UsageError(f"`{value}` ends in none of {', '.join(SUFFIXES)}")
+        raise click.UsageError(f"`{value}` has no picture format; end the name with one of {', '.join(SUFFIXES)}")
     return path
 
 
@@ -142,23 +156,23 @@ def moments(value: str | tuple[float, ...]) -> tuple[float, ...]:
         except ValueError:
             found.append(math.nan)
         if not 0 <= found[-1] < math.inf:
-            raise click.UsageError(f"`{word}` is no moment of the mission; name seconds, as in `--at 0,2,5.5`")
+            raise click.UsageError(f"`{word}` is not a time; write seconds, such as `--at 0,2,5.5`")
     if len(found) > MOST_MOMENTS:
-        raise click.UsageError(f"`--at` names {len(found)} moments; {MOST_MOMENTS} at most fit a picture")
+        raise click.UsageError(f"`--at` has {len(found)} times; give at most {MOST_MOMENTS}")
     return tuple(sorted(set(found)))
 
 
 def _path(value: str) -> Path:
     """A path that the system can have, whether there is something or not."""
     if not value:
-        raise click.UsageError("a path is empty; name a file or a folder")
+        raise click.UsageError("a path is empty; give a file or a folder")
     try:
         os.lstat(value)
     except ValueError:
-        raise click.UsageError(f"`{value}` holds characters that no path has") from None
+        raise click.UsageError(f"`{value}` contains characters that a path cannot have; rename it") from None
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
-            raise click.UsageError(f"`{value[:40]}…` is longer than the system lets a path be") from None
+            raise click.UsageError(f"the path `{value[:40]}…` is too long for this system; shorten it") from None
     return Path(value)
 
 
@@ -171,7 +185,7 @@ def _known(value: str, known: Collection[str], what: str, otherwise: str) -> str
     if value not in known:
         near = nearest(value, known)
         hint = f"did you mean `{near}`?" if isinstance(near, str) else otherwise
-        raise click.UsageError(f"there is no {what} `{value}`; {hint}")
+        raise click.UsageError(f"unknown {what} `{value}`; {hint}")
     return value
 
 
@@ -182,12 +196,14 @@ def registered(registry: Registry[Any], noun: str, *further: str) -> Callable[[s
         if value in further or value in registry:
             return value
         known = [*further, *registry]
-        return _known(value, known, noun, f"there are {', '.join(known)}")
+        return _known(value, known, noun, f"use one of {', '.join(known)}")
 
     return name
 
 
-def of_registry(flag: str, noun: str, registry: Registry[Any], default: str, *further: str) -> Callable[..., Any]:
+def of_registry(
+    flag: str, noun: str, registry: Registry[Any], default: str, says: str, *further: str
+) -> Callable[..., Any]:
     """The flag that names one value of a registry."""
     return click.option(
         flag,
@@ -196,6 +212,7 @@ def of_registry(flag: str, noun: str, registry: Registry[Any], default: str, *fu
         default=default,
         show_default=True,
         metavar=f"[{'|'.join((*further, *registry.built_in))}|NAME]",
+        help=says,
     )
 
 
@@ -206,9 +223,7 @@ def continuous_time(continuous: bool, at_steps: bool) -> ContinuousTime:
         UsageError: both are given.
     """
     if continuous and at_steps:
-        raise click.UsageError(
-            "`--continuous` asks for more than the steps, and `--at-steps` for no more; leave one of them out"
-        )
+        raise click.UsageError("`--continuous` and `--at-steps` exclude each other; remove one of them")
     return ContinuousTime.REQUIRED if continuous else ContinuousTime.AT_STEPS if at_steps else ContinuousTime.WANTED
 
 
@@ -251,7 +266,7 @@ def pair(value: str) -> tuple[str, str]:
     """``NAME=VALUE``"""
     name, equals, text = value.partition("=")
     if not (name.strip() and equals and text.strip()):
-        raise click.UsageError(f"`{value}` is not of the form NAME=VALUE")
+        raise click.UsageError(f"`{value}` is not a pair; write NAME=VALUE")
     return name.strip(), text.strip()
 
 
@@ -262,9 +277,9 @@ def memory(value: str) -> int:
     try:
         size = float(number) * SIZES[word[len(number) :]]
     except (ValueError, KeyError):
-        raise click.UsageError(f"`{value}` is not a size such as 512, 512MB or 2GB") from None
+        raise click.UsageError(f"`{value}` is not a memory size; write for example 512MB or 2GB") from None
     if not 1 <= size <= 1 << 60:  # nor anything that is no number
-        raise click.UsageError(f"`{value}` is out of range")
+        raise click.UsageError(f"the memory size `{value}` is out of range; write for example 2GB")
     return int(size)
 
 
@@ -273,7 +288,7 @@ def staged(value: str) -> tuple[str, ...]:
     words = tuple(word.strip() for word in value.split(","))
     for word in words:
         if word not in stage_names.ALL:
-            raise click.UsageError(f"there is no stage `{word}`; there are {', '.join(stage_names.ALL)}")
+            raise click.UsageError(f"unknown stage `{word}`; use one of {', '.join(stage_names.ALL)}")
     return words
 
 
@@ -292,16 +307,18 @@ def read_limits(pairs: tuple[tuple[str, str], ...]) -> Limits:
     for name, text in pairs:
         if name not in kinds:
             near = nearest(name, kinds)
-            hint = f"; did you mean `{near}`?" if isinstance(near, str) else f"; there are {', '.join(kinds)}"
-            raise click.UsageError(f"there is no limit `{name}`{hint}")
+            hint = f"; did you mean `{near}`?" if isinstance(near, str) else f"; use one of {', '.join(kinds)}"
+            raise click.UsageError(f"unknown limit `{name}`{hint}")
         try:
             value = float(text)
         except ValueError:
-            raise click.UsageError(f"the limit `{name}` needs a number, not `{text}`") from None
+            raise click.UsageError(f"the limit `{name}` is not a number: `{text}`; write a number") from None
         if not 0 < value <= most(name):
-            raise click.UsageError(f"the limit `{name}` must be above 0, and {most(name):g} at most")
+            raise click.UsageError(
+                f"the limit `{name}` is out of range; write a number above 0 and at most {most(name):g}"
+            )
         if kinds[name] is int and not value.is_integer():
-            raise click.UsageError(f"the limit `{name}` needs a whole number, not `{text}`")
+            raise click.UsageError(f"the limit `{name}` is not a whole number: `{text}`; write a whole number")
         limits = replace(limits, **{name: kinds[name](value)})
     return limits
 
@@ -312,7 +329,7 @@ FORMS = ("text", "json")
 
 def form_of(forms: tuple[str, ...]) -> Callable[[Command], Command]:
     """The flag that says which of these forms the answer has."""
-    words = "Text, or one JSON document."
+    words = "Output format; `json` prints one document." if "sarif" not in forms else "Output format."
     return click.option("--format", "form", type=click.Choice(forms), default="text", help=words)
 
 
@@ -325,17 +342,19 @@ memory_limit = click.option(
     metavar="SIZE",
     default="8GB",
     show_default=True,
-    help="Memory limit of the compiler and its solver; 512 means 512 MB.",
+    help="Memory limit of the compiler and its solver. Without a unit, the size is in MB.",
 )
 
-backend = of_registry("--backend", "backend", BACKENDS, AUTO, AUTO)
+backend = of_registry(
+    "--backend", "backend", BACKENDS, AUTO, "Planning method; `auto` runs all suitable backends in turns.", AUTO
+)
 
 vehicle = click.option(
     "--vehicle",
     type=vehicle_name,
     shell_complete=one_of(profiles),
     metavar="NAME",
-    help="Vehicle of the teams that do not name one; see `missionc vehicles`.",
+    help="Vehicle for teams without one. `missionc vehicles` lists the names.",
 )
 
 poses = click.option(
@@ -344,17 +363,17 @@ poses = click.option(
     type=existing,
     shell_complete=files,
     metavar="FILE",
-    help="Measured start positions: a `.csv` file with `agent,x,y,z`, or a `.json` file.",
+    help="Read measured start positions from a CSV file with agent,x,y,z or a JSON file.",
 )
 
-force = click.option("--force", is_flag=True, help="Replace an existing folder.")
+force = click.option("--force", is_flag=True, help="Replace an existing folder of the compiler.")
 
-quiet = click.option("--quiet", is_flag=True, help="Print no summary and no progress.")
+quiet = click.option("--quiet", is_flag=True, help="Print no summary and no progress line.")
 
-quiet_progress = click.option("--quiet", is_flag=True, help="Print no progress.")
+quiet_progress = click.option("--quiet", is_flag=True, help="Print no progress line.")
 
 plot_width = click.option(
-    "--plot-width", type=click.Choice([*WIDTHS]), help="Width of the plot: one or two columns of a paper."
+    "--plot-width", type=click.Choice([*WIDTHS]), help="Plot width: one or two columns of a paper."
 )
 
 
@@ -366,7 +385,9 @@ def output(says: str, page: bool = False) -> Callable[[Command], Command]:
 
 def seed(most: int = 2**32 - 1) -> Callable[[Command], Command]:
     """``--seed``, 0 if left out."""
-    return click.option("--seed", type=click.IntRange(0, most), default=0, show_default=True, metavar="N")
+    return click.option(
+        "--seed", type=Count(0, most), default=0, show_default=True, metavar="N", help="Seed of all random choices."
+    )
 
 
 def exported(says: str) -> Callable[[Command], Command]:
@@ -384,7 +405,7 @@ def exported(says: str) -> Callable[[Command], Command]:
 
 def plot(says: str) -> Callable[[Command], Command]:
     """``--plot``: the file of a picture."""
-    return click.option("--plot", type=picture, metavar="FILE", help=f"{says}: FILE.svg, FILE.png or FILE.pdf.")
+    return click.option("--plot", type=picture, metavar="FILE", help=f"{says} to an SVG, PNG or PDF file.")
 
 
 def time_limit(says: str) -> Callable[[Command], Command]:
@@ -392,7 +413,7 @@ def time_limit(says: str) -> Callable[[Command], Command]:
     return click.option(
         "--time-limit",
         type=Number(min=0, min_open=True, max=1e9),
-        default=float(DEFAULT_TIME_LIMIT),
+        default=int(DEFAULT_TIME_LIMIT),
         show_default=True,
         metavar="SECONDS",
         help=says,
@@ -401,20 +422,27 @@ def time_limit(says: str) -> Callable[[Command], Command]:
 
 def between_steps(command: Command) -> Command:
     """``--continuous`` and ``--at-steps``, which ``continuous_time`` reads."""
-    refuse = click.option("--continuous", is_flag=True, help="Reject plans that violate a requirement between samples.")
+    refuse = click.option(
+        "--continuous", is_flag=True, help="Accept only plans that satisfy every requirement in continuous time."
+    )
     take = click.option(
-        "--at-steps", is_flag=True, help="Accept plans that satisfy the requirements at the samples only."
+        "--at-steps", is_flag=True, help="Accept the first plan that satisfies every requirement at the sample times."
     )
     return refuse(take(command))
 
 
-watch = click.option("--watch", is_flag=True, help="Keep running, and compile again after each change of the files.")
+watch = click.option("--watch", is_flag=True, help="Run again after each change of the mission files, until Ctrl-C.")
 
-verbose = click.option("-v", "--verbose", is_flag=True, help="Print every requirement, check, engine, note and file.")
+verbose = click.option(
+    "-v",
+    "--verbose",
+    is_flag=True,
+    help="Print all requirements, warnings, notes and files, and the smallest margin of each kind of check.",
+)
 
-no_open = click.option("--no-open", is_flag=True, help="Print the address of the page; do not open a browser.")
+no_open = click.option("--no-open", is_flag=True, help="Print the address of the page without opening a browser.")
 
-EXPLAIN_LIMIT = 20.0
+EXPLAIN_LIMIT = 20
 """Seconds, where nobody says otherwise."""
 
 explain_limit = click.option(
@@ -423,14 +451,19 @@ explain_limit = click.option(
     default=EXPLAIN_LIMIT,
     show_default=True,
     metavar="SECONDS",
-    help="Part of the time limit for relaxations of an impossible mission; 0 for none.",
+    help="Time for suggested fixes if no plan is found, as part of the time limit.",
 )
 
 
 def of_mission(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
     """The flags of every command that reads a mission; ``forms`` are how it can answer."""
     define = click.option(
-        "-D", "overrides", type=pair, multiple=True, metavar="NAME=VALUE", help="Set a parameter of the mission."
+        "-D",
+        "overrides",
+        type=pair,
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="Set a parameter of the mission, such as T=30s.",
     )
     return define(limits_and_form(command, forms))
 
@@ -451,13 +484,18 @@ set_values = click.option(
     type=_set_pair,
     multiple=True,
     metavar="NAME=VALUE",
-    help="Change a backend setting; `--set help` lists settings, units and ranges.",
+    help="Change a backend setting. `--set help` lists all settings with units and ranges.",
 )
 
 
 def limits_and_form(command: Command, forms: tuple[str, ...] = FORMS) -> Command:
     """The flags of every command that reads files."""
     limit = click.option(
-        "--limit", "limits", type=pair, multiple=True, metavar="NAME=VALUE", help="Change a size limit."
+        "--limit",
+        "limits",
+        type=pair,
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="Change a size limit, such as formula_nodes=100000.",
     )
     return limit(form_of(forms)(command))

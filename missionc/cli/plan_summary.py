@@ -1,4 +1,4 @@
-"""The summary of a plan in eight lines at most: that it is verified, how narrowly, what to be warned of, its page."""
+"""Summary of a plan, at most five lines: verdict, smallest margins, lower bound, warnings, path of the report."""
 
 from __future__ import annotations
 
@@ -7,53 +7,51 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missionc.base.figures import counted, decimals
-from missionc.base.solved import solved_text
 from missionc.base.units import Seconds
-from missionc.frontend.resolve.resolve_files import file_lines
 from missionc.ir import PLAIN, Mission
 from missionc.ir.wording import listed
 from missionc.output.folder.file_names import REPORT
 
 if TYPE_CHECKING:
-    from missionc.backends.api import Report
     from missionc.base.judgement import Judgement
     from missionc.compiler.results import Verified
     from missionc.verification.certificate import Between, Certificate, Check
 
 WHOLE = "whole flight"
-"""The figure of a certificate that says how long that takes."""
+"""Figure of a certificate: the duration from takeoff to landing."""
 
 MOST_WARNED = 2
-"""Requirements, and warnings, that are told; of more how many there are."""
+"""Requirements and warnings that are listed; of more, their number."""
 
 
-def plan_lines(verified: Verified, mission: Mission, seconds: Seconds, output: str) -> list[str]:
-    """What everybody has to know of a plan; ``output`` is the folder written, or empty.
+def plan_lines(
+    verified: Verified,
+    mission: Mission,
+    seconds: Seconds,
+    output: str,
+    verbose: bool = False,
+    further: Sequence[str] = (),
+) -> list[str]:
+    """Verdict, smallest margins, objective with its lower bound, warnings, and the path of the report.
 
     Args:
-        seconds: that the compilation took.
+        seconds: duration of the compilation.
+        output: the folder written, or empty.
+        verbose: a line for each warning.
+        further: lines above the path.
     """
-    plan, certificate = verified.plan, verified.certificate
+    plan, certificate, cut_short = verified.plan, verified.certificate, verified.report.cut_short
+    early = cut_short.note if cut_short else ""
+    warnings = [*warnings_of(certificate), *filter(None, (early, without_vehicle(mission)))]
     return [
         f"{plan.mission}: verified in {seconds:.1f} s: {counted(len(mission.agents), 'agent')} for "
-        f"{mission.horizon:g} s, planned by {plan.backend}, seed {plan.seed}",
-        *([f"  {solved_text(plan.solved)}"] if plan.solved else []),
-        *_files(mission),
+        f"{mission.horizon:g} s, planned by {plan.backend}, seed {plan.seed}{_flown(mission, certificate)}",
         *worst_margins(plan.judgements, certificate),
         *([f"  {plan.proven}"] if plan.proven else []),
-        *warning_lines(certificate),
-        *_cut_short(verified.report),
-        f"  {who_flies(mission)}",
-        *_floor_to_floor(certificate),
+        *warning_lines(warnings, verbose),
+        *further,
         *([f"  report: {Path(output) / REPORT}"] if output else []),
     ]
-
-
-def _files(mission: Mission) -> list[str]:
-    """A line for each of the first files that the mission reads, and one for all others."""
-    lines = [f"  {line}" for line in file_lines(mission)]
-    more = len(lines) - MOST_WARNED
-    return lines if more <= 1 else [*lines[:MOST_WARNED], f"  {more} more files, with -v"]
 
 
 def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> list[str]:
@@ -61,7 +59,7 @@ def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> 
     says = []
     if judgements:
         least = min(judgements, key=lambda each: each.robustness)
-        amount = f"{decimals(least.robustness)} {least.unit}".rstrip()
+        amount = f"{decimals(max(least.robustness, 0.0))} {least.unit}".rstrip()
         says.append(f"`{least.name}` {amount}")
     apart = [each for each in certificate.checks if each.name in ("separation", "flown separation")]
     if apart:
@@ -72,22 +70,34 @@ def worst_margins(judgements: Sequence[Judgement], certificate: Certificate) -> 
 def _room(check: Check) -> str:
     """The separation margin of two agents: the distance beyond the required separation."""
     when = "" if check.at is None else f" at {round(check.at, 2):g} s"
-    return f"separation of {listed(check.agents)} {decimals(check.margin)} m{when}"
+    return f"separation of {listed(check.agents)} {decimals(max(check.margin, 0.0))} m{when}"
 
 
-def warning_lines(certificate: Certificate) -> list[str]:
-    """One line on what holds at the steps alone, and one for each warning of the certificate."""
-    warnings = [*([at_steps(certificate.at_steps_alone)] if certificate.at_steps_alone else []), *certificate.warnings]
+def warning_lines(warnings: Sequence[str], verbose: bool) -> list[str]:
+    """One line with all warnings, or a line for each; nothing if there are none."""
+    if len(warnings) <= 1:
+        return [f"  warning: {each}" for each in warnings]
+    if verbose:
+        return [f"  {len(warnings)} warnings", *(f"    {each}" for each in warnings)]
     more = len(warnings) - MOST_WARNED
-    shown = warnings[:MOST_WARNED] if more > 1 else warnings
-    return [f"  warning: {each}" for each in shown] + ([f"  warning: {more} more, with -v"] if more > 1 else [])
+    shown = "; ".join(warnings[:MOST_WARNED] if more > 1 else warnings)
+    return [f"  {len(warnings)} warnings: {shown}" + (f"; {more} more with `-v`" if more > 1 else "")]
 
 
-def at_steps(alone: Sequence[Between]) -> str:
-    """``satisfied at the samples; `relay` is violated between, 1.04–1.69 s``"""
-    told = "; ".join(_between(each) for each in alone[:MOST_WARNED])
-    more = len(alone) - MOST_WARNED
-    return f"satisfied at the samples; {told}" + (f"; and {more} more" if more > 0 else "")
+def warnings_of(certificate: Certificate) -> list[str]:
+    """The warnings of a certificate: requirements between samples, distances of polynomials, preferences."""
+    names = [f"`{each.subject}`" for each in certificate.figures if each.name == "preference" and each.value < 0]
+    return [
+        *([between_samples(certificate.at_steps_alone)] if certificate.at_steps_alone else []),
+        *certificate.warnings,
+        *([f"{counted(len(names), 'preference')} not satisfied ({', '.join(names)})"] if names else []),
+    ]
+
+
+def between_samples(violated: Sequence[Between]) -> str:
+    """```relay` is violated between samples (1.04–1.69 s)``"""
+    more = len(violated) - MOST_WARNED
+    return ", ".join(map(_between, violated[:MOST_WARNED])) + (f" and {more} more" if more > 0 else "")
 
 
 def _between(each: Between) -> str:
@@ -95,26 +105,27 @@ def _between(each: Between) -> str:
 
     violated = "is violated" if each.verdict is Verdict.FAILS else "may be violated"
     if each.at is None:
-        return f"`{each.requirement}` {violated} between"
+        return f"`{each.requirement}` {violated} between samples"
     when = f"{each.at:.2f}" if each.until is None or each.until == each.at else f"{each.at:.2f}–{each.until:.2f}"
-    return f"`{each.requirement}` {violated} between, {when} s"
+    return f"`{each.requirement}` {violated} between samples ({when} s)"
 
 
-def who_flies(mission: Mission) -> str:
-    """Whether a vehicle can fly the plan, as far as that was asked."""
-    named = {agent.vehicle.name for agent in mission.agents if agent.vehicle.name != PLAIN.name}
+def without_vehicle(mission: Mission) -> str:
+    """A warning of agents whose plan no vehicle was checked against; empty if there are none."""
     without = sum(agent.vehicle.name == PLAIN.name for agent in mission.agents)
-    if not named:
-        return "no vehicle set, so flyability was not checked; add `--vehicle crazyflie21` to check it"
-    flown = f"{listed(tuple(f'`{name}`' for name in sorted(named)))} can fly it, proved between samples"
-    return flown + (f"; no vehicle set for {counted(without, 'agent')}" if without else "")
+    if not without:
+        return ""
+    of = "" if without == len(mission.agents) else f" for {counted(without, 'agent')}"
+    return f"no vehicle set{of}, so flyability was not checked (add `--vehicle crazyflie21`)"
 
 
-def _floor_to_floor(certificate: Certificate) -> list[str]:
-    """How long the whole flight takes, of a mission that comes from the floor."""
-    seconds = [figure.value for figure in certificate.figures if figure.name == WHOLE]
-    return [f"  whole flight, from takeoff to landing: {each:.4g} s, proved on all paths" for each in seconds]
-
-
-def _cut_short(report: Report) -> list[str]:
-    return [f"  note: {report.cut_short.note}"] if report.cut_short else []
+def _flown(mission: Mission, certificate: Certificate) -> str:
+    """The vehicles that can fly a plan, and the duration from takeoff to landing, as the end of a verdict."""
+    named = sorted({agent.vehicle.name for agent in mission.agents if agent.vehicle.name != PLAIN.name})
+    whole = [figure.value for figure in certificate.figures if figure.name == WHOLE]
+    return "".join(
+        (
+            f"; flyable by {listed(tuple(f'`{name}`' for name in named))}" if named else "",
+            *(f"; {each:.4g} s from takeoff to landing" for each in whole),
+        )
+    )

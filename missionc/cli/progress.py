@@ -26,7 +26,7 @@ class ProgressLine:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._begin = time.monotonic()
-        self._says = "reading"
+        self._says = "reading files"
         self._done = threading.Event()
         self._drawer = threading.Thread(target=self._draw, daemon=True)
 
@@ -61,13 +61,11 @@ class ProgressLine:
 
 def words(progress: Progress) -> str:
     """Where a backend is, in one line: the stage, and how far it is."""
-    rounds = f", round {progress.round}" if progress.round > 1 else ""
     iteration = f", iteration {progress.iteration}" if progress.iteration else ""
-    planned = "{}/{} robots planned".format(*progress.planned) if progress.planned else ""
+    planned = "{}/{} agents".format(*progress.planned) if progress.planned else ""
     margin = "" if progress.margin is None else f"best margin {progress.margin:.3g} m"
     details = ", ".join(filter(None, (planned, margin, progress.detail)))
-    engine = f"{progress.engine}: " if progress.engine else ""
-    return plain_line(f"{engine}{progress.stage}{rounds}{iteration}" + (f": {details}" if details else ""))
+    return plain_line(f"{progress.activity}{iteration}" + (f": {details}" if details else ""))
 
 
 @contextmanager

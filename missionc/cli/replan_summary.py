@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from missionc.base.figures import counted
-from missionc.cli.plan_summary import who_flies, worst_margins
+from missionc.cli.plan_summary import warning_lines, without_vehicle, worst_margins
 from missionc.compiler.replan.request import Replanned, Way
 from missionc.compiler.results import Verified
 from missionc.ir.wording import listed
@@ -18,7 +18,7 @@ def replanned_lines(replanned: Replanned, output: str) -> list[str]:
     if replanned.way is Way.NONE or rest is None or rest.mission is None:
         return []
     mission, begins = rest.mission, replanned.begins or 0.0
-    lines = [f"{mission.name}: {replanned.way.value}: {replanned.seconds:.2f} s, {_rest(replanned)}"]
+    lines = [f"{mission.name}: {replanned.way.value} in {replanned.seconds:.2f} s: {_rest(replanned)}"]
     if replanned.way is Way.KEPT:
         assert replanned.certificate is not None
         return [*lines, *worst_margins(replanned.certificate.judgements, replanned.certificate)]
@@ -29,8 +29,7 @@ def replanned_lines(replanned: Replanned, output: str) -> list[str]:
         *lines,
         *worst_margins(outcome.plan.judgements, outcome.certificate),
         f"  {_changing(replanned, begins)}",
-        *(["  no way back to the pads was found in time: it ends in a hover"] if _stays(replanned) else []),
-        f"  {who_flies(mission)}",
+        *warning_lines(list(filter(None, (_hovers(replanned), without_vehicle(mission)))), verbose=False),
         *([f"  report: {Path(output) / REPORT}"] if output else []),
     ]
 
@@ -40,12 +39,11 @@ def _changing(replanned: Replanned, begins: float) -> str:
     assert replanned.rest is not None
     stopping = [agent.name for agent in replanned.rest.valid_mission.agents if not agent.begins]
     if len(stopping) == len(replanned.rest.valid_mission.agents):
-        return f"everybody stops, and begins the new plan at {begins:g} s: the stops are proven too"
-    who = f"{listed(replanned.changed)} {'flies' if len(replanned.changed) == 1 else 'fly'} another way"
-    stops = (
-        f"{listed(stopping)} {'stops' if len(stopping) == 1 else 'stop'} before that" if stopping else "nobody stops"
-    )
-    return f"{who if replanned.changed else 'nobody flies another way'} from {begins:g} s on, and {stops}"
+        return f"all agents stop (the stops are proved too); the new plan starts at {begins:g} s"
+    plural = "s" if len(replanned.changed) == 1 else ""
+    new = f"{listed(replanned.changed)} follow{plural} a new path" if replanned.changed else "no agent changes its path"
+    stops = f"{listed(stopping)} stop{'s' if len(stopping) == 1 else ''} before" if stopping else "no agent stops"
+    return f"from {begins:g} s on, {new}; {stops}"
 
 
 def _rest(replanned: Replanned) -> str:
@@ -55,8 +53,12 @@ def _rest(replanned: Replanned) -> str:
     lost = [name for each in past.flown for name in each.stretch.lost] if past else []
     without = f", without {listed(lost)}" if lost else ""
     given_up = past.flown[-1].stretch.given_up if past else ()
-    dropped = f", `{'`, `'.join(given_up)}` given up" if given_up else ""
+    dropped = f", `{'`, `'.join(given_up)}` dropped" if given_up else ""
     return f"{counted(len(mission.agents), 'agent')} for the last {mission.horizon:g} s{without}{dropped}"
+
+
+def _hovers(replanned: Replanned) -> str:
+    return "no path back to the pads was found in time, so the flight ends in a hover" if _stays(replanned) else ""
 
 
 def _stays(replanned: Replanned) -> bool:

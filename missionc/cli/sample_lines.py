@@ -81,5 +81,5 @@ def port_of(value: str) -> tuple[str, int]:
     """``[HOST:]PORT``; this machine's own where no host is named."""
     host, _, port = value.rpartition(":")
     if not (port.isascii() and port.isdigit() and int(port) < 1 << 16):
-        raise click.UsageError(f"`{value}` is not of the form [HOST:]PORT, with a port up to 65535")
+        raise click.UsageError(f"`{value}` is not a UDP address; write [HOST:]PORT with a port up to 65535")
     return host.strip("[]") or LOOPBACK, int(port)

@@ -11,6 +11,7 @@ from missionc.backends.api import Attempt, Impossible, NotFound, Report, Violati
 from missionc.base.constraint import constraint_lines, constraint_records
 from missionc.base.figures import counted, decimals
 from missionc.base.judgement import judgement_lines
+from missionc.base.solved import solved_text
 from missionc.base.units import Seconds
 from missionc.cli import plan_summary
 from missionc.compiler.relax.advice import explained_document, explained_lines
@@ -18,7 +19,7 @@ from missionc.compiler.results import Compiled, InvalidMission, Monitored, Verif
 from missionc.frontend.resolve.resolve_files import file_lines, file_records
 from missionc.frontend.resolve.resolve_quantities import SI
 from missionc.frontend.resolve.show_ir import figures_of
-from missionc.ir import FIGURES, Band, Vehicle
+from missionc.ir import FIGURES, Band, Mission, Vehicle
 
 if TYPE_CHECKING:
     from missionc.output.documents.alternatives_json import AlternativeRow
@@ -35,13 +36,13 @@ def compiled_lines(compiled: Compiled, output: str, seconds: Seconds, verbose: b
     Args:
         output: the folder written, or empty.
         seconds: that it took.
-        verbose: whether to tell of every requirement, kind of check, engine, note and file.
+        verbose: whether to list every requirement, kind of check, engine, note and file.
     """
     mission = compiled.checked.mission
     outcome = compiled.outcome
     if mission is None:
         return []
-    written = [f"written to {output}", *(folder_lines(compiled.files) if verbose else [])] if output else []
+    written = [f"output: {output}", *(folder_lines(compiled.files) if verbose else [])] if output else []
     if isinstance(outcome, Impossible | NotFound):
         best = outcome.best if isinstance(outcome, NotFound) else None
         candidate = attempt_lines(mission.name, best, mission.step) if best and verbose else []
@@ -49,25 +50,25 @@ def compiled_lines(compiled: Compiled, output: str, seconds: Seconds, verbose: b
         return [*tried, *candidate, *explained_lines(compiled), *written]
     if not isinstance(outcome, Verified):
         return []
-    alternatives = alternative_lines([each.row for each in compiled.alternatives])
-    return [
-        *plan_summary.plan_lines(outcome, mission, seconds, output),
-        *(["files", *(f"  {line}" for line in file_lines(mission))] if verbose and mission.files else []),
-        *(_details(outcome, mission.step) if verbose else []),
-        *alternatives,
+    further = [
+        *(_details(outcome, mission) if verbose else []),
+        *alternative_lines([each.row for each in compiled.alternatives]),
         *(written if verbose else []),
     ]
+    return plan_summary.plan_lines(outcome, mission, seconds, output, verbose, further)
 
 
-def _details(outcome: Verified, step: Seconds) -> list[str]:
-    """Every requirement; what each engine did; the tightest check of every kind; what may be late."""
-    certificate = outcome.certificate
+def _details(outcome: Verified, mission: Mission) -> list[str]:
+    """Files read, every requirement, the work of each engine, notes, the tightest check of every kind, delays."""
+    certificate, solved = outcome.certificate, solved_text(outcome.plan.solved)
     return [
+        *(["files read", *(f"  {line}" for line in file_lines(mission))] if mission.files else []),
         "requirements",
-        *judgement_lines(outcome.plan.judgements, step),
+        *judgement_lines(outcome.plan.judgements, mission.step),
+        *([solved] if solved else []),
         *_several(outcome.report),
         *(f"note: {note}" for note in outcome.report.notes),
-        f"{counted(len(certificate.checks), 'check')} passed; the smallest margin of each kind",
+        f"{counted(len(certificate.checks), 'check')} passed; smallest margin of each kind of check",
         *margin_lines(certificate),
         *between_lines(certificate.between),
         *delay_lines(certificate.delays),
@@ -75,7 +76,7 @@ def _details(outcome: Verified, step: Seconds) -> list[str]:
 
 
 def alternative_lines(alternatives: list[AlternativeRow]) -> list[str]:
-    """A table of the plans that differ: length, duration and the smallest margin, and below each what is different."""
+    """A table of alternative plans: length, duration and smallest margin, and below each its differences."""
     if not alternatives:
         return []
     columns = [
@@ -85,7 +86,7 @@ def alternative_lines(alternatives: list[AlternativeRow]) -> list[str]:
         [f"margin {decimals(each.margin)} m" for each in alternatives],
     ]
     wide = [max(map(len, column)) for column in columns]
-    lines = [f"{counted(len(alternatives), 'plan')} that differ{'' if len(alternatives) > 1 else 's'}, best first"]
+    lines = [f"{counted(len(alternatives), 'alternative plan')}, best first"]
     for number, each in enumerate(alternatives):
         figures = "  ".join(f"{column[number]:>{width}}" for column, width in zip(columns, wide, strict=True))
         lines += [f"  {figures}", *(f"     {words}" for words in each.differs)]
@@ -96,7 +97,7 @@ def tried_lines(report: Report) -> list[str]:
     """What each engine of a portfolio did and said that had a turn; nothing where there was none."""
     had = [each for each in report.tried if each.turns]
     width = max((len(each.engine) for each in had), default=0)
-    return [f"tried {each.engine:<{width}}  {each}" for each in had]
+    return [f"backend {each.engine:<{width}}  {each}" for each in had]
 
 
 def _several(report: Report) -> list[str]:
@@ -107,7 +108,7 @@ def _several(report: Report) -> list[str]:
 
 def attempt_lines(name: str, best: Attempt, step: Seconds) -> list[str]:
     """The best candidate of a search that found no plan, requirement by requirement, and what else it breaks."""
-    lines = [f"{name}: the closest infeasible candidate", *judgement_lines(best.requirements, step)]
+    lines = [f"{name}: closest infeasible candidate", *judgement_lines(best.requirements, step)]
     faults = best.worst_faults()
     width = max((len(fault.what) for fault in faults), default=0)
     return [*lines, *(f"  {fault.what:<{width}}  violated  {_amount(fault, step)}" for fault in faults)]
@@ -135,7 +136,7 @@ def margin_lines(certificate: Certificate) -> list[str]:
     width = max((len(check.name) for check in shown), default=0)
     amounts = [f"{check.margin:.3f} {check.unit}".rstrip() for check in shown]
     lines = [f"  {each.name:<{width}}  {amount}{_where(each)}" for each, amount in zip(shown, amounts, strict=True)]
-    return [*lines, f"  {counted(len(exact), 'exact check')} pass{'es' if len(exact) == 1 else ''}"] if exact else lines
+    return [*lines, f"  {counted(len(exact), 'other kind')} within tolerance"] if exact else lines
 
 
 def between_lines(between: Iterable[Between]) -> list[str]:
@@ -149,10 +150,10 @@ def delay_lines(delays: tuple[Delay, ...]) -> list[str]:
         return []
     least = min(delays, key=lambda each: each.tolerated)
     others = sum(each.tolerated == least.tolerated for each in delays) - 1
-    who = f"{least.agent}{f' and {others} more' if others else ''}"
-    much = f"{'at least ' if least.open else ''}{least.tolerated:g} s"
-    why = f"; one more step violates {least.broken}" if least.breaks else ""
-    return [f"delay tolerance: {much} for {who}, all others on time{why}"]
+    agents = f"{least.agent}{f' and {others} more' if others else ''}"
+    seconds = f"{'at least ' if least.open else ''}{least.tolerated:g} s"
+    limit = f"; one more step violates {least.broken}" if least.breaks else ""
+    return [f"delay tolerance: {seconds} for {agents}, if all other agents are on time{limit}"]
 
 
 def folder_lines(files: Iterable[str]) -> list[str]:
@@ -168,8 +169,8 @@ def folder_lines(files: Iterable[str]) -> list[str]:
 
 
 def exported_lines(output: str, files: Iterable[str], notes: list[str]) -> list[str]:
-    """Where a flight was exported to."""
-    return [*(f"note: {note}" for note in notes), f"written to {output}", *folder_lines(files)]
+    """Notes, the folder that was written and its files."""
+    return [*(f"note: {note}" for note in notes), f"output: {output}", *folder_lines(files)]
 
 
 def timing_lines(seconds: tuple[tuple[str, Seconds], ...]) -> list[str]:
@@ -238,27 +239,23 @@ def reverified_lines(reverified: Reverified, verbose: bool) -> list[str]:
     if certificate is None or not certificate.passed:
         return []
     lines = [
-        f"{certificate.mission}: verified, {counted(len(certificate.checks), 'check')} from the folder's files alone"
+        f"{certificate.mission}: verified from the files of the folder, "
+        f"{counted(len(certificate.checks), 'check')} passed"
     ]
     lines += [
-        f"  {each.folder}: verified, {counted(len(each.certificate.checks), 'check')}"
+        f"  {each.folder}: verified, {counted(len(each.certificate.checks), 'check')} passed"
         for each in reverified.others
         if each.certificate is not None
     ]
     if reverified.proven:
-        return [*lines, f"  proven: {reverified.proven}"]
-    if not verbose:
-        return [
-            *lines,
-            *plan_summary.worst_margins(certificate.judgements, certificate),
-            *plan_summary.warning_lines(certificate),
-        ]
+        return [*lines, f"  proved: {reverified.proven}"]
     return [
         *lines,
-        *margin_lines(certificate),
-        *(f"note: {warning}" for warning in certificate.warnings),
-        *between_lines(certificate.between),
-        *delay_lines(certificate.delays),
+        *plan_summary.worst_margins(certificate.judgements, certificate),
+        *plan_summary.warning_lines(plan_summary.warnings_of(certificate), verbose),
+        *(["smallest margin of each kind of check", *margin_lines(certificate)] if verbose else []),
+        *(between_lines(certificate.between) if verbose else []),
+        *(delay_lines(certificate.delays) if verbose else []),
     ]
 
 
@@ -293,18 +290,18 @@ def exported_document(output: str | None, files: Iterable[str], notes: list[str]
 
 def _amount(fault: Violation, step: Seconds) -> str:
     by = f"margin {decimals(fault.margin)} {fault.unit}  " if fault.margin < 0 else ""
-    return f"{by}at {fault.step * step:g} s{by_whom(fault.agents)}"
+    return f"{by}at {fault.step * step:g} s{in_brackets(fault.agents)}"
 
 
 def _where(check: Check) -> str:
     when = "" if check.at is None else f" at {round(check.at, 2):g} s"
     what = "" if check.agents else f" of {check.subject}"
-    return f"{what}{when}{by_whom(check.agents)}"
+    return f"{what}{when}{in_brackets(check.agents)}"
 
 
-def by_whom(agents: tuple[str, ...]) -> str:
-    """Agents, as the words that follow what they do; nothing where there are none."""
-    return f" by {', '.join(agents)}" if agents else ""
+def in_brackets(agents: tuple[str, ...]) -> str:
+    """Agents after a figure that belongs to them; empty if there are none."""
+    return f" ({', '.join(agents)})" if agents else ""
 
 
 def _between(between: Between) -> dict[str, object]:

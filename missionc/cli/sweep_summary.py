@@ -26,14 +26,14 @@ def swept_lines(result: SweepResult, output: Path) -> list[str]:
     if not result.groups:
         return []
     told = ", ".join(f"{count} {outcome}" for outcome, count in counts(result.rows.values()).items() if count)
-    head = f"{result.mission}: {len(result.rows)} of {counted(result.total, 'run')} are over, {result.done} of them now"
+    head = f"{result.mission}: {len(result.rows)} of {counted(result.total, 'run')} finished ({result.done} new)"
     lines = [f"{head}: {told}" if told else head, *_group_lines(result.groups), *_comparison_lines(result.comparisons)]
     if not result.complete:
-        lines.append("the same command goes on with what is left")
+        lines.append("run the same command again to continue")
     absent = missing_writer()
     note = [f"note: {absent.message}"] if absent else []
     tables = CSV if absent else f"{CSV} and {PARQUET}"
-    return [*lines, *note, f"written to {output}: {tables}; {output / PAGE} shows it"]
+    return [*lines, *note, f"tables: {tables} in {output}", f"report: {output / PAGE}"]
 
 
 def _group_lines(groups: Sequence[Group]) -> list[str]:
@@ -51,7 +51,7 @@ def _group_lines(groups: Sequence[Group]) -> list[str]:
         rows.append([words(group.values), percent(group.success), *without, *spreads])
     lines = _columns(rows)
     more = len(groups) - MOST_LINES
-    return [*lines, *([f"  and {counted(more, 'combination')} more, on the page"] if more > 0 else [])]
+    return [*lines, *([f"  and {counted(more, 'combination')} more in the report"] if more > 0 else [])]
 
 
 def _comparison_lines(comparisons: Sequence[Comparison]) -> list[str]:
@@ -66,8 +66,8 @@ def _comparison_lines(comparisons: Sequence[Comparison]) -> list[str]:
         numbers = [f"{each.old:.3g}", f"{each.new:.3g}", each.verdict, f"{each.p:.2g}", str(each.pairs)]
         rows.append([name, f"{each.measure.says}{unit}", *numbers, each.test])
     more = len(comparisons) - MOST_LINES
-    rest = [f"  and {counted(more, 'comparison')} more, on the page"] if more > 0 else []
-    return ["compared, by pairs of equal values and seeds, p by Holm's method", *_columns(rows), *rest]
+    rest = [f"  and {counted(more, 'comparison')} more in the report"] if more > 0 else []
+    return ["comparison by pairs of equal values and seeds; p-values with Holm's correction", *_columns(rows), *rest]
 
 
 def _columns(rows: Sequence[Sequence[str]]) -> list[str]:

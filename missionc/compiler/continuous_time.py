@@ -37,8 +37,8 @@ class Short:
     none: str
 
 
-BETWEEN = Short("hold between its steps", "holds throughout")
-DELAYS = Short("tolerate the delays", "tolerates the delays, which says nothing about whether there is one")
+BETWEEN = Short("violates a requirement between samples", "satisfies every requirement in continuous time")
+DELAYS = Short("does not tolerate the delays", "tolerates the delays, but such a plan may exist")
 
 
 def falls_short(compiled: Compiled, throughout: ContinuousTime) -> Short | None:
@@ -90,13 +90,13 @@ def plan_in_continuous_time(
         retry = plan(by, replace(request, budget=more, kernel=asked_for, backend=near, log=log))
         tried += 1
         if isinstance(retry.outcome, Verified) and falls_short(retry, throughout) is None:
-            note = f"the first plan does not {short.no}; {'repaired it' if attempt.repaired else 'this one'} does"
+            note = f"the first plan {short.no}; this plan was {'repaired' if attempt.repaired else 'found'} afterwards"
             report = retry.outcome.report
             outcome = replace(retry.outcome, report=replace(report, engine=report.engine or engine))
             return noted(replace(retry, checked=replace(retry.checked, choice=choice), outcome=outcome), note)
         failing |= _failing(retry)
-    asked_once = "the method of the preset gives one plan, and no other is tried"
-    note = asked_once if published else f"{tried} plans were asked for: none {short.none}"
+    asked_once = "the preset computes one plan only"
+    note = asked_once if published else f"none of {tried} plans {short.none}"
     return _fallen_short(first, short, throughout, note)
 
 

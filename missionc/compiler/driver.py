@@ -118,11 +118,7 @@ def _cut_short(plan: api.Planned, why: api.CutShort) -> api.Planned:
 
 def limit_reached(ended: Ended, now: api.Progress) -> api.NotFound:
     """A limit came before there was a plan, or a candidate for one; with the stage that was under way."""
-    engine = f" of the backend `{now.engine}`" if now.engine else ""
-    which = f" (round {now.round})" if now.round > 1 else ""
-    return api.NotFound(
-        ended.reason, f"{ended.during(now.stage)}{engine}{which}; no candidate was finished", api.Report()
-    )
+    return api.NotFound(ended.reason, f"{ended.during(now.activity)}, before any candidate plan", api.Report())
 
 
 def _to_search(deadline: float, explain_limit: Seconds) -> float:
@@ -299,9 +295,9 @@ def _plan(checked: Checked, request: PlanRequest) -> Compiled:
     if not isinstance(retry.outcome, Verified):
         return first
     report, planner = retry.outcome.report, retry.outcome.plan.backend
-    alone = api.Tried(planner, 1, report.work, Seconds(sum(seconds for _, seconds in report.seconds)), "a plan")
+    alone = api.Tried(planner, 1, report.work, Seconds(sum(seconds for _, seconds in report.seconds)), "plan found")
     ended = (replace(each, says=UNVERIFIED) for each in refused.report.tried if each.engine == refused.report.engine)
-    note = f"`{refused.report.engine}` found {UNVERIFIED}: a defect of the compiler"
+    note = f"`{refused.report.engine}` found {UNVERIFIED}; this is a bug, please report it"
     report = replace(report.noting(note), tried=(*ended, *(report.tried or (alone,))))
     whole = replace(retry.checked, choice=choice)
     return replace(retry, checked=whole, outcome=replace(retry.outcome, report=report))
@@ -411,7 +407,7 @@ def verdict_text(compiled: Compiled) -> str:
             return reason.value
         case _:
             codes = sorted({each.code.name for each in compiled.findings if not each.code.warning})
-            return f"no flight of the plan ({', '.join(codes)})"
+            return f"the plan cannot be flown ({', '.join(codes)})"
 
 
 def _for_trials(backend: api.Backend, outcome: api.Impossible | api.NotFound, options: Options) -> api.Backend:
@@ -420,7 +416,7 @@ def _for_trials(backend: api.Backend, outcome: api.Impossible | api.NotFound, op
     return backend if isinstance(engine, Diagnostic) else engine
 
 
-UNVERIFIED = "a plan that does not pass verification"
+UNVERIFIED = "a plan that fails verification"
 """What an engine says whose plan was refused."""
 
 

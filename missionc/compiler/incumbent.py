@@ -101,10 +101,10 @@ class Incumbent:
             case NotFound(reason=reason):
                 return cut_short(self.best, CUT_SHORT.get(reason, CutShort.UNFINISHED))
             case Unverified():
-                note = "a later plan did not pass verification: a defect of the compiler"
+                note = "a later plan failed verification; this is a bug, please report it"
                 return noted(cut_short(self.best, CutShort.DEFECT), note)
             case _:
-                return noted(cut_short(self.best, CutShort.UNFINISHED), "a later plan cannot be flown")
+                return noted(cut_short(self.best, CutShort.UNFINISHED), "a later plan exceeds vehicle limits")
 
     def reserve(self, otherwise: Seconds) -> Seconds:
         """Seconds to reserve for a certification: measured if there was one before."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from missionc.backends.api import Impossible, NotFound, Planned, Reason, Scope
+from missionc.backends.api import Impossible, NotFound, Planned, Progress, Reason, Scope
 from missionc.backends.choose_backend import choose_backend
 from missionc.backends.registry import AUTO, BACKENDS
 from missionc.base.diagnostics import code as codes
@@ -143,8 +143,8 @@ def _others(checked: Checked) -> list[str]:
 def not_brought_home(ended: Ended, planned: Planned, seconds: Sequence[tuple[str, Seconds]]) -> NotFound:
     """A plan was found, and a limit came before it was verified and written; ``seconds`` are those of each stage."""
     searched = sum(spent for _, spent in planned.report.seconds)
-    stage = seconds[-1][0] if seconds else "verify"
-    statement = f"a plan was found in {searched:.1f} s, and not yet verified and written: {ended.during(stage)}"
+    stage = Progress(seconds[-1][0] if seconds else "verify")
+    statement = f"a plan was found in {searched:.1f} s, but not verified: {ended.during(stage.activity)}"
     return NotFound(ended.reason, statement, planned.report)
 
 

@@ -93,7 +93,7 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
     for stage, way in ways_of(mission, flown).items():
         if not way.needed:
             continue
-        budget.on_progress(Progress("emit", detail=f"the way {stage.value}"))
+        budget.on_progress(Progress("emit", detail=f"path {WORDS[stage]}"))
         own = _plan(mission, stage, way, budget, left)
         if isinstance(own, Diagnostic):
             return own
@@ -108,7 +108,7 @@ def plan_ways(mission: Mission, files: Mapping[str, str], budget: Budget) -> Who
 
 def _safe_end(mission: Mission, files: Mapping[str, str], budget: Budget, ways: Ways = NO_WAYS) -> WholeFlight:
     """The safe ends of a flight with its ways, which were verified."""
-    budget.on_progress(Progress("emit", detail="safe ends"))
+    budget.on_progress(Progress("emit", detail="safe stops"))
     whole, before, risen = as_one(mission, files, ways)
     stops = safe_ends(mission, whole, before, risen)
     judged = verify_safe_end(mission, whole, before, risen, stops)

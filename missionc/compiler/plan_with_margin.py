@@ -78,12 +78,14 @@ def _tolerant(
         if share and has_errors(check_world(roomy, early)):
             continue
         short = replace(_short(budget, SEARCH.work), on_incumbent=api.discard_plan)
-        ahead = log.within(log.stage, ", ".join(filter(None, (log.attempt, f"{share:.0%} of the room for delays"))))
+        ahead = log.within(
+            log.stage, ", ".join(filter(None, (log.attempt, f"{share:.0%} of the extra separation for delays")))
+        )
         outcome = _plan_with_margin(backend, roomy, early, options, short, ahead)
         if isinstance(outcome, api.Planned) and verify(mission, kernel, outcome.trace).passed:
             extra = roomy.separation - mission.separation
-            room = f", and with {extra:.3g} m more between bodies" if extra else ""
-            return outcome.noting(f"planned early{room}, so that it tolerates the delays")
+            room = f" and {extra:.3g} m more separation" if extra else ""
+            return outcome.noting(f"planned with earlier deadlines{room} to tolerate the delays")
     return None
 
 
@@ -114,13 +116,13 @@ def _plan_with_margin(
     if never is not None:
         refused = cover.refusal(COVERS.first) if cover is not None else None
         return refused or api.Impossible(
-            (never,), "it is false whatever the motion", api.Report(), api.Scope.MISSION, smallest=True
+            (never,), "the requirement is false for every motion", api.Report(), api.Scope.MISSION, smallest=True
         )
     wanted = room = with_vehicle_room(mission)
     paces = speed_limited(room, kernel, speed_fraction, stretched=options.stretch != 1)
     if speed_fraction < 1:
         if not paces:
-            return api.NotFound(api.Reason.SOLVER, "no slower agent would be in time", api.Report())
+            return api.NotFound(api.Reason.SOLVER, "no agent can be in time at a lower speed", api.Report())
         wanted = paces[0][1]
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
     late = False
@@ -245,6 +247,6 @@ def _after(planned: api.Planned, late: bool) -> api.Planned:
 
 
 def _noted(planned: api.Planned, margin: Metres, part: float) -> api.Planned:
-    achieved = f"; this one keeps them by {part * margin * 100:g} cm" if part else ""
-    note = f"no plan was found that keeps the requirements by {margin * 100:g} cm, the margin of a flight{achieved}"
+    achieved = f"; this plan was planned with {part * margin * 100:g} cm" if part else ""
+    note = f"no plan was found with a robustness margin of {margin * 100:g} cm{achieved}"
     return replace(planned, report=replace(planned.report.noting(note), kept=part))

@@ -290,7 +290,9 @@ class Compiled:
                 return below(self.findings, str(self.outcome))
             case Impossible() | NotFound():
                 changes = [f"  {each.says}" for each in self.explained.relaxations] if self.explained else []
-                return below(self.findings, *(["any one of these changes works"] if changes else []), *changes)
+                return below(
+                    self.findings, *(["each of these changes makes the mission feasible"] if changes else []), *changes
+                )
             case InvalidMission() | Unverified():
                 return below(self.findings, f"{self.checked.file}: {counts(self.findings)}")
             case _:
@@ -303,7 +305,7 @@ class Compiled:
         if isinstance(self.outcome, Verified):
             return framed(self.outcome.page, str(self))
         missed = [content.decode("utf-8") for name, content in self.near_miss_files if name == "near_miss.html"]
-        return shown(self) + "".join(framed(page, "the nearest miss") for page in missed)
+        return shown(self) + "".join(framed(page, "closest infeasible candidate") for page in missed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -24,11 +24,11 @@ class Ended:
     reason: Reason
     detail: str = ""
 
-    def during(self, stage: str) -> str:
-        """A sentence about the stage that was under way."""
+    def during(self, activity: str) -> str:
+        """Return a sentence about the activity that the limit ended."""
         if self.reason is Reason.TIME:
-            return f"time ended in the stage `{stage}`"
-        return f"memory ran out in the stage `{stage}`{f': {self.detail}' if self.detail else ''}"
+            return f"time limit reached while {activity}"
+        return f"memory limit reached while {activity}{f': {self.detail}' if self.detail else ''}"
 
 
 def within(moment: float, work: Callable[[], Result]) -> Result | Ended:

@@ -41,8 +41,8 @@ class StageLog:
     def _rows(self, engine: str, outcome: Outcome, attempt: str) -> list[StageRun]:
         report = outcome.report
         tried = ", ".join(filter(None, (self.attempt, attempt)))
-        says = "a plan" if isinstance(outcome, Planned) else outcome.statement
-        says += f", cut short ({report.cut_short.value})" if report.cut_short else ""
+        says = "plan found" if isinstance(outcome, Planned) else outcome.statement
+        says += f", stopped early ({report.cut_short.value})" if report.cut_short else ""
         of_each = [(each.engine, each.work, each.says) for each in report.tried if each.turns]
         return [
             StageRun(self.stage, tried, name, round(work, 3), what)

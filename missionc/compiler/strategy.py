@@ -133,9 +133,11 @@ class Attempt:
     repaired: bool = False
 
     def __str__(self) -> str:
-        by = "repair of the first plan" if self.repaired else "other engines" if self.others else "the same engine"
-        lasting = "" if self.lasting is StrengthenedSet.NONE else f", {self.lasting.name.lower()} requirements last"
-        margin = f", margin of 1/{round(1 / self.margin)} of a step's distance" if self.margin else ""
+        by = "repair of the first plan" if self.repaired else "other backends" if self.others else "same backend"
+        lasting = (
+            "" if self.lasting is StrengthenedSet.NONE else f", {self.lasting.name.lower()} requirements strengthened"
+        )
+        margin = f", robustness margin of 1/{round(1 / self.margin)} of the distance per step" if self.margin else ""
         return f"{by}{lasting}{margin}{f', seed + {self.seed}' if self.seed else ''}"
 
 
@@ -258,7 +260,7 @@ class Try:
     work: float
 
 
-LAST_TRY = "speed limits of the mission, no margin"
+LAST_TRY = "speed limits of the mission, no robustness margin"
 
 
 def speed_limited(
@@ -371,7 +373,7 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
     assert choice is not None
     if is_published(choice.engines, options):
         after = (("plan", NEXT), ("no plan", "undecided"))
-        yield Stage("search", f"{choice.engines[0]}, by the method of the preset", (), after)
+        yield Stage("search", f"{choice.engines[0]} with the method of the preset", (), after)
         yield Stage("verify", "always", (), (("passed", NEXT), ("failed", "undecided")))
         return
     margin = tracking_margin(mission) if options.margin is None else Metres(options.margin)
@@ -385,70 +387,74 @@ def _stages(checked: Checked, request: PlanRequest) -> Iterator[Stage]:
         " and ".join(choice.engines) + (f" in turns of {FIRST:g}, {FIRST * LONGER:g}, … units" if several else ""),
         (
             *(f"{try_text(each, margin)}; {_limit(each)}" for each in before),
-            f"{LAST_TRY}; the time left",
+            f"{LAST_TRY}; remaining time",
         ),
         (
             ("plan", NEXT),
-            *((("no plan in a try", f"covers for {COVERS.first:g} units, then the next try"),) if before else ()),
-            ("no plan in the last try", f"covers for {COVERS.failed:g} units, then {explain}"),
-            ("covers refute the mission", explain),
+            *(
+                (("no plan in a try", f"over-approximations for {COVERS.first:g} units, then the next try"),)
+                if before
+                else ()
+            ),
+            ("no plan in the last try", f"over-approximations for {COVERS.failed:g} units, then {explain}"),
+            ("mission proved infeasible", explain),
         ),
     )
     tolerant = (("delays not tolerated", "continuous time"),) if mission.tolerances else ()
-    failed = "the other engines search" if several else "the answer: a defect of the compiler"
+    failed = "search by the other backends" if several else "the answer: a bug of the compiler"
     yield Stage("verify", "always", (), (("passed", NEXT), ("failed", failed), *tolerant))
     if not BACKENDS[choice.engines[0]].optimises_globally and mission.objective is not Objective.NONE:
-        better = (("always", f"{NEXT}, with the better plan by the objective"),)
+        better = (("always", f"{NEXT}, with the best plan by the objective"),)
         limit = f"at most {COMPARISON.most} plans, {_work(COMPARISON)} in all"
-        yield Stage("options", f"if the engine chose options by an estimate; {limit}", ("other choices",), better)
+        yield Stage("options", f"if the backend chose options by an estimate; {limit}", ("other options",), better)
     if options.stretch == 1:
         slower = tuple(f"{fraction:.0%} of the vehicles' speed" for fraction in TIME_SCALING.fractions)
-        after = (("plan that can be flown", NEXT), ("none", "the answer: no flight of the plan"))
-        yield Stage("time scaling", f"if the plan cannot be flown; {_seconds(TIME_SCALING)}", slower, after)
+        after = (("flyable plan", NEXT), ("none", "the answer: the plan cannot be flown"))
+        yield Stage("time scaling", f"if the plan exceeds vehicle limits; {_seconds(TIME_SCALING)}", slower, after)
     if request.continuous_time is not ContinuousTime.AT_STEPS:
         wanted = request.continuous_time is ContinuousTime.WANTED
-        limit = _seconds(CONTINUOUS_TIME) if wanted else "the time left"
-        last = f"{NEXT}, with the first plan and a warning" if wanted else "the answer: no plan holds between its steps"
+        limit = _seconds(CONTINUOUS_TIME) if wanted else "remaining time"
+        last = f"{NEXT}, with the first plan and a warning" if wanted else "the answer: no plan in continuous time"
         yield Stage(
             "continuous time",
-            f"if a requirement fails between the steps; {limit}",
+            f"if a requirement is violated between samples; {limit}",
             tuple(map(str, attempts(choice.engines[0], delays=False, repairable=True))),
-            (("plan that holds", NEXT), ("none", last)),
+            (("plan in continuous time", NEXT), ("none", last)),
         )
     if request.alternatives > 1:
-        best = (("always", "the best plan, with the others beside it"),)
+        best = (("always", "the answer: the best plan and the other plans"),)
         most = ALTERNATIVES.tries * (request.alternatives - 1)
         limit = f"at most {most} attempts, {_work(ALTERNATIVES)} each"
-        runs = f"until {request.alternatives} plans differ; {limit}"
-        yield Stage("alternatives", runs, ("missions in which a choice is forbidden",), best)
+        runs = f"until {request.alternatives} different plans are found; {limit}"
+        yield Stage("alternatives", runs, ("missions that forbid a choice of earlier plans",), best)
     if request.explain_limit:
-        changes = ("requirements left out, windows and limits relaxed, more time, another roadmap",)
+        changes = ("fewer requirements, wider windows and limits, more time, another roadmap",)
         limit = f"{request.explain_limit:g} s"
-        yield Stage("explain", f"if there is no plan; {limit}", changes, (("always", "the answer, with its causes"),))
+        yield Stage("explain", f"if there is no plan; {limit}", changes, (("always", "the answer with its causes"),))
 
 
 def _work(stage: RestrictedStage) -> str:
-    return f"{stage.least_work:g} units, or {stage.times:g} times those of the first plan if that is more"
+    return f"{stage.least_work:g} units, or {stage.times:g} times the work of the first plan if more"
 
 
 def _seconds(stage: TimeScalingStage | ContinuousTimeStage) -> str:
-    return f"{stage.least:g} s, or {stage.times:g} times those of the first plan if that is more"
+    return f"{stage.least:g} s, or {stage.times:g} times the time of the first plan if more"
 
 
 def _speed(each: Try) -> str:
     if each.speed is None:
         return "speed limits of the mission"
-    return f"{each.speed:.0%} of the vehicles' speed" if each.speed else "speeds that can be flown from rest to rest"
+    return f"{each.speed:.0%} of the vehicles' speed" if each.speed else "speeds flyable from rest to rest"
 
 
 def try_text(each: Try, margin: Metres) -> str:
     """Speeds and margin of a try, in words."""
     kept = each.margin * margin
-    return f"{_speed(each)}, {f'robustness margin {kept:.3g} m' if kept > 0 else 'no margin'}"
+    return f"{_speed(each)}, {f'robustness margin {kept:.3g} m' if kept > 0 else 'no robustness margin'}"
 
 
 def _limit(each: Try) -> str:
-    return f"{each.work:g} units, {SEARCH.time:.0%} of the time left"
+    return f"{each.work:g} units, {SEARCH.time:.0%} of the remaining time"
 
 
 def show_strategy(checked: Checked, request: PlanRequest) -> str:

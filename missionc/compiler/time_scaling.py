@@ -53,7 +53,7 @@ def plan_with_time_scaling(
         log = request.log.within("time scaling", f"{speed_fraction:.0%} of the vehicles' speed")
         retry = plan(checked, replace(slower, budget=more, log=log))
         if isinstance(retry.outcome, Verified):
-            note = f"the first plan cannot be flown; this one can, at {speed_fraction:g} of the top speeds"
+            note = f"the first plan exceeds vehicle limits; this plan uses {speed_fraction:.0%} of the top speeds"
             return noted(retry, note), slower
         if not isinstance(retry.outcome, InvalidMission):
             break  # who is slower still is nowhere in time either

@@ -92,10 +92,10 @@ def usage(words: list[str]) -> None:
     with tempfile.TemporaryDirectory() as folder, within(Path(folder)):
         for _ in words:
             said = _refused(words)
-            if absent := re.fullmatch(r"there is no file `(.+)`", said):
+            if absent := re.fullmatch(r"there is no file `(.+)`; check the path", said):
                 Path(absent[1]).parent.mkdir(parents=True, exist_ok=True)
                 Path(absent[1]).touch()
-            elif absent := re.fullmatch(r"there is no folder `(.+)`", said):
+            elif absent := re.fullmatch(r"there is no folder `(.+)`; check the path", said):
                 Path(absent[1]).mkdir(parents=True)
             else:
                 break

@@ -53,7 +53,7 @@ class Watching:
         assert self.said.count(words) >= times, self.said
 
     def address(self) -> str:
-        self.says("Ctrl-C ends")
+        self.says("Ctrl-C stops")
         found = re.search(r"http://127\.0\.0\.1:\d+/[\w-]*/?", self.said)
         assert found, self.said
         return found[0]

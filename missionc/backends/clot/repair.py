@@ -65,7 +65,7 @@ class Repair:
             found = self._repaired(mission, kernel, in_time, account)
         if found is None:
             reason = Reason.SOLVER if in_time() else Reason.TIME
-            return NotFound(reason, "no plan was found near the motion", account.report())
+            return NotFound(reason, "no plan was found near the first plan", account.report())
         before = self.found
         report = replace(account.report(), sizes=before.sizes, texts=before.texts, roadmaps=before.roadmaps)
         return Planned(found, replace(report, solved=then_polished(before.solved, mission.names)))

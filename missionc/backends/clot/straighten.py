@@ -56,7 +56,7 @@ def straighten(mission: Mission, kernel: Kernel, planned: Planned, budget: Budge
         straight = straightened(mission, kernel, planned.trace, in_time)
     if straight is not planned.trace:
         before, after = travelled(planned.trace), travelled(straight)
-        account.notes.append(f"{after:.6g} m in all after it was straightened, {before:.6g} m on the roadmap")
+        account.notes.append(f"distance {after:.6g} m after straightening, {before:.6g} m on the roadmap")
     if not in_time():
         account.cut()
     report, more = planned.report, account.report()

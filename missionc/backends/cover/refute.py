@@ -196,7 +196,7 @@ class Refuted:
     question: Question
 
     def __str__(self) -> str:
-        return f"on a cover of {self.cells} cells, which holds every motion there is, {cannot_hold(self.conflict)}"
+        return f"{cannot_hold(self.conflict)} by any motion (over-approximation with {self.cells} cells)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,7 +206,7 @@ class Inconclusive:
     cells: int
 
     def __str__(self) -> str:
-        return f"a cover of {self.cells} cells admits the mission: motions off these roadmaps may satisfy it"
+        return f"an over-approximation with {self.cells} cells does not exclude other motions"
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +214,7 @@ class Open:
     """No cover was asked about the whole mission within the budget, and none refused a part of it."""
 
     def __str__(self) -> str:
-        return "motions off these roadmaps may satisfy it: no cover of the mission was decided"
+        return "other motions are not excluded: no over-approximation of the mission was decided"
 
 
 Answer: TypeAlias = Refuted | Inconclusive | Open

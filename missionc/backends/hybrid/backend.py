@@ -215,7 +215,7 @@ class Run:
         self.asked = discrete(self.kernel, self.mission.steps, ticks)
         self.on_roadmap = on_clock(self.mission, ticks)
         if not self.asked.kernel.requirements:
-            self.refused = "no requirement is one for a roadmap"
+            self.refused = "the mission has no requirement for a roadmap"
 
     def turns(self) -> api.Turns:
         outcome = yield from self.smooth.turns(self.attempt)
@@ -258,7 +258,7 @@ class Run:
                 account.sizes |= {name: size for name, size in report.sizes if name in ("nodes", "clauses")}
             case api.Impossible(_, statement) | api.NotFound(_, statement):
                 self.refused = statement
-                account.notes.append(f"the discrete part was left to the transport: {statement}")
+                account.notes.append(f"planned in continuous space only, without a roadmap: {statement}")
                 return None
         with account.stage("witness"):
             first = positions(self.mission, trace)

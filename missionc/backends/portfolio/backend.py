@@ -166,11 +166,11 @@ class Run:
         """What it came to, in words."""
         match self.said:
             case api.Planned():
-                return "a plan"
+                return "plan found"
             case api.Impossible(statement=statement) | api.NotFound(statement=statement):
                 return statement
             case _:
-                return f"none found in {counted(self.attempts, 'attempt')}" if self.count else "not asked"
+                return f"no plan in {counted(self.attempts, 'attempt')}" if self.count else "not run"
 
     @property
     def tried(self) -> api.Tried:
@@ -217,7 +217,7 @@ def _together(runs: list[Run]) -> api.Impossible | api.NotFound:
     for run in runs:
         if run.refusal is not None and api.Reason.TIME not in reasons:
             others = [
-                f"{other.name} found none in {counted(other.attempts, 'attempt')}"
+                f"{other.name} found no plan in {counted(other.attempts, 'attempt')}"
                 for other in runs
                 if other is not run and other.count
             ]

@@ -113,7 +113,7 @@ class Run(PacedRun):
         except TooLarge as error:
             return self.not_found(Reason.SIZE, f"{error}; the limit is {self.budget.limits.clauses}")
         except MemoryError as error:
-            why = str(error) or "the compiler's own memory ran out while the clauses were built"
+            why = str(error) or "memory limit reached while encoding the mission"
             return self.not_found(Reason.MEMORY, why)
         except TimeOver:
             return self.not_found(Reason.TIME, "")
@@ -127,7 +127,7 @@ class Run(PacedRun):
             self.most = math.inf if attempt.sampled else granted
             with self.solvers() as solvers:
                 self.budget.on_progress(Progress("roadmap", attempt.number, f"{attempt.nodes} nodes"))
-                what = f"a roadmap of {attempt.nodes} nodes" if attempt.sampled else "a roadmap of shortest ways"
+                what = f"a roadmap of {attempt.nodes} nodes" if attempt.sampled else "a roadmap of shortest paths"
                 self.layer, self.planner, self.problem = f"building {what}", None, None
                 with self.account.stage("roadmap"):
                     roadmaps = attempt.build()
@@ -155,7 +155,7 @@ class Run(PacedRun):
         if missing or not self.tried:
             return self.not_found(Reason.NO_ROADMAP, missing)
         if refused is None or len(self.refused) < len(self.tried):
-            return self.not_found(Reason.SOLVER, why or "no plan was found with lengths in metres rounded")
+            return self.not_found(Reason.SOLVER, why or "no plan was found with rounded lengths")
         deletion, refused = self.smallest(refused)
         if self.options.certify:
             certify(refused.clauses, refused.core, self.budget, self.account)
@@ -179,7 +179,7 @@ class Run(PacedRun):
                 break
             defer_stop()
             self.budget.on_incumbent(planned)
-            self.budget.on_progress(Progress("improve", tried, f"{lasts} steps; are fewer enough on another roadmap?"))
+            self.budget.on_progress(Progress("improve", tried, f"{lasts} steps so far, trying another roadmap"))
             budget = replace(self.budget, work=left, on_incumbent=discard_plan)
             run = Run(self.mission, self.given, replace(self.options, brief=True), budget)
             other = run_to_end(run.turns((attempt,)), budget)
@@ -191,7 +191,7 @@ class Run(PacedRun):
                 report = replace(planned.report, notes=found.notes, roadmaps=found.roadmaps, solved=found.solved)
                 planned = replace(other, report=report)
         spent = self.account.report()
-        notes = (*planned.report.notes, *([f"the soonest of plans on {tried} roadmaps"] if tried > 1 else []))
+        notes = (*planned.report.notes, *([f"shortest of the plans on {tried} roadmaps"] if tried > 1 else []))
         return replace(planned, report=replace(planned.report, seconds=spent.seconds, work=spent.work, notes=notes))
 
     def smallest(self, refused: NoPlan) -> tuple[Deletion, NoPlan]:
@@ -223,7 +223,7 @@ class Run(PacedRun):
         except WorkExceeded:
             return Inconclusive()
         except Unexpressible as error:
-            return Inconclusive(f"the solver cannot be asked for {error}")
+            return Inconclusive(f"the solver cannot express {error}")
 
     def refused_alone(self, roadmaps: tuple[Roadmap, ...], solvers: Solvers) -> NoPlan | None:
         """A refusal of one requirement for what single agents can do, where no clauses are asked for."""
@@ -312,7 +312,7 @@ class Run(PacedRun):
             self.record(None, 0, solvers)
             return NoPlan(plan.refused, Clauses(1), ())
         if not plan.affordable:
-            self.account.notes.append("a plan for few agents at a time was not found in its share of the work")
+            self.account.notes.append("prioritized planning found no plan within its share of the work")
         return None
 
     def few_at_a_time(
@@ -335,7 +335,7 @@ class Run(PacedRun):
         everyone = frozenset(range(len(self.mission.agents)))
         self.budget.on_progress(Progress("lower", max(len(self.tried), 1), f"{len(everyone)} agents"))
         goals = kernel.goals
-        self.layer = "lowering the requirements of all agents to clauses"
+        self.layer = "encoding the requirements of all agents"
 
         def build(setting: Setting) -> Problem:
             return setting.problem(goals, roadmaps, ways, everyone, frozenset(), most_links, solvers)
@@ -384,7 +384,7 @@ class Run(PacedRun):
                 return self.not_found(reason, detail)
 
     def not_found(self, reason: Reason, detail: str) -> NotFound:
-        refused = f"roadmaps of {all_listed([*map(str, self.refused)])} nodes hold no plan" if self.refused else ""
+        refused = f"roadmaps of {all_listed([*map(str, self.refused)])} nodes contain no plan" if self.refused else ""
         way = "" if reason is Reason.NO_ROADMAP else under_way(self.mission, self.layer, self.planner, self.problem)
         ended = f"the search ended while {way}" if way else ""
         statement = "; ".join(filter(None, (detail, ended, refused))) or reason.value

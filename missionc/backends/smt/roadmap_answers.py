@@ -47,13 +47,13 @@ def refusal(conflict: tuple[str, ...], tried: list[int], lanes: Lanes | None = N
     """
     what = cannot_hold(conflict)
     sampled = f"roadmaps of {all_listed([str(nodes) for nodes in tried])} nodes"
-    own = "" if lanes is None else f"the roadmap of `{lanes.path}`{', from rest to rest as vehicles fly,' * flown}"
+    own = "" if lanes is None else f"the roadmap of `{lanes.path}`{' at speeds flown from rest to rest' * flown}"
     return f"on {own or sampled} {what}"
 
 
 def cannot_hold(conflict: tuple[str, ...]) -> str:
     """That these requirements cannot; with none, that the agents cannot even move."""
     names = all_listed([f"`{name}`" for name in conflict])
-    return {0: "the agents cannot move as they must", 1: f"{names} cannot hold"}.get(
-        len(conflict), f"{names} cannot hold together"
+    return {0: "the agents have no feasible motion", 1: f"{names} cannot be satisfied"}.get(
+        len(conflict), f"{names} cannot be satisfied together"
     )

@@ -7,10 +7,11 @@ from missionc.backends.api import Attempt
 from missionc.backends.smt.lift import lift
 from missionc.backends.smt.prioritized.prioritized_planning import PrioritizedPlanner
 from missionc.backends.smt.refine.problem import Problem
+from missionc.base.figures import counted
 from missionc.ir import Mission
 from missionc.ir.kernel.nodes import Kernel
 
-FEW = "planning few agents at a time"
+FEW = "planning a few agents at a time"
 """What is under way in prioritized planning."""
 
 
@@ -18,13 +19,12 @@ def under_way(mission: Mission, layer: str, planner: PrioritizedPlanner | None, 
     """The layer at which the search ended, and how far that had come."""
     if problem is not None:
         search = problem.search
-        least = "once" if search.fewest == 1 else f"{search.fewest} times"
-        met = f", in which agents came too near each other {least} at least" if search.fewest else ""
-        asked = f"{search.rounds} rounds of collisions" if search.rounds != 1 else "the first round"
-        return f"{layer} {search.clauses.count} clauses about all agents, in {asked}{met}"
+        least = f" (at least {counted(search.fewest, 'conflict')} between agents)" if search.fewest else ""
+        rounds = f"round {search.rounds}" if search.rounds != 1 else "the first round"
+        return f"{layer} {search.clauses.count} clauses for all agents, in {rounds}{least}"
     if layer == FEW and planner is not None:
         settled, agents = len(planner.reservations.agents), len(mission.agents)
-        return f"{layer}, with {settled} of {agents} settled"
+        return f"{layer}, with {settled} of {agents} planned"
     return layer
 
 

@@ -24,7 +24,7 @@ from missionc.frontend.resolve.resolve_files import file_lines, file_records
 def command(
     missions: tuple[Path, ...], overrides: Pairs, limits: Pairs, form: str, vehicle: str | None, watch: bool
 ) -> Status:
-    """Check missions and report every problem, without planning."""
+    """Check missions and report all problems, without planning."""
     allowed = read_limits(limits)
 
     def checked() -> list[Checked]:
@@ -33,7 +33,7 @@ def command(
     if not watch:
         return _answer(checked(), form)
     if form != "text":
-        raise click.UsageError("`--watch` answers on and on, in words; leave `--format` out")
+        raise click.UsageError("`--watch` prints text only; remove `--format`")
     from missionc.cli.watch import watched_missions as watching  # for those who ask for it
 
     watching.watch_missions(watching.Missions([str(file) for file in missions], checked), partial(_answer, form=form))

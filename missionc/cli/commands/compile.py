@@ -11,6 +11,7 @@ from missionc.backends.options import TRANSPORT_PRESETS, Options
 from missionc.cli import options, stage_names
 from missionc.cli.compile_request import CompileRequest, run_request
 from missionc.cli.exit_status import Status
+from missionc.cli.option_groups import GroupedCommand
 from missionc.cli.options import (
     Pairs,
     existing,
@@ -29,10 +30,10 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
 """Options of a plan that say how it is found, of every command that plans."""
 
 
-@click.command("compile")
+@click.command("compile", cls=GroupedCommand)
 @click.argument("file", type=existing, shell_complete=files)
 @of_mission
-@options.output("Folder to write. [default: build/MISSION]")
+@options.output("Plan folder to write. [default: build/MISSION]")
 @options.force
 @options.vehicle
 @options.poses
@@ -40,20 +41,20 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
 @options.of_a_plan(*PLANNING)
 @options.set_values
 @options.seed()
-@options.time_limit("Stop after this time, with the best plan found.")
+@options.time_limit("Stop after this time and return the best plan found.")
 @options.memory_limit
 @click.option(
     "--checkpoint",
     type=file_to_write,
     metavar="FILE",
-    help="Save the state of the search to a file during the search.",
+    help="Save the state of the search to a file at intervals.",
 )
 @click.option(
     "--resume",
     type=existing,
     shell_complete=files,
     metavar="FILE",
-    help="Continue an interrupted search from its checkpoint.",
+    help="Continue an interrupted search from its checkpoint file.",
 )
 @click.option(
     "--emit",
@@ -62,31 +63,31 @@ PLANNING = ("solver", "require_solver", "preset", "samples", "device", "margin",
     shell_complete=several_of(lambda: stage_names.ALL),
     multiple=True,
     metavar="STAGE[,STAGE...]",
-    help=f"Print these stages and stop: {', '.join(stage_names.ALL)}. With -o, the plan folder is also written.",
+    help=f"Print intermediate representations: {', '.join(stage_names.ALL)}. Write a folder only with `-o`.",
 )
-@options.exported("Write the flight in other forms as well; `missionc export --list` names them.")
-@click.option("--timings", is_flag=True, help="Print the time of each stage.")
+@options.exported("Also write the flight in these formats. `missionc export --list` lists them.")
+@click.option("--timings", is_flag=True, help="Print the time of each stage of the compiler.")
 @options.plot("Plot the plan")
 @click.option(
     "--plot-kind",
     type=click.Choice(KINDS),
     default=MAP,
     show_default=True,
-    help="Content of the plot: map, map with roadmap, robustness, distances, or a timeline of agents.",
+    help="Content of the plot: a map, a map with the roadmap, or a chart over time.",
 )
 @click.option(
-    "--at", type=moments, default="", metavar="SECONDS[,SECONDS...]", help="Draw a map for each of these times."
+    "--at", type=moments, default="", metavar="SECONDS[,SECONDS...]", help="Plot one map for each of these times."
 )
 @options.plot_width
 @options.of_a_plan("certify")
 @options.between_steps
 @click.option(
     "--alternatives",
-    type=click.IntRange(1, MOST_ALTERNATIVES),
+    type=options.Count(1, MOST_ALTERNATIVES),
     default=1,
     show_default=True,
     metavar="K",
-    help="Number of different plans: other options, orders or sides of obstacles.",
+    help="Write up to K plans that differ in options, order of tasks or sides of obstacles.",
 )
 @options.explain_limit
 @options.quiet
@@ -118,24 +119,26 @@ def command(
     drawn = {"--plot-kind": plot_kind != MAP, "--at": bool(at), "--plot-width": plot_width is not None}
     for flag, used in drawn.items():
         if used and plot is None:
-            raise click.UsageError(f"`{flag}` says how to draw; add `--plot FILE.svg`")
+            raise click.UsageError(f"`{flag}` needs a plot; add `--plot FILE.svg`")
     if at and plot_kind not in MAPS:
-        raise click.UsageError(f"`--at` is for maps, and `{plot_kind}` is drawn over time; leave one of them out")
+        raise click.UsageError(f"`--at` needs a map, not `--plot-kind {plot_kind}`; remove one of them")
     wanted = stage_names.in_order(stage for group in emitted for stage in group)
     captures = frozenset(wanted) & frozenset(stage_names.BY_A_BACKEND)
     chosen = Options(captures=captures, **{name: given.pop(name) for name in (*PLANNING, "certify")})
     if chosen.samples is not None and chosen.preset == TRANSPORT_PRESETS[0]:
         raise click.UsageError(
-            f"`--samples` is for presets that transport trajectories, and `{chosen.preset}` does not; "
+            f"the preset `{chosen.preset}` uses no `--samples`; "
             f"add `--preset` with one of {', '.join(TRANSPORT_PRESETS[1:])}"
         )
     throughout = options.continuous_time(continuous, at_steps)
     if given["alternatives"] > 1 and chosen.stretch != 1:
-        raise click.UsageError("`--alternatives` plans at the mission's own pace; leave `--stretch` out")
+        raise click.UsageError("`--alternatives` and `--stretch` exclude each other; remove one of them")
     if watch and (given["form"] != "text" or emitted or given["resume"]):
-        raise click.UsageError("`--watch` goes on and on, in words; leave `--format`, `--emit` and `--resume` out")
+        raise click.UsageError(
+            "`--watch` prints text only and does not end; remove `--format`, `--emit` and `--resume`"
+        )
     if no_open and not watch:
-        raise click.UsageError("`--no-open` is for `--watch`, which opens the report")
+        raise click.UsageError("`--no-open` has no effect without `--watch`; remove it")
     request = CompileRequest(
         file,
         overrides=(*overrides, *settings),

@@ -21,7 +21,7 @@ FOLDER = "missionc-demo"
 
 
 @click.command("demo")
-@options.output(f"The folder to write; {FOLDER} if left out, with a number where that exists.")
+@options.output(f"Plan folder to write. [default: {FOLDER}, with a number if it exists]")
 @options.no_open
 def command(output: Path | None, no_open: bool) -> Status:
     """Plan an included mission and open its report."""
@@ -30,7 +30,7 @@ def command(output: Path | None, no_open: bool) -> Status:
         written = Path(answer.output)
         page = written / REPORT
         say_line(said(page.absolute().as_uri(), no_open, str(page)))
-        say_line(f"its mission, to copy and change: {written / 'mission' / f'{MISSION}.mission'}")
+        say_line(f"mission file to copy and edit: {written / 'mission' / f'{MISSION}.mission'}")
     return answer.status
 
 

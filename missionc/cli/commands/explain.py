@@ -39,9 +39,11 @@ def command(what: str | None, requirement: str | None, overrides: Pairs, limits:
     if what is not None and not CODE.fullmatch(what):
         return _mission(existing(what), requirement, dict(overrides), limits, form)
     if what is None and (overrides or limits):
-        raise click.UsageError("name the mission that `-D` and `--limit` are for")
+        raise click.UsageError("`-D` and `--limit` need a mission; add its file")
     if requirement is not None or overrides or limits:
-        raise click.UsageError(f"`{what}` is a code, and takes nothing else; write `./{what}` if it is a file")
+        raise click.UsageError(
+            f"the code `{what}` takes no further arguments or options; write `./{what}` if it is a file"
+        )
     if what is None:
         titles = [f"{code.name}  {code.title}" for code in CODES.values()]
         say([], titles, form, {"codes": [{"code": code.name, "title": code.title} for code in CODES.values()]})
@@ -49,8 +51,8 @@ def command(what: str | None, requirement: str | None, overrides: Pairs, limits:
     name = f"MC{what}" if what.isdigit() else what.upper()
     if name not in CODES:
         near = nearest(name, CODES)
-        hint = f"did you mean {near}?" if isinstance(near, str) else "`missionc explain` lists them"
-        raise click.UsageError(f"there is no code `{what}`; {hint}")
+        hint = f"did you mean {near}?" if isinstance(near, str) else "run `missionc explain` to list all codes"
+        raise click.UsageError(f"unknown code `{what}`; {hint}")
     page = page_of(CODES[name])
     if form == "text":
         click.echo(rendered_page(page))
@@ -68,7 +70,9 @@ def _mission(file: Path, name: str | None, overrides: dict[str, str], limits: Pa
     known = [goal.name for goal in goals(mission)]
     if name is not None and name not in known:
         near = nearest(name, known)
-        hint = f"did you mean `{near}`?" if isinstance(near, str) else f"there are {', '.join(known) or 'none'}"
+        hint = (
+            f"did you mean `{near}`?" if isinstance(near, str) else f"its requirements are {', '.join(known) or 'none'}"
+        )
         raise click.UsageError(f"`{file}` has no requirement `{name}`; {hint}")
     parts = explained(mission, name)
     say(

@@ -39,10 +39,12 @@ def _list(context: click.Context, parameter: click.Parameter, listed: bool) -> N
 @click.command("export")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @click.argument("names", nargs=-1, required=True, type=export_name, shell_complete=one_of(exports), metavar="NAME...")
-@options.output("The folder to write; FOLDER-export if left out.")
+@options.output("Folder to write. [default: FOLDER-export]")
 @poses
 @options.force
-@click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list, help="List the names.")
+@click.option(
+    "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list, help="List the export formats."
+)
 @limits_and_form
 def command(
     path: Path,

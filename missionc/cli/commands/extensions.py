@@ -45,5 +45,5 @@ def command(form: str) -> Status:
     widths = [max((len(row[column]) for row in rows), default=0) for column in (rows[0] if rows else ())]
     lines = ["  ".join(f"{word:<{width}}" for word, width in zip(row.values(), widths, strict=True)) for row in rows]
     findings = [extension_error(error) for error in troubles.values() if error is not None]
-    say(findings, [line.rstrip() for line in lines] or ["no extensions are installed"], form, {"extensions": rows})
+    say(findings, [line.rstrip() for line in lines] or ["no extensions installed"], form, {"extensions": rows})
     return Status.MISSION_ERRORS if findings else Status.DONE

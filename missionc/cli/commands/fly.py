@@ -11,49 +11,64 @@ import click
 from missionc.base.units import Seconds
 from missionc.cli import options
 from missionc.cli.exit_status import Status, say, say_line
+from missionc.cli.option_groups import GroupedCommand
 from missionc.cli.progress import ProgressLine
 from missionc.flight.simulation.trial_bounds import LARGEST_SEED
 
 MOST_FLIGHTS = 10_000
 
 
-@click.command("fly")
+@click.command("fly", cls=GroupedCommand)
 @click.argument("path", type=options.folder, shell_complete=options.folders, metavar="FOLDER")
 @click.option(
-    "--in", "where", type=click.Choice(["simulation"]), required=True, help="Fly in simulation on this machine."
+    "--in",
+    "where",
+    type=click.Choice(["simulation"]),
+    required=True,
+    help="Place of the flight. `simulation` is the only choice.",
 )
 @click.option(
     "--scenario",
     type=options.existing,
     shell_complete=options.files,
     metavar="FILE",
-    help="Events of the flight, as TOML; see docs/fly.md.",
+    help="Read disturbances and events of the flight from a TOML file.",
 )
-@click.option("--flights", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
+@click.option(
+    "--flights",
+    type=options.Count(1, MOST_FLIGHTS),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Number of flights.",
+)
 @options.seed(LARGEST_SEED)
 @click.option(
     "--within",
     type=options.Number(0.1, 600),
-    default=3.0,
+    default=3,
     show_default=True,
     metavar="SECONDS",
-    help="Time from an event to the switch to a new plan.",
+    help="Time from an event to the start of the new plan.",
 )
 @click.option("--no-replan", is_flag=True, help="Monitor the flight without replanning.")
-@options.output("The page that shows the flights; FOLDER-flights.html beside the folder if left out.", page=True)
+@options.output("Report of the flights. [default: FOLDER-flights.html beside the folder]", page=True)
 @click.option(
-    "--trace", type=options.file_to_write, metavar="FILE", help="Write the path of the first flight to FILE.csv."
+    "--trace",
+    type=options.file_to_write,
+    metavar="FILE",
+    help="Write the trajectory of the first flight to a CSV file.",
 )
-@click.option("--page", is_flag=True, help="Show the first flight in the browser in real time.")
+@click.option("--page", is_flag=True, help="Show the first flight in the browser while it is simulated.")
 @click.option(
     "--pace",
     type=options.Number(0.1, 100),
-    default=1.0,
+    default=1,
     show_default=True,
     metavar="N",
-    help="Speed of the replay: N times real time.",
+    help="Speed of the flight on the page: N times real time.",
 )
-@click.option("--no-open", is_flag=True, help="Print the address of the page; do not open a browser.")
+@click.option("--no-open", is_flag=True, help="Print the address of the page without opening a browser.")
 @options.quiet_progress
 @options.limits_and_form
 def command(
@@ -108,7 +123,7 @@ def command(
     silent = quiet or form == "json" or not sys.stderr.isatty()
     with shown or nullcontext(), nullcontext() if silent else ProgressLine(sys.stderr) as line:
         if shown:
-            say_line(said(shown.address, no_open, shown.address, "the page"))
+            say_line(said(shown.address, no_open, shown.address, "live page"))
             sys.stdout.flush()
         for number in range(flights):
             listen = nobody if number else told.listen
@@ -116,13 +131,13 @@ def command(
             each = fly_loop(flying, happening, seeded, within_seconds, allowed, replans=not no_replan, listen=listen)
             flown.append(without_path(each) if number else each)
             if line:
-                line.say(f"flying: {number + 1}/{flights} flights")
+                line.say(f"simulating flights: {number + 1} of {flights} done")
             if shown and number == 0:
                 shown.over(flown[0])
         drawn = flights_page(opened, loop_flights(mission, happening, flown, told, not no_replan))
         wrong = write_file(target, drawn) or (write_file(trace, paths_table(mission, flown[0])) if trace else None)
         document = loop_document(mission, happening, flown, not no_replan)
-        lines = [*loop_lines(mission, flown, not no_replan), *([] if wrong else [f"written to {target}"])]
+        lines = [*loop_lines(mission, flown, not no_replan), *([] if wrong else [f"report: {target}"])]
         say([wrong] if wrong else [], lines, form, {**document, "output": None if wrong else str(target)})
         if shown and flights == 1:
             shown.wait()

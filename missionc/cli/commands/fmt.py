@@ -28,16 +28,15 @@ STANDARD_INPUT = Path("-")
     shell_complete=files,
     metavar="FILE...",
 )
-@click.option("--check", is_flag=True, help="Change no file; exit with status 1 if one would change.")
-@click.option("--diff", is_flag=True, help="Change no file; print the changes.")
+@click.option("--check", is_flag=True, help="Exit with status 1 if a file needs formatting, and change no file.")
+@click.option("--diff", is_flag=True, help="Print the changes, and change no file.")
 @limits_and_form
 def command(
     missions: tuple[Path, ...], check: bool, diff: bool, limits: tuple[tuple[str, str], ...], form: str
 ) -> Status:
-    """Format missions; `-` formats standard input.
+    """Format mission files, or standard input for `-`.
 
-    Words and comments do not change. A mission with syntax errors is not
-    formatted.
+    The formatter changes white space only. It skips missions with syntax errors.
     """
     allowed = read_limits(limits)
     findings: list[Diagnostic] = []

@@ -29,15 +29,20 @@ SUFFIX = ".mission"
 
 @click.command("init")
 @click.argument("name", required=False)
-@click.option("--template", type=click.Choice(list(templates())), default=DEFAULT, show_default=True)
-@click.option("--list", "listed", is_flag=True, help="List the templates.")
+@click.option(
+    "--template",
+    type=click.Choice(list(templates())),
+    default=DEFAULT,
+    show_default=True,
+    help="Template of the new mission.",
+)
+@click.option("--list", "listed", is_flag=True, help="List the templates with their topics.")
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 @form_flag
 def command(name: str | None, template: str, listed: bool, force: bool, form: str) -> Status:
-    """Create a mission NAME.mission from a template.
+    """Create a mission file NAME.mission from a template.
 
-    The default of NAME is the name of the template. NAME may include a folder: `missionc init north/patrol`
-    writes north/patrol.mission.
+    NAME may include a folder, such as north/patrol. By default, NAME is the mission name of the template.
     """
     if listed:
         return _list(form)
@@ -51,7 +56,7 @@ def command(name: str | None, template: str, listed: bool, force: bool, form: st
     if wrong:
         say([wrong], [], form, {"written": None, "template": template})
         return Status.MISSION_ERRORS
-    lines = [f"written to {target}, from the template `{template}`", *_next(target, chosen)]
+    lines = [f"created {target} from the template `{template}`", *_next(target, chosen)]
     say([], lines, form, {"written": str(target), "template": template})
     return Status.DONE
 
@@ -67,10 +72,10 @@ def _list(form: str) -> Status:
 
 def _next(target: Path, template: Template) -> list[str]:
     """What to run now, and what to install for it."""
-    lines = ["next"]
+    lines = ["next steps"]
     spec = BACKENDS[_backend(template)]
     if spec.package and find_spec(spec.package) is None:
-        lines.append(f"  pip install 'missionc[{spec.extra}]'    # what plans it rests on {spec.package}")
+        lines.append(f"  pip install 'missionc[{spec.extra}]'    # its backend needs {spec.package}")
     return [
         *lines,
         f"  missionc check {target}",

@@ -12,11 +12,11 @@ from missionc.cli.exit_status import Status, say
 
 
 @click.command("lsp")
-@click.option("--stdio", is_flag=True, help="Use standard input and output, the default.")
+@click.option("--stdio", is_flag=True, help="Use standard input and output (the default).")
 def command(stdio: bool) -> Status:
     """Run the language server for an editor.
 
-    The server uses standard input and output, until the editor closes the connection.
+    The server communicates over standard input and output until the editor closes the connection.
     """
     if find_spec("pygls") is None:
         message = "the language server needs the package pygls, which is not installed"

@@ -16,64 +16,67 @@ from missionc.base.limits import Limits
 from missionc.cli import sample_lines, summary
 from missionc.cli.exit_status import Status, say
 from missionc.cli.flight_page import FlightPage
+from missionc.cli.option_groups import GroupedCommand
 from missionc.cli.options import Number, Pairs, existing, file_or_folder, files, no_open, of_mission, pair, read_limits
 from missionc.compiler import driver
 from missionc.frontend.syntax.read_file import closed_input
 from missionc.ir import Mission
 
 
-@click.command("monitor")
+@click.command("monitor", cls=GroupedCommand)
 @click.argument("file", type=existing, shell_complete=files)
 @click.argument("trace", required=False, shell_complete=files)
 @of_mission
-@click.option("--continuous", is_flag=True, help="Check the requirements between samples too.")
+@click.option("--continuous", is_flag=True, help="Also check the requirements between samples.")
 @click.option(
     "--tolerance",
     type=Number(min=0, max=1e6),
-    default=0.0,
+    default=0,
+    show_default=True,
     metavar="METRES",
-    help="Position error of the recording; every constraint allows it.",
+    help="Largest position error of the recording; constraints are relaxed by it.",
 )
-@click.option("--live", is_flag=True, help="Check samples as they arrive, as lines of JSON on standard input.")
+@click.option("--live", is_flag=True, help="Check samples as they arrive, by default as JSON lines on standard input.")
 @click.option(
     "--udp",
     type=sample_lines.port_of,
     metavar="[HOST:]PORT",
-    help="With --live: receive samples as UDP datagrams. [default host: this machine]",
+    help="Receive samples as UDP datagrams. [default host: this machine]",
 )
-@click.option(
-    "--mcap", type=existing, metavar="FILE", help="With --live: read poses from an MCAP recording while it grows."
-)
+@click.option("--mcap", type=existing, metavar="FILE", help="Read poses from an MCAP recording while it is written.")
 @click.option(
     "--topic",
     type=pair,
     multiple=True,
     metavar="TOPIC=NAME",
-    help="With --mcap: topic of an agent's poses. [default: /ROBOT/pose, as the export writes it]",
+    help="MCAP topic of the poses of agent NAME. [default: /ROBOT/pose]",
 )
 @click.option(
     "--wait",
     type=Number(min=0, max=1e6),
     metavar="SECONDS",
-    help="With --live: time to wait for late samples. [default: one step]",
+    help="Time to wait for late samples. [default: one step]",
 )
 @click.option(
     "--skew",
     type=pair,
     multiple=True,
     metavar="NAME=SECONDS",
-    help="With --live: offset of an agent's clock, positive if it is ahead.",
+    help="Clock offset of agent NAME, positive if its clock is ahead.",
 )
 @click.option(
     "--leap",
     type=Number(min=0, max=1e9),
     metavar="SECONDS",
-    help="With --live: a sample this far ahead must be confirmed by another. [default: at least 10 s]",
+    help="Reject a sample this far ahead until a second one confirms it. [default: at least 10 s]",
 )
 @click.option(
-    "--plan", type=file_or_folder, metavar="FOLDER|TRACE", help="With --live: the plan that the agents follow."
+    "--plan",
+    type=file_or_folder,
+    metavar="FOLDER|TRACE",
+    help="Plan that the agents follow, for forecasts of open requirements.",
 )
-@click.option("--page", is_flag=True, help="With --live: show the verdicts on a page in the browser, until Ctrl-C.")
+@click.option("--page", is_flag=True, help="Show the verdicts on a page in the browser until Ctrl-C.")
 @no_open
 def command(
     file: Path,
@@ -94,23 +97,20 @@ def command(
     page: bool,
     no_open: bool,
 ) -> Status:
-    """Check a recorded or live trajectory against a mission.
+    """Check a recorded or live flight against a mission.
 
-    The trajectory is a plan.json or a CSV file with agent,t,x,y[,z]. With --live, samples are checked as they
-    arrive.
+    TRACE is a plan.json or a CSV file with agent,t,x,y[,z]. With --live, the command checks samples as they arrive.
     """
     asked = Live(udp, mcap, topic, wait, skew, leap, plan, page, no_open)
     if live:
         if continuous or trace not in (None, "-"):
-            raise click.UsageError(
-                "`--live` reads states as they come, at the steps: it takes no trace and no `--continuous`"
-            )
+            raise click.UsageError("`--live` reads samples from a stream; remove the trace and `--continuous`")
         asked.fit()
         return _live(file, dict(overrides), read_limits(limits), tolerance, form, asked)
     if asked != Live():
-        raise click.UsageError(f"`{asked.first()}` is for `--live`")
+        raise click.UsageError(f"`{asked.first()}` needs live monitoring; add `--live`")
     if trace is None:
-        raise click.UsageError("Missing argument 'TRACE'.")
+        raise click.UsageError("the recorded trajectory is missing; add a CSV or JSON file")
     judged = driver.monitor(
         file,
         existing(trace),
@@ -147,11 +147,11 @@ class Live:
     def fit(self) -> None:
         """Refuse flags that do not go together."""
         if self.no_open and not self.page:
-            raise click.UsageError("`--no-open` is for `--page`, which opens it")
+            raise click.UsageError("`--no-open` has no effect without `--page`; remove it")
         if self.topic and not self.mcap:
-            raise click.UsageError("`--topic` is for `--mcap`, which has topics")
+            raise click.UsageError("`--topic` needs a recording; add `--mcap FILE`")
         if self.mcap and self.udp:
-            raise click.UsageError("states come either from `--mcap` or over `--udp`")
+            raise click.UsageError("`--mcap` and `--udp` exclude each other; remove one of them")
 
 
 def _live(file: Path, overrides: dict[str, str], limits: Limits, tolerance: float, form: str, asked: Live) -> Status:
@@ -168,7 +168,7 @@ def _live(file: Path, overrides: dict[str, str], limits: Limits, tolerance: floa
             tolerance=tolerance,
         )
     except KeyError as error:
-        raise click.UsageError(f"`--skew` names `{error.args[0]}`; the mission has no such agent") from None
+        raise click.UsageError(f"the mission has no agent `{error.args[0]}`; correct `--skew`") from None
     if session is None or checked.kernel is None:
         say(checked.findings, [], form, {})
         return Status.MISSION_ERRORS
@@ -208,7 +208,7 @@ def _lines(asked: Live, mission: Mission, limits: Limits) -> Iterator[str] | Dia
     topics = dict(asked.topic)
     unknown = next((name for name in topics.values() if name not in robots), None)
     if unknown is not None:
-        raise click.UsageError(f"`--topic` names `{unknown}`; the mission has no such agent")
+        raise click.UsageError(f"the mission has no agent `{unknown}`; correct `--topic`")
     topics = topics or {f"/{robot}/pose": name for name, robot in robots.items()}
     return sample_lines.of_recording(asked.mcap, McapPoses(topics, mission.dimension, limits))
 
@@ -219,5 +219,5 @@ def _seconds(name: str, text: str) -> float:
     except ValueError:
         value = float("nan")
     if not abs(value) <= 1e9:
-        raise click.UsageError(f"`--skew {name}={text}` is no number of seconds")
+        raise click.UsageError(f"`{text}` is not a number of seconds; correct `--skew {name}={text}`")
     return value

@@ -11,6 +11,7 @@ from missionc.base.diagnostics.model import Diagnostic, has_errors
 from missionc.base.units import Seconds
 from missionc.cli import options
 from missionc.cli.exit_status import Status, say
+from missionc.cli.option_groups import GroupedCommand
 from missionc.output.folder.overlap import WrittenPath, overlapping
 from missionc.output.folder.write_file import beside
 from missionc.output.folder.write_folder import refuse, write_folder
@@ -26,11 +27,11 @@ def speed(value: str) -> tuple[str, float]:
     except ValueError:
         most = math.nan
     if not 0 < most < math.inf:
-        raise click.UsageError(f"`{value}` is no agent and a speed such as drone[0]=0.5, in m/s")
+        raise click.UsageError(f"`{value}` is not a speed limit; write AGENT=SPEED in m/s, such as drone[0]=0.5")
     return name, most
 
 
-@click.command("replan")
+@click.command("replan", cls=GroupedCommand)
 @click.argument("path", type=options.folder, shell_complete=options.folders, metavar="FOLDER")
 @click.option(
     "--flown",
@@ -38,37 +39,35 @@ def speed(value: str) -> tuple[str, float]:
     required=True,
     shell_complete=options.files,
     metavar="TRACE",
-    help="Recorded trajectory since the start of the plan: CSV or JSON.",
+    help="Flight recorded since the start of the plan, a CSV or JSON file.",
 )
 @click.option(
     "--changed",
     type=options.existing,
     shell_complete=options.files,
     metavar="PATCH",
-    help="Declarations that replace those of the mission: the current world and team.",
+    help="Read changed declarations of the mission from a file, such as a new obstacle.",
 )
-@click.option("--lost", multiple=True, metavar="AGENT", help="A lost agent; may be repeated.")
+@click.option("--lost", multiple=True, metavar="AGENT", help="Plan without this agent; repeatable.")
 @click.option(
     "--slow",
     type=speed,
     multiple=True,
     metavar="AGENT=SPEED",
-    help="New speed limit of an agent, in m/s; may be repeated.",
+    help="Limit the speed of an agent, in m/s; repeatable.",
 )
-@click.option(
-    "--give-up", "given_up", multiple=True, metavar="REQUIREMENT", help="Drop this requirement; may be repeated."
-)
+@click.option("--give-up", "given_up", multiple=True, metavar="REQUIREMENT", help="Drop this requirement; repeatable.")
 @click.option(
     "--within",
     type=options.Number(0.1, MOST_SECONDS),
-    default=3.0,
+    default=3,
     show_default=True,
     metavar="SECONDS",
-    help="Time by which the new plan is needed; the agents are at rest by then.",
+    help="Time from the recorded state to the start of the new plan.",
 )
 @options.seed()
-@options.exported("Write the new flight in other forms too.")
-@options.output("The folder to write; FOLDER-replan if left out.")
+@options.exported("Also write the flight in these formats. `missionc export --list` lists them.")
+@options.output("Plan folder to write. [default: FOLDER-replan]")
 @options.force
 @options.limits_and_form
 def command(

@@ -15,16 +15,15 @@ from missionc.cli.options import folder, folders, limits_and_form, named, read_l
 @click.command("report")
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @click.argument("other", type=folder, shell_complete=folders, metavar="[OTHER]", required=False)
-@options.output("The page to write; FOLDER.html beside the folder if left out.", page=True)
+@options.output("Report to write. [default: FOLDER.html beside the folder]", page=True)
 @limits_and_form
 def command(
     path: Path, other: Path | None, output: Path | None, limits: tuple[tuple[str, str], ...], form: str
 ) -> Status:
     """Rebuild the report of a plan folder from its files.
 
-    A folder that fails verification gets a report too.
-
-    With OTHER, a second folder of the same mission, the report compares both plans: side by side or overlaid.
+    A folder that fails verification also gets a report. With OTHER, a second folder of the same mission, the report
+    compares both plans.
     """
     from missionc.cli.page_to_write import refuse_page
     from missionc.output.folder.write_file import beside, write_file
@@ -47,7 +46,7 @@ def command(
     if page:
         wrong = refuse_page(target, output is not None, folders_read) or write_file(target, page)
         findings, written = (*findings, wrong) if wrong else findings, not wrong
-    lines = [f"written to {target}"] if written else []
+    lines = [f"report: {target}"] if written else []
     say(findings, lines, form, {"output": str(target) if written else None})
     if not written:
         return Status.MISSION_ERRORS

@@ -15,6 +15,7 @@ from missionc.base.signals import Stopped
 from missionc.cli import cluster_options, flight_summary, options
 from missionc.cli.disturbance_options import disturbance_of, engine, of_disturbance
 from missionc.cli.exit_status import Status, say
+from missionc.cli.option_groups import GroupedCommand
 from missionc.cli.options import file_to_write, folder, folders, limits_and_form, read_limits
 from missionc.cli.progress import ProgressLine
 from missionc.flight.simulation.trial_bounds import LARGEST_SEED, MOST_FLIGHTS, QUADROTOR
@@ -29,22 +30,31 @@ DRAWN = 20
 """Flights whose paths are drawn."""
 
 
-@click.command("simulate")
+@click.command("simulate", cls=GroupedCommand)
 @click.argument("path", type=folder, shell_complete=folders, metavar="FOLDER")
 @limits_and_form
 @engine
-@click.option("--trials", type=click.IntRange(1, MOST_FLIGHTS), default=1, show_default=True, metavar="N")
+@click.option(
+    "--trials",
+    type=options.Count(1, MOST_FLIGHTS),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Number of simulated flights.",
+)
 @of_disturbance
 @options.seed(LARGEST_SEED)
-@click.option("--trace", type=file_to_write, metavar="FILE", help="Write the path of the first flight to FILE.csv.")
-@options.plot("Draw the flights")
+@click.option(
+    "--trace", type=file_to_write, metavar="FILE", help="Write the trajectory of the first flight to a CSV file."
+)
+@options.plot("Plot the flights")
 @cluster_options.jobs
 @cluster_options.cluster
 @click.option(
     "--journal",
     type=file_to_write,
     metavar="FILE",
-    help="Save finished flights to FILE, and continue from it after an interruption.",
+    help="Save finished flights to FILE. The same command continues from it.",
 )
 @options.quiet_progress
 def command(
@@ -62,9 +72,10 @@ def command(
     quiet: bool,
     **disturbed: Any,
 ) -> Status:
-    """Simulate flights of a plan and check them.
+    """Simulate flights of a plan and check them against the mission.
 
-    The flown paths are checked against the mission and added to the report."""
+    The command adds the simulated flights to the report of the folder.
+    """
     from missionc.flight.simulation.disturbance import UNDISTURBED, Disturbance
     from missionc.flight.simulation.trials import Trial
     from missionc.tools.replay.simulate_folder import simulate
@@ -72,7 +83,7 @@ def command(
     amounts, lost = disturbance_of(**disturbed)
     disturbance = Disturbance(**amounts, lose=lost)
     if engine != QUADROTOR and (trials > 1 or disturbance != UNDISTURBED):
-        raise click.UsageError(f"{engine} flies once and undisturbed; leave `--engine` out for trials and disturbances")
+        raise click.UsageError(f"the engine `{engine}` supports no trials and no disturbances; remove `--engine`")
     cluster_options.understood(jobs, cluster)
     allowed = read_limits(limits)
     refused = _refused(path, trace, plot, journal)
@@ -141,7 +152,7 @@ def _spread(
             return error.finding
         except Stopped:
             if kept and kept.over:
-                click.echo(f"{len(kept.over)} flights are kept; the same command goes on there", err=True)
+                click.echo(f"{len(kept.over)} flights saved; run the same command again to continue", err=True)
             raise
 
 
@@ -170,5 +181,5 @@ def _progress(silent: bool, trials: int) -> Iterator[Callable[[int], None]]:
         yield lambda done: None
         return
     with ProgressLine(sys.stderr) as line:
-        line.say("flying")
-        yield lambda done: line.say(f"flying: {done}/{trials} flights")
+        line.say("simulating flights")
+        yield lambda done: line.say(f"simulating flights: {done} of {trials} done")

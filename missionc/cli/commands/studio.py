@@ -30,7 +30,7 @@ NEEDED = ("pygls", "websockets")
 def command(file: Path | None, no_open: bool) -> Status:
     """Edit, view and compile a mission in the browser.
 
-    Without FILE, the studio starts with a template. Only this machine can open the page. Ctrl-C stops the server.
+    Without FILE, the studio opens a template. The page is available on this machine only, until Ctrl-C.
     """
     missing = next((name for name in NEEDED if find_spec(name) is None), None)
     if missing:
@@ -40,7 +40,7 @@ def command(file: Path | None, no_open: bool) -> Status:
         return Status.MISSION_ERRORS
     path = Path(os.path.abspath(file)) if file else None
     if path and not path.parent.is_dir():
-        raise click.UsageError(f"there is no folder `{path.parent}`")
+        raise click.UsageError(f"there is no folder `{path.parent}`; check the path")
     home = path.parent if path else Path.cwd()
     first = _first(path, home)
     if isinstance(first, Diagnostic):
@@ -63,5 +63,5 @@ def _first(path: Path | None, home: Path) -> TextFile | Diagnostic:
 
 
 def _say(address: str, no_open: bool) -> None:
-    say_line(said(address, no_open, address, "the studio"))
-    say_line("nothing is saved unless you save it; Ctrl-C ends")
+    say_line(said(address, no_open, address, "studio"))
+    say_line("changes are saved only on request; Ctrl-C stops the server")

@@ -19,6 +19,7 @@ from missionc.cli import cluster_options, options, sweep_summary
 from missionc.cli.commands.compile import PLANNING
 from missionc.cli.disturbance_options import disturbance_of, of_disturbance
 from missionc.cli.exit_status import Status, say
+from missionc.cli.option_groups import GroupedCommand
 from missionc.cli.progress import ProgressLine
 from missionc.flight.simulation.trial_bounds import MOST_FLIGHTS
 
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 MOST_SEEDS = 100_000
 
 
-@click.command("sweep")
+@click.command("sweep", cls=GroupedCommand)
 @click.argument("file", type=options.existing, shell_complete=options.files)
 @options.of_mission
 @click.option(
@@ -39,11 +40,18 @@ MOST_SEEDS = 100_000
     type=options.pair,
     multiple=True,
     metavar="NAME=VALUES",
-    help="Values of a parameter or a setting: N=3,5,8 or smt.nodes=100..400/100.",
+    help="Vary a parameter or a setting, such as N=3,5,8 or smt.nodes=100..400/100.",
 )
-@click.option("--seeds", type=click.IntRange(1, MOST_SEEDS), default=1, show_default=True, metavar="K")
-@options.output("The folder to write or to go on in.")
-@click.option("--keep", is_flag=True, help="Keep all plan folders.")
+@click.option(
+    "--seeds",
+    type=options.Count(1, MOST_SEEDS),
+    default=1,
+    show_default=True,
+    metavar="K",
+    help="Number of random seeds for each combination of values.",
+)
+@options.output("Folder to write, or to continue in. [default: build/MISSION-sweep]")
+@click.option("--keep", is_flag=True, help="Keep the plan folder of each run.")
 @cluster_options.jobs
 @cluster_options.cluster
 @click.option(
@@ -51,25 +59,25 @@ MOST_SEEDS = 100_000
     type=options.folder,
     shell_complete=options.folders,
     metavar="FOLDER",
-    help="Compare with a previous sweep.",
+    help="Compare with the folder of a previous sweep.",
 )
 @options.vehicle
 @options.backend
 @options.of_a_plan(*PLANNING)
 @options.set_values
-@options.time_limit("Of each run.")
+@options.time_limit("Time limit of each run.")
 @options.memory_limit
 @options.between_steps
 @click.option(
     "--simulate",
     "trials",
-    type=click.IntRange(0, MOST_FLIGHTS),
+    type=options.Count(0, MOST_FLIGHTS),
     default=0,
     metavar="N",
-    help="Simulate each plan this many times, with the given disturbances.",
+    help="Simulate each plan N times with the given disturbances.",
 )
 @of_disturbance
-@options.plot("Draw the figure")
+@options.plot("Plot the results")
 @options.plot_width
 @options.quiet
 def command(
@@ -97,21 +105,20 @@ def command(
     quiet: bool,
     **more: Any,
 ) -> Status:
-    """Compile a mission for each parameter value and seed.
+    """Compile a mission for each combination of values and seeds.
 
-    Each run has its own process.
-
-    All combinations are checked first. Finished runs are kept: the same command continues after an interruption.
+    The command checks all combinations first, and runs each in its own process. After an interruption, the same
+    command continues with the remaining runs.
     """
     throughout = options.continuous_time(continuous, at_steps)
     if plot_width and plot is None:
-        raise click.UsageError("`--plot-width` says how to draw; add `--plot FILE.svg`")
+        raise click.UsageError("`--plot-width` needs a plot; add `--plot FILE.svg`")
     cluster_options.understood(jobs, cluster)
     allowed = options.read_limits(limits)
     chosen = Options(**{name: more.pop(name) for name in PLANNING})
     amounts, lost = disturbance_of(**more)
     if not trials and (any(amounts.values()) or lost):
-        raise click.UsageError("disturbances are of flights; add `--simulate N`")
+        raise click.UsageError("disturbances need simulated flights; add `--simulate N`")
     from missionc.tools.sweep.carry_out_sweep import SweepRequest, carry_out_sweep
     from missionc.tools.sweep.run_grid import Grid, read_varied
     from missionc.tools.sweep.run_request import Flights, Settings
@@ -172,14 +179,14 @@ class _Told:
             self._line.say(words)
 
     def _checked(self, done: int) -> None:
-        self._say(f"checking: {done}/{self._total} combinations")
+        self._say(f"checking combinations: {done} of {self._total} done")
 
     def _began(self, left: list[Run], rows: Mapping[Run, Row]) -> None:
         from missionc.tools.sweep.carry_out_sweep import RemainingTime
 
         self._left, self._total = len(left), len(left) + len(rows)
         self._known = RemainingTime(Counter(run.values for run in left), rows)
-        self._say(f"sweep: {len(rows)}/{self._total} runs are over")
+        self._say(f"compiling: {len(rows)} of {self._total} runs done")
 
     def _ended(self, row: Row, workers: int) -> None:
         assert self._known is not None
@@ -187,7 +194,8 @@ class _Told:
         self._left -= 1
         left = self._known.left(workers)
         words = f", {_span(*left)} left" if left and self._left else ""
-        self._say(f"sweep: {self._total - self._left}/{self._total} runs are over, {workers} at once{words}")
+        done = f"{self._total - self._left} of {self._total} runs done"
+        self._say(f"compiling: {done}, {workers} in parallel{words}")
 
 
 @contextmanager
@@ -196,7 +204,7 @@ def _progress(silent: bool) -> Iterator[_Told]:
         yield _Told(None)
         return
     with ProgressLine(sys.stderr) as line:
-        line.say("reading")
+        line.say("reading files")
         yield _Told(line)
 
 

@@ -16,7 +16,7 @@ from missionc.ir.vehicle_profiles import profiles
 @click.argument("name", required=False, type=vehicle_name, shell_complete=one_of(profiles))
 @form_flag
 def command(name: str | None, form: str) -> Status:
-    """List vehicle profiles, or all values of one."""
+    """List vehicle profiles, or all values of one profile."""
     known = profiles()
     chosen = list(known.values()) if name is None else [known[name]]
     if form == "json":

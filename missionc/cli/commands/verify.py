@@ -16,7 +16,7 @@ from missionc.cli.options import folder, folders, limits_and_form, read_limits, 
 @verbose
 @limits_and_form
 def command(path: Path, verbose: bool, limits: tuple[tuple[str, str], ...], form: str) -> Status:
-    """Re-verify a plan folder, or a proof, from its files."""
+    """Re-verify a plan folder or a proof from its files."""
     from missionc.tools.replay.reverify import reverify, reverify_refusal
 
     bounds = read_limits(limits)

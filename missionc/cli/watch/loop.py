@@ -30,7 +30,7 @@ def watch(request: CompileRequest, no_open: bool) -> Status:
     with Planner() as planner, LivePage(Path(request.name).name) as live:
         planner.ready(FIRST)
         say_line(said(live.address, no_open, live.address))
-        say_line(f"watching {request.name} and what it includes; Ctrl-C ends")
+        say_line(f"watching {request.name} and its included files; Ctrl-C stops")
         while True:
             _begin(request, missions, planner, live, ours)
             while not missions.saved():

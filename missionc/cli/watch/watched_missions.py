@@ -38,7 +38,7 @@ class Missions:
 
 def watch_missions(missions: Missions, answer: Callable[[list[Checked]], object]) -> NoReturn:
     """Answers for the missions as they are, and again after every save; until it is interrupted."""
-    click.echo("watching the missions and what they include; Ctrl-C ends")
+    click.echo("watching the missions and their included files; Ctrl-C stops")
     while True:
         answer(missions.checked())
         while not missions.saved():
@@ -48,4 +48,4 @@ def watch_missions(missions: Missions, answer: Callable[[list[Checked]], object]
 
 def heading() -> None:
     """What stands between two rounds."""
-    click.echo(f"\n{datetime.now():%H:%M:%S} saved")
+    click.echo(f"\n{datetime.now():%H:%M:%S} file saved")

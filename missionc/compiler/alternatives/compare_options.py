@@ -61,7 +61,7 @@ def with_best_option(
     with watch.stage("compare"):
         best = compare_options(mission, kernel, planned, engine, options, budget, moment)
     if best is not planned:
-        kept = "the first plan is the best" if best.trace is planned.trace else "a better plan"
+        kept = "the first plan is the best" if best.trace is planned.trace else "better plan found"
         log.add("options", engine, best.report.work - planned.report.work, kept)
     if best.trace is not planned.trace or best.report.cut_short is not planned.report.cut_short:
         return certify(best)
@@ -142,13 +142,13 @@ def _best(mission: Mission, kernel: Kernel, compared: list[tuple[Planned, Signat
     first = compared[0][0]
     best, own = min(compared, key=lambda each: quality(mission, kernel, each[0]))
     notes = [
-        f"{words[0]} comes to {amount(mission, kernel, each.trace)}"
+        f"{words[0]}: {amount(mission, kernel, each.trace)}"
         for each, signature in compared
         if each is not best and (words := differences(own, signature))
     ]
     report = replace(
         best.report,
-        notes=(*best.report.notes, *([f"options compared: {'; '.join(notes)}"] if notes else [])),
+        notes=(*best.report.notes, *([f"other options: {'; '.join(notes)}"] if notes else [])),
         seconds=first.report.seconds,
         work=sum(each.report.work for each, _ in compared),
         tried=first.report.tried,

@@ -190,7 +190,7 @@ def search_alternatives(checked: Checked, first: Verified, request: PlanRequest,
             plans.extend([(home, each.signature)] if isinstance(home, Verified) else [])
     if not plans:  # time was up before the better ones were written
         plans.append((first, search.candidates[0].signature))
-    request.log.add("alternatives", first.plan.backend, search.work, f"{counted(len(plans), 'plan')} of {wanted}")
+    request.log.add("alternatives", first.plan.backend, search.work, f"{len(plans)} of {wanted} plans found")
     return Found(tuple(plans), _note(len(plans), wanted, tries, late))
 
 
@@ -227,8 +227,8 @@ def _certified(
 def _note(found: int, wanted: int, tries: int, late: bool) -> str:
     if found >= wanted:
         return ""
-    why = "time was up" if late else "no further one that differs was found"
-    return f"{counted(found, 'plan')} of {wanted}: {why} in {counted(tries, 'attempt')}"
+    why = "time limit reached after" if late else "no further different plan in"
+    return f"{found} of {wanted} plans found: {why} {counted(tries, 'attempt')}"
 
 
 def with_alternatives(first: Compiled, request: PlanRequest) -> Compiled:

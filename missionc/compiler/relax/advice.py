@@ -11,16 +11,20 @@ def explained_lines(compiled: Compiled) -> list[str]:
     if explained is None or mission is None:
         return []
     name = mission.name
-    cut = " (search stopped at its limit)" if explained.cut_short else ""
+    cut = " (search stopped at its time limit)" if explained.cut_short else ""
     if explained.relaxations:
-        one = "this change works" if len(explained.relaxations) == 1 else "any one of these changes works"
+        one = (
+            "this change makes the mission feasible"
+            if len(explained.relaxations) == 1
+            else "each of these changes makes the mission feasible"
+        )
         lines = [f"{name}: {one}{cut}"]
     else:
-        lines = [f"{name}: no change that was tried has a plan{cut}"]
+        lines = [f"{name}: no tested change makes the mission feasible{cut}"]
     for relaxation in explained.relaxations:
-        proven = f"; {relaxation.proven} is proven not to" if relaxation.proven else ""
-        less = "" if relaxation.smallest else "; less may do"
-        guards = "; it weakens what keeps others safe" if relaxation.guards else ""
+        proven = f"; {relaxation.proven} is proved infeasible" if relaxation.proven else ""
+        less = "" if relaxation.smallest else "; a smaller change may suffice"
+        guards = "; loosens a safety requirement" if relaxation.guards else ""
         lines.append(f"  {relaxation.says}{proven}{less}{guards}")
         for change in relaxation.changes:
             place = f"{change.line:>6} " if change.line else " " * 7
@@ -28,7 +32,7 @@ def explained_lines(compiled: Compiled) -> list[str]:
             lines += [f"{place}+ {line}" for line in change.after.splitlines() if line.strip()]
     missed = explained.near_miss
     if missed is not None:
-        lines.append(f"{name}: closest attempt (not a plan): {missed.attempt.violation(mission.step)}")
+        lines.append(f"{name}: closest infeasible candidate {missed.attempt.violation(mission.step)}")
     return lines
 
 

@@ -81,9 +81,9 @@ class Request:
 class Way(Enum):
     """How the rest of a mission is flown."""
 
-    KEPT = "the plan still holds, and is flown on"
-    REPAIRED = "the plan was repaired"
-    ANEW = "planned anew"
+    KEPT = "the current plan remains valid"
+    REPAIRED = "plan repaired"
+    ANEW = "replanned"
     NONE = "no plan"
 
 

@@ -234,13 +234,12 @@ def headline(trials: Trials) -> str:
     """The lower bound of the share of flights that are as required; of flights that are all alike, how the one went."""
     kept = trials.kept
     if kept.flights == 1 or not trials.trial.disturbance.random:
-        verdict = "as required" if kept.held else "not as required"
-        if kept.flights == 1:
-            return f"one flight, {verdict}"
-        return f"{counted(kept.flights, 'flight')}, all alike since nothing is drawn, {verdict}"
+        verdict = "passed" if kept.held else "failed"
+        alike = "" if kept.flights == 1 else " (identical flights: no random disturbance)"
+        return f"{counted(kept.flights, 'simulated flight')} {verdict}{alike}"
     return (
-        f"in at least {shown(kept.least)} of such flights (one-sided 95 % lower confidence bound) "
-        f"every requirement holds, nobody is too far off and nothing touched: {kept.held} of {kept.flights}"
+        f"{kept.held} of {kept.flights} simulated flights passed; "
+        f"success rate at least {shown(kept.least)} (one-sided 95 % lower confidence bound)"
     )
 
 

@@ -78,38 +78,38 @@ RING = ((0.5, 0.5), (1.3, 0.5), (1.3, 1.3), (0.5, 1.3))
 TRAPS = (
     Trap(
         "until, at its end",
-        "the left side is not needed at the step where the right one holds",
-        "the STREL paper and stljax ask for it there too; write `f until[a, b] (f and g)` for that",
+        "the left side need not be true at the step at which the right side becomes true",
+        "the STREL paper and stljax require it there too; write `f until[a, b] (f and g)` for that",
         _steps("f until[0 s, 2 s] g", "f until[0 s, 2 s] (f and g)", True, f="TTF", g="FFT"),
     ),
     Trap(
         "until, at its beginning",
-        "the left side is needed from the step on which it is asked",
-        "the transport paper leaves that step out",
+        "the left side must be true from the current step on",
+        "the transport paper excludes the current step",
         _steps("f until[0 s, 2 s] g", "(g or next (f until[0 s, 1 s] g))", False, f="FTT", g="FFT"),
     ),
     Trap(
         "until, before its window",
-        "the left side is needed from the step on which it is asked, also before the window opens",
-        "stlpy 0.3.0 asks for it from the window's first step on",
+        "the left side must be true from the current step on, also before the window begins",
+        "stlpy 0.3.0 requires it from the first step of the window on",
         _steps("f until[1 s, 2 s] g", "eventually[1 s, 1 s] (f until[0 s, 1 s] g)", False, f="FTT", g="FFT"),
     ),
     Trap(
         "release, at its end",
-        "what releases takes effect from the next step on: the right side still holds at that step",
-        "taken for `g until f`, the right side would be free at that step already, and `f` would have to come",
+        "the right side must still be true at the step at which the left side becomes true",
+        "read as `g until f`, the right side may be false at that step, and `f` must become true",
         _steps("f release[0 s, 2 s] g", "(g until[0 s, 2 s] f)", False, f="FTF", g="TFF"),
     ),
     Trap(
         "windows are closed",
         "both bounds belong to the window: [0 s, 2 s] has three steps of 1 s",
-        "read half-open, as array slices are, the last one would be left out",
+        "a half-open window, like an array slice, excludes the last step",
         _steps("always[0 s, 2 s] f", "always[0 s, 1 s] f", False, f="TTF"),
     ),
     Trap(
-        "nothing is clipped",
-        "an inner window is asked in full length from each step of the outer one, and the mission must last that long",
-        "RTAMT cuts it at the end of the trace, stljax pads: below, what a log that ends at 2 s would be given",
+        "windows are not clipped",
+        "an inner window has its full length from each step of the outer window, and the mission must last that long",
+        "RTAMT cuts the window at the end of the trace, and stljax pads the trace (below: a trace of 2 s)",
         _steps(
             "always[0 s, 1 s] eventually[0 s, 2 s] f",
             "(eventually[0 s, 2 s] f and eventually[1 s, 2 s] f)",
@@ -120,13 +120,13 @@ TRAPS = (
     Trap(
         "borders belong to regions",
         "an agent on the border of a region is in it",
-        "the transport paper also writes predicates as `> 0`, which leaves the border out",
+        "the transport paper also writes predicates as `> 0`, which excludes the border",
         Example(FLAT, (((2.0, 0.5),),), False, (("f", "T"),), "a[0]: f", "a[0]: distance(f) < 0", True),
     ),
     Trap(
         "links are strict",
         "two agents whose distance is exactly the radius are not linked",
-        "the STREL paper has both: strictly less in its definition, and `within 1 m` in its words",
+        "the STREL paper uses both: strictly less in its definition, `within 1 m` in its text",
         Example(
             "\ngraph radio = proximity 1 m\n",
             (((0.5, 0.5),), ((1.5, 0.5),)),
@@ -139,22 +139,22 @@ TRAPS = (
     ),
     Trap(
         "zero hops",
-        "with a lower bound of 0 the agent itself counts, linked to anybody or not",
-        "the encoding of the STREL paper begins at one hop; write `hops 1..` for another agent",
+        "with a lower bound of 0 the agent itself counts, even without a link",
+        "the encoding of the STREL paper starts at one hop; write `hops 1..` to exclude the agent itself",
         _team(
             ((0.5, 0.5), (2.5, 0.5)), "somewhere[hops 0..2 on radio] f", "somewhere[hops 1..2 on radio] f", True, f=(0,)
         ),
     ),
     Trap(
-        "the last of a route",
-        "the left side is needed of every agent on the route but the last, the first included",
-        "words such as `over safe agents` may be taken to include it; for that, write `f reach[…] (f and g)`",
+        "last agent of a route",
+        "the left side must be true for every agent on the route except the last one",
+        "a phrase such as `over safe agents` may include the last one; write `f reach[…] (f and g)` for that",
         _team(PAIR, "(f reach[hops 0..1 on radio] g)", "(f reach[hops 0..1 on radio] (f and g))", True, f=(0,), g=(1,)),
     ),
     Trap(
         "routes do not turn back",
         "a route visits no agent twice",
-        "MoonLight walks: there and back again is two hops",
+        "in MoonLight a route may return: there and back is two hops",
         _team(
             PAIR,
             "somewhere[hops 2..2 on radio] f",
@@ -164,34 +164,34 @@ TRAPS = (
         ),
     ),
     Trap(
-        "the longer way counts",
-        "a route may be longer than the shortest one, so that who is one hop away may be reached in two",
-        "MoonLight's `somewhere` goes by the shortest way, as `count` does here",
+        "routes need not be shortest",
+        "a route may be longer than the shortest one: an agent one hop away may be reached in two hops",
+        "`somewhere` of MoonLight uses the shortest route, like `count` of missionc",
         _team(TRIANGLE, "somewhere[hops 2..2 on radio] f", "count[hops 2..2 on radio] f >= 1", True, f=(1,)),
     ),
     Trap(
         "escape without a lower bound",
-        "with a lower bound of 0 the agent has escaped where it is: it says no more than its operand",
-        "the STREL paper uses it so; write `hops 1..` for a way out",
+        "with a lower bound of 0 the agent has already escaped, so only the operand remains",
+        "the STREL paper uses it in this way; write `hops 1..` to require a route",
         _team(((0.5, 0.5), (2.5, 0.5)), "escape[hops 0..2 on radio] f", "escape[hops 1..2 on radio] f", True, f=(0,)),
     ),
     Trap(
-        "how far one has escaped",
-        "by the shortest way, over all agents",
-        "the STREL paper has in its table the length of the route itself: around a ring of four, "
-        "three hops lead next door",
+        "length of an escape",
+        "the length is that of the shortest route over all agents",
+        "the table of the STREL paper uses the length of the route itself: in a ring of four, "
+        "three hops reach a neighbour",
         _team(RING, "escape[hops 3.. on radio] f", "(f reach[hops 3.. on radio] f)", False, f=(0, 1, 2, 3)),
     ),
     Trap(
-        "count of oneself",
-        "with a lower bound of 0 the agent itself is among those counted",
-        "who counts neighbours leaves the agent itself out; for that, write `hops 1..`",
+        "count includes the agent itself",
+        "with a lower bound of 0 the count includes the agent itself",
+        "a count of neighbours excludes the agent itself; write `hops 1..` for that",
         _team(PAIR, "count[hops 0..1 on radio] f >= 2", "count[hops 1..1 on radio] f >= 2", True, f=(0, 1)),
     ),
     Trap(
-        "surrounded by nobody",
-        "an agent without neighbours is surrounded wherever the left side holds: there is no way out",
-        "who takes it that somebody is there asks for `somewhere[…] g` as well",
+        "surround without neighbours",
+        "an agent without neighbours is surrounded if the left side is true, because no route leaves it",
+        "a reading that requires a neighbour adds `somewhere[…] g`",
         _team(
             ((0.5, 0.5), (2.5, 0.5)),
             "(f surround[hops 0..2 on radio] g)",

@@ -45,13 +45,13 @@ def flights_said(mission: ir.Mission) -> list[str]:
 def _said(mission: ir.Mission, name: str, agents: list[ir.Agent]) -> str:
     pad = agents[0].pad
     assert pad is not None
-    where = "from below where it starts" if pad.point is None else "from pads of its own"
+    where = "from the floor below its starts" if pad.point is None else "from its pads"
     heights = {_height(mission, agent) for agent in agents}
     high = heights.pop() if len(heights) == 1 else None
     up = "to the height of its starts" if high is None else f"to {metres(high)}"
     fast = "" if math.isinf(pad.rise) else f" at {number_text(pad.rise)} m/s at most"
     slow = "" if math.isinf(pad.land) else f" at {number_text(pad.land)} m/s at most"
-    return f"`{name}` rises {where} {up}{fast}, and comes back to land there{slow}"
+    return f"`{name}` takes off {where} {up}{fast}, and returns to land there{slow}"
 
 
 def _height(mission: ir.Mission, agent: ir.Agent) -> float | None:
@@ -72,7 +72,7 @@ def traps_of(formula: ir.Formula) -> tuple[Trap, ...]:
         below = any(operand in windowed for operand in as_written(part))
         window = isinstance(part, ir.Apply) and isinstance(part.bounds, ir.Window) and not reaches_back(part)
         if window and below:
-            names.add("nothing is clipped")
+            names.add("windows are not clipped")
         if window or below:
             windowed.add(part)
     return tuple(trap for trap in TRAPS if trap.name in names)
@@ -104,12 +104,12 @@ def table(example: Example) -> list[str]:
     for name, cells in example.rows:
         lines.append(f"{name:{wide}}  {'  '.join(f'{_word(cell):>4}' for cell in cells)}")
     if example.agents:
-        lines.append(f"{'linked':{wide}}  {', '.join(linked(example)) or 'nobody'}")
+        lines.append(f"{'linked':{wide}}  {', '.join(linked(example)) or 'none'}")
     first, second = (example.holds, not example.holds)
     asked, otherwise = _shown(example.asked), _shown(example.otherwise)
     wide = max(len(asked), len(otherwise))
-    lines.append(f"{asked:{wide}}  {'holds' if first else 'fails'}, as it is here")
-    lines.append(f"{otherwise:{wide}}  {'holds' if second else 'fails'}, the other reading")
+    lines.append(f"{asked:{wide}}  {str(first).lower()}, convention of missionc")
+    lines.append(f"{otherwise:{wide}}  {str(second).lower()}, other convention")
     return lines
 
 
@@ -292,7 +292,7 @@ def _graph_of_pairs(graph: ir.Graph, mission: ir.Mission) -> str:
     ways += [f"closer than {number_text(graph.radius)} m between all others"] if graph.radius > 0 else []
     rest = "" if graph.radius > 0 else "; no others are linked"
     seen = ", with no obstacle on the straight line between them" if isinstance(graph, ir.Sight) else ""
-    leads = "; a link leads one way" if directed(graph) else ""
+    leads = "; links are directed" if directed(graph) else ""
     return f"`{graph.name}` links one agent to another that is {', '.join(ways)}{seen}{rest}{leads}"
 
 
@@ -315,8 +315,8 @@ def _growths(mission: ir.Mission) -> list[str]:
 def _tolerances(mission: ir.Mission) -> list[str]:
     """By how much which agents may be late."""
     return [
-        f"any one of {names(each.agents, mission)}, all others on time, may be late by up to "
-        f"{seconds(mission, each.steps)}: nothing that is asked breaks"
+        f"one agent of {names(each.agents, mission)} may be late by up to {seconds(mission, each.steps)}, with all "
+        "others on time; every requirement stays satisfied"
         for each in mission.tolerances
     ]
 
@@ -335,13 +335,13 @@ def lines(parts: tuple[Explained, ...], mission: ir.Mission, choice: Choice | No
         for part in of_family(of_one_text) or of_one_text:
             page += ["", *_part_lines(part, mission, unicode)]
     if left := left_out(parts, mission):
-        more = f"{left} more {'is' if left == 1 else 'are'} not explained here; name one: `missionc explain FILE NAME`"
+        more = f"{left} more not shown; explain one by its name with `missionc explain FILE NAME`"
         page += ["", more]
     if choice is not None:
         page += ["", *choice.explanation.rstrip("\n").split("\n")]
     known = {trap.name: trap for part in parts for trap in part.traps}
     if known:
-        page += ["", "where others read it otherwise:"]
+        page += ["", "conventions that differ elsewhere:"]
     for trap in known.values():
         page += ["", *_wrapped(f"{trap.name}: {trap.says}. Elsewhere: {trap.elsewhere}.", 2, 4)]
         page += [f"      {line}" for line in table(trap.example)]
@@ -366,7 +366,7 @@ def _part_lines(part: Explained, mission: ir.Mission, unicode: bool) -> Iterator
     for more in part.said.parts:
         yield from _wrapped(more.sentence, 4)
     if part.said.left_out:
-        yield from _wrapped(f"{part.said.left_out} more of what these name, at least, is not explained here.", 4)
+        yield from _wrapped(f"At least {part.said.left_out} more definitions are not shown.", 4)
     for thing in part.things:
         yield from _wrapped(f"{thing}.", 4)
     drawing = draw(iter(part.windows), mission, unicode)
@@ -376,15 +376,17 @@ def _part_lines(part: Explained, mission: ir.Mission, unicode: bool) -> Iterator
         who = listed(part.backends) if part.backends else "no backend"
         yield from _wrapped(f"needs {all_listed(part.needs)}; {who} can express that", 2, 4)
     if part.traps:
-        yield from _wrapped(f"others may read it otherwise: {'; '.join(trap.name for trap in part.traps)}", 2, 4)
+        yield from _wrapped(f"conventions that differ elsewhere: {'; '.join(trap.name for trap in part.traps)}", 2, 4)
 
 
 def _horizon(part: Explained, mission: ir.Mission) -> str:
     lasts = seconds(mission, mission.steps)
     if math.isinf(part.needed):
-        return f"no mission is long enough for it; this one lasts {lasts}"
+        return f"no horizon is long enough; the mission lasts {lasts}"
     far = seconds(mission, part.looks)
-    return f"looks as far as {far}, and takes {seconds(mission, part.needed)} at least; the mission lasts {lasts}"
+    return (
+        f"depends on states up to {far}, needs a horizon of {seconds(mission, part.needed)}; the mission lasts {lasts}"
+    )
 
 
 def _wrapped(text: str, indent: int, more: int | None = None) -> list[str]:

@@ -214,7 +214,7 @@ def _ended(text: str, mission: ir.Mission) -> str:
     named = first.startswith("`") or any(agent.name == first for agent in mission.agents)
     said = text if named else text[0].upper() + text[1:]
     if len(said) > LONGEST:
-        return f"{said[:LONGEST].rsplit(' ', 1)[0]} … and {len(said) - LONGEST:,} letters more, which are left out."
+        return f"{said[:LONGEST].rsplit(' ', 1)[0]} … and {len(said) - LONGEST:,} more letters."
     return f"{said}."
 
 
@@ -282,9 +282,9 @@ class _Speaker:
             case ir.Belongs(agents, _):
                 return belongs(agents, self.mission)
             case ir.Truth(True, _):
-                return Verb("may be anybody", "may be nobody")
+                return Verb("may be any agent", "may be no agent")
             case ir.Truth():
-                return Verb("may be nobody", "may be anybody")
+                return Verb("may be no agent", "may be any agent")
             case ir.Apply() if boolean(formula) is Not:
                 (body,) = formula.operands
                 inner = None if boolean(body) is Not else self._literal(body)
@@ -328,7 +328,7 @@ class _Speaker:
     def _clause(self, formula: ir.Formula, around: Around) -> Clause:
         match formula:
             case ir.Truth(value, _):
-                return Clause("this is so in any case" if value else "this is never so", True)
+                return Clause("this is always true" if value else "this is never true", True)
             case ir.Holds(predicate, _) if formula not in self.of_agents:
                 return Clause(of_team(predicate, self.mission, False), True)
             case ir.AtLeastOf():

@@ -104,9 +104,9 @@ def draw(spans: Iterator[Span], mission: Mission, unicode: bool) -> list[str]:
         _fill(bar, *span.first, mission.steps, solid)
         lines.append(f"{_label(span)[:label]:{label}}  {''.join(bar)}  {reach}")
     if len(drawn) == MOST:
-        lines.append(f"{'':{label}}  and more; the first {MOST} are drawn")
+        lines.append(f"{'':{label}}  only the first {MOST} windows are shown")
     if any(span.slides for span in drawn):
-        lines.append(f"{'':{label}}  {solid} its first place  {loose} as far as it slides")
+        lines.append(f"{'':{label}}  {solid} first window  {loose} later windows")
     return lines
 
 

@@ -213,4 +213,4 @@ def _no_room(each: Part, most: int, memory: int, why: str) -> Diagnostic:
     )
 
 
-FORMAT = Format(NAME, "trajectories as they lie in a Crazyflie's memory, and a start script for cflib", write)
+FORMAT = Format(NAME, "trajectories in the memory format of a Crazyflie, and a start script for cflib", write)

@@ -13,9 +13,9 @@ WORDS = {each.flag.strip("-").replace("-", "_"): each for each in AMOUNTS}
 """Each disturbance by the word of its flag."""
 
 DISTURBANCES = (
-    Entry("wind", 0.0, "Mean wind, m/s; or a pair of it and of the gusts."),
+    Entry("wind", 0.0, "Mean wind in m/s, or a pair of mean wind and gusts."),
     *(Entry(word, 0.0, f"{each.says} ({each.unit.lower()})") for word, each in WORDS.items()),
-    Entry("lose", {}, "Agents whose motors stop, and the second at which each does."),
+    Entry("lose", {}, "Agents whose motors stop, each with its time in seconds."),
 )
 
 

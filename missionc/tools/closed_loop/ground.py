@@ -138,7 +138,7 @@ SURE = 0.95
 MOST_REPLANS = 6
 STOP = 3.0
 """Seconds that a stop takes, and more: nobody is told to stop who touches nothing until there was time for one."""
-FLOWN_ON = "flown on: no other plan keeps more"
+FLOWN_ON = "kept the current plan: no other plan satisfies more requirements"
 MOST_OF_IT = 0.4
 """The share of the time left that planning may take."""
 PATIENCE = 8
@@ -246,7 +246,7 @@ class GroundStation:
         assert isinstance(edited, Mapping), "patches are read before the flight"
         self.world = earlier(self.world, edited, self.limits)
         self.texts.update(edited)
-        self.causes.append("the world has changed")
+        self.causes.append("the world changed")
 
     def look(self, time: float) -> None:
         """See what is wrong by now; and have the rest planned anew where something is."""
@@ -264,13 +264,13 @@ class GroundStation:
             bad = standing.at_risk or standing.verdict is LiveVerdict.VIOLATED
             if bad and standing.name not in self.risky:
                 self.risky.add(standing.name)
-                self.causes.append(f"`{standing.name}` is {'at risk' if standing.at_risk else 'lost'}")
+                self.causes.append(f"`{standing.name}` is {'at risk' if standing.at_risk else 'violated'}")
         if self.causes:
             why, self.causes = ", ".join(self.causes), []
             if self.replans and sum(each.begins is not None for each in self.happened) < MOST_REPLANS:
                 self._replan(time, why)
             else:
-                self.happened.append(GroundEvent(time, why, "seen"))
+                self.happened.append(GroundEvent(time, why, "no replanning"))
 
     def _follow(self, name: str, report: Report) -> None:
         """See whether an agent is where it should be."""
@@ -278,10 +278,10 @@ class GroundStation:
         if off > LAG and (speed := self._slow_speed(name)) is not None:
             self.slow[name] = SURE * speed
             self.risky.add(f"{name} is off")
-            self.causes.append(f"{name} goes no faster than {speed:.2f} m/s")
+            self.causes.append(f"{name} is limited to {speed:.2f} m/s")
         elif off > OFF and f"{name} is off" not in self.risky:
             self.risky.add(f"{name} is off")
-            self.causes.append(f"{name} is {off:.2f} m off its way")
+            self.causes.append(f"{name} is {off:.2f} m off its trajectory")
 
     def _slow_speed(self, name: str) -> float | None:
         """How fast one goes, m/s, who is behind on its way for it goes slower than that asks; None of anybody else."""
@@ -302,7 +302,7 @@ class GroundStation:
         mission = self.flying.checked.valid_mission
         so_far, findings = read_flown(Source("flown.csv", self._table()), mission, self.lost, self.limits)
         if so_far is None:
-            self.happened.append(GroundEvent(time, why, f"not understood: {findings[0].message}"))
+            self.happened.append(GroundEvent(time, why, f"report rejected: {findings[0].message}"))
             return
         seconds, given_up = 0.0, list(self.given_up)
         patience = min(self.patience, max(1.0, MOST_OF_IT * self._left(time) / self.within))
@@ -350,7 +350,7 @@ class GroundStation:
         """There was no plan in time: while that was found out the flight went on, and then there may be more time."""
         self.busy = time + within
         self.patience = min(2 * self.patience, PATIENCE) if undecided else 1
-        self.causes.append("there was no plan in time")
+        self.causes.append("no plan in time")
 
     def _table(self) -> str:
         """What was flown of the plan, as a table that is read like any."""

@@ -67,8 +67,8 @@ def fractions(flights: Sequence[LoopFlight]) -> dict[str, Fraction]:
 def said(each: GroundEvent) -> str:
     """What the ground saw and did, as a sentence without its time."""
     took = f" in {each.seconds:.2f} s" if each.seconds else ""
-    begins = f", begun at {each.begins:g} s" if each.begins is not None else ""
-    dropped = f"; given up: {', '.join(f'`{name}`' for name in each.given_up)}" if each.given_up else ""
+    begins = f", starts at {each.begins:g} s" if each.begins is not None else ""
+    dropped = f"; dropped: {', '.join(f'`{name}`' for name in each.given_up)}" if each.given_up else ""
     return f"{each.why}: {each.came}{took}{begins}{dropped}"
 
 
@@ -163,13 +163,12 @@ def loop_flights(
 def _headline(flights: Sequence[LoopFlight]) -> tuple[str, str]:
     """What the flights show of all like them, and no more."""
     held = sum(map(as_required, flights))
-    kept = "every requirement kept and nothing touched"
     if len(flights) == 1:
-        return ("holds", f"one flight, {kept}") if held else ("fails", f"one flight, not {kept}")
+        return ("holds", "1 simulated flight passed") if held else ("fails", "1 simulated flight failed")
     share = fraction(held, len(flights))
     state = "holds" if held == len(flights) else "steps" if held else "fails"
-    bound = f"in at least {shown(share.least)} of such flights (one-sided 95 % lower confidence bound)"
-    return state, f"{kept} {bound}: {held} of {len(flights)}"
+    bound = f"success rate at least {shown(share.least)} (one-sided 95 % lower confidence bound)"
+    return state, f"{held} of {len(flights)} simulated flights passed; {bound}"
 
 
 def _page_record(seconds: float, scenario: Scenario, flights: Sequence[LoopFlight], replans: bool) -> dict[str, Any]:
@@ -208,29 +207,29 @@ def _told(flight: LoopFlight, scenario: Scenario, seconds: float) -> Iterator[di
     for each in flight.happened:
         yield {"t": each.time, "by": "ground", "says": said(each)}
         if each.begins is not None:
-            yield {"t": each.begins, "by": "plan", "says": f"the plan that was asked for at {each.time:g} s begins"}
+            yield {"t": each.begins, "by": "plan", "says": f"the plan requested at {each.time:g} s starts"}
     nearest = flight.outcome.nearest
     if nearest is not None and nearest.at is not None and nearest.margin < FAR:
         who = " and ".join(_who(nearest))
-        yield {"t": nearest.at, "by": "nearest", "says": f"nearest: {who}, {decimals(nearest.margin)} m between them"}
+        yield {"t": nearest.at, "by": "nearest", "says": f"closest approach: {who}, {decimals(nearest.margin)} m"}
 
 
 def _happens(event: Event) -> str:
     if event.lose:
         return f"{event.lose} is lost: its motors stop"
     if event.slow:
-        return f"{event.slow} goes no faster than {event.to:g} of its top speed"
+        return f"{event.slow} is limited to {event.to:g} of its top speed"
     return f"the world changes: {' '.join(event.change.split())}"
 
 
 def _through(scenario: Scenario) -> str:
     """The air and the reports, in words."""
     said = [
-        (scenario.wind, f"a wind of {scenario.wind:g} m/s"),
-        (scenario.gust, f"gusts of {scenario.gust:g} m/s"),
-        (scenario.noise, f"reported positions {scenario.noise:g} m off"),
-        (scenario.dropped, f"{100 * scenario.dropped:g} % of the reports dropped"),
-        (scenario.late, f"up to {scenario.late:g} s late"),
+        (scenario.wind, f"wind {scenario.wind:g} m/s"),
+        (scenario.gust, f"gusts {scenario.gust:g} m/s"),
+        (scenario.noise, f"position noise {scenario.noise:g} m"),
+        (scenario.dropped, f"{100 * scenario.dropped:g} % of reports lost"),
+        (scenario.late, f"reports up to {scenario.late:g} s late"),
         (scenario.skew, f"clocks up to {scenario.skew:g} s late"),
     ]
-    return ", ".join(words for value, words in said if value) or "still air, every report in time"
+    return ", ".join(words for value, words in said if value) or "no disturbances"

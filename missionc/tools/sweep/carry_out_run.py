@@ -133,7 +133,7 @@ def _flown(compiled: Compiled, outcome: Verified, flights: Flights, request: Req
         trials = within(last_call(deadline), partial(_fly, compiled, outcome, flights, request.seed))
     values: dict[str, Value] = {"flown_in": round(Seconds(time.monotonic() - began), 4)}
     if isinstance(trials, Ended):
-        return {**values, "says": trials.during("simulate")[:SAID]}
+        return {**values, "says": trials.during("simulating flights")[:SAID]}
     mission = compiled.checked.valid_mission
     return {
         **values,

@@ -244,8 +244,9 @@ def check_apart(mission: Mission, flight: Flight, checks: list[Check], boxes: li
                 what = "each other" if together else f"`{check.subject}`"
                 wanted = mission.separation if together else mission.clearance
                 warnings.append(
-                    f"the polynomials bring {who} within {check.margin + wanted:.3f} m of {what} "
-                    f"at {check.at:.2f} s; the mission requires {wanted:g} m"
+                    f"in the trajectories, {who} come{'' if together else 's'} "
+                    f"within {check.margin + wanted:.3f} m of {what} "
+                    f"at {check.at:.2f} s, and the mission requires {wanted:g} m"
                 )
                 check, proof = less, short
         checks.append(check)
@@ -258,8 +259,8 @@ def _thrust(peak: Figure) -> tuple[str, ...]:
         return ()
     who, at = f"`{peak.subject}`", f"{peak.at:.2f} s"
     return (
-        f"{who} accelerates at {peak.value:.1f} m/s^2 at {at}; "
-        f"a Crazyflie with standard motors reaches about {STRONGEST:g} m/s^2",
+        f"{who} accelerates at {peak.value:.1f} m/s^2 at {at}, "
+        f"above the {STRONGEST:g} m/s^2 of a Crazyflie with standard motors",
     )
 
 
@@ -288,7 +289,7 @@ def _memory(mission: Mission, flight: Flight) -> tuple[str, ...]:
     pieces, most = flight.durations.size, MEMORY_BYTES // PIECE_BYTES
     if pieces <= most or all(agent.vehicle != PLAIN for agent in mission.agents):
         return ()
-    return (f"each trajectory has {pieces} pieces; the memory of a Crazyflie has space for {most}",)
+    return (f"each trajectory has {pieces} pieces, but the memory of a Crazyflie holds {most} at a time",)
 
 
 def _peak(mission: Mission, flight: Flight, order: int, name: str, unit: str) -> Figure:

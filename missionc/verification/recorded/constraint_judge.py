@@ -267,11 +267,8 @@ KINDS = (
 """All constraints, in the order in which they are reported; each name stands first where it stands alone."""
 
 UNSEEN = (
-    (
-        ("acceleration", "jerk", "tilt", "thrust", "yaw_rate", "endurance"),
-        "not visible in positions at the sample times",
-    ),
-    (("vertical_speed", "height", "downwash_height"), "a plane has no recorded heights"),
+    (("acceleration", "jerk", "tilt", "thrust", "yaw_rate", "endurance"), "positions at the samples do not show it"),
+    (("vertical_speed", "height", "downwash_height"), "a two-dimensional recording has no heights"),
 )
 """Figures of vehicles that are not judged, and why; the last ones in a plane alone."""
 
@@ -393,10 +390,10 @@ class ConstraintJudge:
     def _not_judged(self) -> Iterable[NotJudged]:
         agents = self.mission.agents
         bare = [each for each in agents if each.dynamics.faces_ahead and not self.with_heading[each.index]]
-        yield from self._unseen(["heading"], bare, "no recorded `yaw`")
+        yield from self._unseen(["heading"], bare, "the recording has no `yaw`")
         for kind in dict.fromkeys(type(each.dynamics) for each in agents if each.dynamics.rules):
             moved = [each for each in agents if type(each.dynamics) is kind]
-            yield from self._unseen([*kind.rules], moved, f"a rule of `{kind.word}`, checked on plans only")
+            yield from self._unseen([*kind.rules], moved, f"a rule of `{kind.word}`, which is checked for plans only")
         for names, reason in UNSEEN if self.mission.dimension == 2 else UNSEEN[:1]:
             limited = {
                 name: [each for each in agents if getattr(each.vehicle, name) != getattr(PLAIN, name)] for name in names

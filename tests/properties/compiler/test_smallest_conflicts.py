@@ -124,7 +124,7 @@ def test_a_conflict_of_which_that_was_not_found_out_says_that_it_may_not_be_smal
     assert isinstance(outcome, Impossible)
     assert not outcome.smallest
     assert compiled_document(compiled, "", [])["smallest"] is False
-    says = "the conflict may not be smallest: some of it may conflict already"
+    says = "a smaller conflict may exist among these requirements"
     assert says in compiled.findings[-1].notes
     assert str(outcome).endswith(says)
 

@@ -84,7 +84,7 @@ def test_the_least_distance_is_no_more_than_the_tidied_one_and_is_said(monkeypat
     tidy, _ = planned(VISIT, N="3")
     least, report = planned(VISIT + "minimize distance\n", N="3")
     assert travelled(least) <= travelled(tidy)
-    assert [note for note in report.notes if note.startswith(f"{travelled(least):.6g} m in all")]
+    assert [note for note in report.notes if note.startswith(f"distance {travelled(least):.6g} m")]
 
 
 @pytest.mark.parametrize("times", [10, 100])
@@ -99,7 +99,7 @@ def test_the_least_energy_has_less_of_it_than_the_least_distance() -> None:
     smooth, report = planned(ROUND + "minimize energy\n")
     assert effort(smooth) < effort(short)
     assert travelled(short) < travelled(smooth)
-    assert "m^2/s^3 in all" in report.notes[-1]
+    assert "m^2/s^3 (first plan" in report.notes[-1]
 
 
 @dataclass(frozen=True)

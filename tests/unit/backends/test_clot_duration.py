@@ -103,7 +103,7 @@ def test_a_plan_is_over_sooner_than_without_the_objective(text: str) -> None:
     found = verified(text + "minimize duration\n")
     lasts = duration(found.plan.trace)
     assert lasts <= duration(verified(text).plan.trace)
-    assert any(note.startswith(f"lasts {lasts} steps, ") for note in found.report.notes)
+    assert any(note.startswith(f"duration {lasts} steps (first plan: ") for note in found.report.notes)
     # From (1, 1) it is 4.5 m to `goal`: 5 steps at 2 m/s, and as many back.
     assert lasts >= (10 if text is BACK else 5)
 
@@ -117,7 +117,7 @@ def test_what_has_a_time_keeps_it() -> None:
 
 def test_a_preference_that_is_kept_stays_kept() -> None:
     found = verified(ERRAND + "prefer home: drone[0]: eventually[5 s, 6 s] x <= 4\nminimize duration\n")
-    assert "`home` is kept" in found.report.notes
+    assert "preference `home` satisfied" in found.report.notes
     position = found.plan.trace.position[0, 10:]
     assert (position[:, 0] <= 4).any()
 
@@ -126,7 +126,7 @@ def test_the_hybrid_makes_plans_shorter_too() -> None:
     text = ERRAND + "graph radio = proximity 3 m\nrequire near: drone[0]: always[0, 6 s] somewhere[hops 1..1] drone\n"
     found = verified(text + "minimize duration\n", backend="hybrid")
     assert duration(found.plan.trace) < 12
-    assert any(note.startswith("lasts ") for note in found.report.notes)
+    assert any(note.startswith("duration ") for note in found.report.notes)
 
 
 def test_a_plan_that_cannot_be_made_shorter_is_not_lost() -> None:
@@ -141,7 +141,7 @@ def test_a_plan_that_cannot_be_made_shorter_is_not_lost() -> None:
     kept = shorten(control, made, demand, costs, refuse, lambda: True)
     assert kept.control is control
     assert kept.trace is made
-    assert "no plan of 11 was found" in kept.note
+    assert "no plan of 11 steps found" in kept.note
     assert tried
 
 
@@ -151,7 +151,7 @@ def test_where_the_time_is_up_nothing_is_tried() -> None:
     made = trace(costs.mission, costs.splines, control)
     kept = shorten(control, made, demand, costs, lambda points: made, lambda: False)
     assert kept.trace is made
-    assert kept.note == "lasts 12 steps, 12 before it was made less; the search ended first"
+    assert kept.note == "duration 12 steps (first plan: 12); the search ended early"
 
 
 @pytest.mark.slow

@@ -94,8 +94,8 @@ def test_a_preference_is_kept_where_it_can_be_and_noted_where_not() -> None:
         + "prefer back: eventually[3 s, 4 s] some drone: distance(goal) >= 0.5 weight 2\n"
         + "prefer away: eventually[0, 4 s] every drone: distance(goal) >= 20 weight 1\n"
     )
-    assert "`back` is kept" in outcome.report.notes
-    assert any(note.startswith("`away` is not kept") for note in outcome.report.notes)
+    assert "preference `back` satisfied" in outcome.report.notes
+    assert any(note.startswith("preference `away` not satisfied") for note in outcome.report.notes)
 
 
 @pytest.mark.parametrize("objective", ["distance", "energy"])
@@ -118,7 +118,7 @@ def test_what_is_not_found_is_undecided_and_says_where_the_best_fails() -> None:
     found = compiled(text, limit=6.0, schedules=1)
     assert isinstance(found.outcome, NotFound)
     assert found.outcome.reason in (Reason.TIME, Reason.SOLVER)
-    assert "the best candidate fails" in found.outcome.statement
+    assert "the best candidate violates" in found.outcome.statement
     assert "impossible" not in found.findings[-1].message
 
 
@@ -134,7 +134,7 @@ def test_the_best_candidate_is_told_requirement_by_requirement() -> None:
     assert all(each.robustness <= 0 and each.step is not None for each in failing)
     assert all(f"`{each.name}`" in found.outcome.statement for each in failing)
     lines = compiled_lines(found, "", Seconds(1.0), verbose=True)
-    assert lines[0] == "together: the closest infeasible candidate"
+    assert lines[0] == "together: closest infeasible candidate"
     assert [line.split()[0] for line in lines[1:5]] == ["visit", "link", "row", "never"]
     document = compiled_document(found, "", [])
     assert document["outcome"] == "undecided"

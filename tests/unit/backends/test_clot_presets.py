@@ -126,7 +126,7 @@ def test_what_a_search_does_not_find_is_undecided_and_says_how_far_it_came() -> 
     text = PAIR + "require far: eventually[0, 4 s] distance(drone[0], drone[1]) >= 3\n"
     found = planned(text, "fsot", samples=2, limit=2.0)
     assert isinstance(found, NotFound)
-    assert "of 2 agents" in found.statement or "the best candidate fails" in found.statement
+    assert "of 2 agents" in found.statement or "the best candidate violates" in found.statement
 
 
 def test_no_time_ends_a_search() -> None:

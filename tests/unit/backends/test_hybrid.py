@@ -72,14 +72,14 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
 
 
 def refuse(*asked: object) -> Outcome:
-    return Impossible(("relay",), "on roadmaps of 9 nodes `relay` cannot hold", Report())
+    return Impossible(("relay",), "on roadmaps of 9 nodes `relay` cannot be satisfied", Report())
 
 
 def test_what_a_roadmap_refuses_is_left_to_the_transport(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SmtBackend, "plan", refuse)
     outcome = compiled(RELAY.replace("(3.4, 3) to (5, 4.5)", "(2.5, 1) to (3.5, 2)")).outcome
     assert isinstance(outcome, Verified), outcome
-    assert any("on roadmaps of 9 nodes `relay` cannot hold" in note for note in outcome.report.notes)
+    assert any("on roadmaps of 9 nodes `relay` cannot be satisfied" in note for note in outcome.report.notes)
 
 
 @pytest.mark.usefixtures("coarse_covers")
@@ -90,8 +90,8 @@ def test_what_is_not_found_is_undecided_with_what_both_halves_say(monkeypatch: p
     found = compiled(RELAY + far, limit=6.0)
     assert isinstance(found.outcome, NotFound)
     assert found.outcome.reason in (Reason.TIME, Reason.SOLVER)
-    assert "the best candidate fails" in found.outcome.statement
-    assert "on roadmaps of 9 nodes `relay` cannot hold" in found.outcome.statement
+    assert "the best candidate violates" in found.outcome.statement
+    assert "on roadmaps of 9 nodes `relay` cannot be satisfied" in found.outcome.statement
     assert found.outcome.best is not None
     assert [each.name for each in found.outcome.best.requirements] == ["relay", "rescue", "show", "far"]
     assert IMPOSSIBLE not in {finding.code for finding in found.findings}

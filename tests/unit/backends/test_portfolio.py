@@ -43,9 +43,9 @@ from tests.support.small_missions import SMALL
 STILL = np.zeros((2, 7, 2))
 TRACE = Trace(Seconds(1.0), STILL, STILL, STILL[..., 0])
 PLAN = Planned(TRACE, Report(work=3.0))
-REFUSED = Impossible(("visit",), "on roadmaps of 110 nodes `visit` cannot hold", Report())
+REFUSED = Impossible(("visit",), "on roadmaps of 110 nodes `visit` cannot be satisfied", Report())
 NOTHING = NotFound(Reason.SOLVER, "40 attempts found none", Report())
-LATE = NotFound(Reason.TIME, "the best candidate fails `visit`", Report())
+LATE = NotFound(Reason.TIME, "the best candidate violates `visit`", Report())
 SMALL_CHECKED = check(Source("small.mission", SMALL))
 
 ROUND_A_DISC = """
@@ -132,9 +132,9 @@ def test_the_first_plan_ends_the_others_and_says_whose_it_is() -> None:
     assert isinstance(found, Planned)
     assert found.report.engine == "quick"
     assert [(each.engine, each.turns, each.says) for each in found.report.tried] == [
-        ("slow", 1, "none found in 1 attempt"),
-        ("quick", 1, "a plan"),
-        ("last", 0, "not asked"),
+        ("slow", 1, "no plan in 1 attempt"),
+        ("quick", 1, "plan found"),
+        ("last", 0, "not run"),
     ]
     assert slow.ended == ["slow"]
     assert idle.ended == []
@@ -153,7 +153,7 @@ def test_a_refusal_is_the_answer_once_the_others_had_their_attempts() -> None:
     assert isinstance(found, Impossible)
     assert found.conflict == ("visit",)
     assert found.report.engine == "smt"
-    assert found.statement == f"{REFUSED.statement}; clot found none in {ATTEMPTS} attempts"
+    assert found.statement == f"{REFUSED.statement}; clot found no plan in {ATTEMPTS} attempts"
     assert log.count("clot") == ATTEMPTS
 
 
@@ -178,7 +178,7 @@ def test_one_that_repeats_another_has_one_turn_and_none_after_a_refusal() -> Non
         Scripted("hybrid", [0.1] * 99, PLAN, log, repeats=True),
     )
     assert isinstance(found, Impossible)
-    assert found.statement == f"{REFUSED.statement}; clot found none in {ATTEMPTS} attempts"
+    assert found.statement == f"{REFUSED.statement}; clot found no plan in {ATTEMPTS} attempts"
     assert "hybrid" not in log
 
 
@@ -313,7 +313,7 @@ def test_what_roadmaps_do_not_hold_is_planned_all_the_same() -> None:
     assert isinstance(again.outcome, Verified)
     assert first.outcome.plan.backend == "clot"
     assert first.outcome.files == again.outcome.files
-    assert [each.says for each in first.outcome.report.tried][1:] == ["a plan", "not asked"]
+    assert [each.says for each in first.outcome.report.tried][1:] == ["plan found", "not run"]
 
 
 def test_a_plan_that_is_not_verified_ends_only_the_engine_that_found_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -331,7 +331,7 @@ def test_a_plan_that_is_not_verified_ends_only_the_engine_that_found_it(monkeypa
     assert isinstance(found.outcome, Verified)
     assert found.outcome.plan.backend != "smt"
     assert found.outcome.report.tried[0].engine == "smt"
-    assert found.outcome.report.tried[0].says == "a plan that does not pass verification"
-    assert [each.says for each in found.outcome.report.tried].count("a plan") == 1
+    assert found.outcome.report.tried[0].says == "a plan that fails verification"
+    assert [each.says for each in found.outcome.report.tried].count("plan found") == 1
     alone = compile(source, backend="smt", time_limit=Seconds(60))
     assert [each.code for each in alone.findings] == [NOT_VERIFIED]

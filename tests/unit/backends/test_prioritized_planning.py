@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -118,8 +120,8 @@ def test_a_motion_that_is_over_late_is_made_shorter(monkeypatch: pytest.MonkeyPa
         Source("turns.mission", text + asked), backend="smt", settings={"smt.all_agents": 0}
     ).outcome
     assert isinstance(outcome, Verified)
-    (note,) = (note for note in outcome.report.notes if note.startswith("lasts"))
-    lasts, before = (int(words.split()[0]) for words in note.removeprefix("lasts ").split(" steps, "))
+    (note,) = (note for note in outcome.report.notes if note.startswith("duration"))
+    lasts, before = map(int, re.findall(r"\d+", note)[:2])
     assert before == late[0]
     assert lasts <= before - 8
 

@@ -88,10 +88,10 @@ def states_of(outcome: Verified, motion: Motion) -> np.ndarray:
 
 def said_of(outcome: Verified) -> tuple[float, float]:
     """The metres of the plan, and those that no plan goes below."""
-    note = next(note for note in outcome.report.notes if " m in all" in note)
-    if found := re.fullmatch(r"(\S+) m in all, the least on this roadmap", note):
+    note = next(note for note in outcome.report.notes if note.startswith("distance ") and "on this roadmap" in note)
+    if found := re.fullmatch(r"distance (\S+) m, optimal on this roadmap", note):
         return float(found[1]), float(found[1])
-    found = re.fullmatch(r"(\S+) m in all; no plan on this roadmap is shorter than (\S+) m \(a gap of .*\)", note)
+    found = re.fullmatch(r"distance (\S+) m, lower bound (\S+) m on this roadmap, optimality gap .* %", note)
     assert found, note
     return float(found[1]), float(found[2])
 
@@ -134,7 +134,7 @@ def test_what_does_not_hold_is_left_as_it_is() -> None:
 def test_after_the_last_step_of_a_shortest_duration_nobody_moves() -> None:
     outcome = missionc.compile(Source("calm.mission", TEAM + "minimize duration\n")).outcome
     assert isinstance(outcome, Verified)
-    said = next(note for note in outcome.report.notes if note.startswith("lasts"))
+    said = next(note for note in outcome.report.notes if note.startswith("duration"))
     last = int(said.split()[1])
     position = outcome.plan.trace.position
     assert (position[:, last:] == position[:, last, None]).all()

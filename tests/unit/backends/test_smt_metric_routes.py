@@ -150,4 +150,6 @@ def test_a_preference_that_is_not_kept_is_no_proof_where_lengths_are_rounded() -
     text = ROW.replace("require far:", "prefer far:")
     outcome = missionc.compile(Source("row.mission", text)).outcome
     assert isinstance(outcome, Verified)
-    assert any("`far` is not kept: no plan was found that keeps it too" in note for note in outcome.report.notes)
+    assert any(
+        "preference `far` not satisfied: no plan that satisfies it was found" in note for note in outcome.report.notes
+    )

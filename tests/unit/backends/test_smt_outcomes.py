@@ -96,7 +96,7 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
 def test_a_preference_that_can_be_kept_is_kept() -> None:
     outcome = compiled(GO + "prefer stay: drone[1]: always[0, 6 s] base\n").outcome
     assert isinstance(outcome, Verified)
-    assert "`stay` is kept" in outcome.report.notes
+    assert "preference `stay` satisfied" in outcome.report.notes
 
 
 @pytest.mark.usefixtures("roadmaps_alone")
@@ -110,7 +110,7 @@ def test_a_missing_roadmap_names_every_roadmap_that_was_refused_before_it(monkey
     outcome = compiled(GO + NEAR + "solve with smt { nodes = 110 }\n").outcome
     assert isinstance(outcome, NotFound)
     assert outcome.reason is Reason.NO_ROADMAP
-    assert outcome.statement == "no path from `base`; roadmaps of 110 and 187 nodes hold no plan"
+    assert outcome.statement == "no way out of `base`; roadmaps of 110 and 187 nodes contain no plan"
 
 
 def checked_mission() -> tuple[Mission, Kernel]:
@@ -129,4 +129,4 @@ def test_a_try_for_few_agents_ends_with_the_turn() -> None:
 
 
 def test_a_refusal_names_every_requirement_of_the_conflict() -> None:
-    assert refusal(("a", "b", "c", "d", "e"), [110]).endswith("`a`, `b`, `c`, `d` and `e` cannot hold together")
+    assert refusal(("a", "b", "c", "d", "e"), [110]).endswith("`a`, `b`, `c`, `d` and `e` cannot be satisfied together")

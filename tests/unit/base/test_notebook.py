@@ -196,7 +196,7 @@ def test_an_outcome_without_a_plan_says_what_it_is() -> None:
     assert isinstance(found, missionc.Impossible)
     head, statement = str(found).split("\n")
     names = ", ".join(f"`{name}`" for name in found.conflict)
-    assert head == f"{names} cannot be satisfied together, whatever the roadmap"
+    assert head == f"{names} cannot be satisfied together, for any motion of these agents"
     assert statement.strip() == found.statement
     assert html.unescape(found._repr_html_()).count(str(found)) == 1
     assert printed(found) == str(found)

@@ -93,7 +93,7 @@ def test_the_time_limit_while_a_plan_is_made_better_gives_that_plan(
     outcome = compiled(backend, text, at(stage, lambda: time_is_up(monkeypatch))).outcome
     assert isinstance(outcome, Verified)
     assert outcome.report.cut_short is CutShort.TIME
-    assert any("cut short (time limit)" in note for note in outcome.report.notes)
+    assert any("stopped early (time limit)" in note for note in outcome.report.notes)
 
 
 def test_a_search_that_is_done_was_not_cut_short() -> None:
@@ -154,7 +154,7 @@ def test_the_command_writes_the_plan_and_says_that_it_was_cut_short(
     assert status == 0
     assert said["outcome"] == "planned"
     assert said["cut_short"] == "interruption"
-    assert any("cut short" in note for note in said["notes"])
+    assert any("stopped early" in note for note in said["notes"])
     assert json.loads(Path("out/manifest.json").read_text())["cut_short"] == "interruption"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "row.mission"]
 

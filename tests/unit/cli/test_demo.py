@@ -42,10 +42,10 @@ def test_the_demo_plans_without_a_mission_and_says_where_its_report_is(here: Pat
     assert err == ""
     assert re.match(r"wildfire: verified in [0-9.]+ s: 5 agents for 20 s, planned by smt", out)
     report = Path("missionc-demo") / "report.html"
-    assert f"the report: {report}\n" in out
+    assert f"report: {report}\n" in out
     assert "<title>wildfire" in report.read_text(encoding="utf-8")
     mission = Path("missionc-demo/mission/wildfire.mission")
-    assert out.endswith(f"its mission, to copy and change: {mission}\n")
+    assert out.endswith(f"mission file to copy and edit: {mission}\n")
     assert mission.read_bytes() == (ROOT / "missions" / "wildfire.mission").read_bytes()
 
 
@@ -54,7 +54,7 @@ def test_the_demo_leaves_what_is_there_alone(here: Path, capsys: Captured) -> No
     (here / "missionc-demo").mkdir()
     (here / "missionc-demo-2").write_text("mine")
     assert main(["demo", "--no-open"]) == 0
-    assert "the report: missionc-demo-3/report.html" in capsys.readouterr().out.replace(os.sep, "/")
+    assert "report: missionc-demo-3/report.html" in capsys.readouterr().out.replace(os.sep, "/")
     assert list((here / "missionc-demo").iterdir()) == []
     assert (here / "missionc-demo-2").read_text() == "mine"
 
@@ -71,7 +71,7 @@ def test_a_folder_that_is_named_and_exists_is_refused(here: Path, capsys: Captur
 def test_without_a_screen_no_browser_is_asked_and_the_user_is_told(here: Path, capsys: Captured) -> None:
     assert main(["demo", "-o", "shown"]) == 0
     out = capsys.readouterr().out
-    assert "the report: shown/report.html; there is no browser here" in out.replace(os.sep, "/")
+    assert "report (no browser found; open it yourself): shown/report.html" in out.replace(os.sep, "/")
 
 
 def test_the_report_is_opened_in_the_user_s_browser(
@@ -84,7 +84,7 @@ def test_the_report_is_opened_in_the_user_s_browser(
     command = [sys.executable, "-m", "missionc", "demo"]
     run = subprocess.run(command, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
-    assert "the report, opened in your browser: missionc-demo" in run.stdout
+    assert "report (opened in the browser): missionc-demo" in run.stdout
     assert (here / "asked").read_text() == (here / "missionc-demo" / "report.html").as_uri()
 
 

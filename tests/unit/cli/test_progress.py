@@ -24,16 +24,16 @@ def drawn(*heard: Progress) -> str:
 
 def test_stage_round_and_detail_are_said() -> None:
     text = drawn(Progress("roadmap"), Progress("solve", 2, "187 nodes"))
-    assert " s  roadmap" in text
-    assert " s  solve, round 2: 187 nodes" in text
+    assert " s  building a roadmap" in text
+    assert " s  searching for paths, round 2: 187 nodes" in text
 
 
 def test_how_far_a_search_is_is_said() -> None:
     search = Progress("search", 4, planned=(3, 5), margin=-0.03)
     text = drawn(search, Progress("polish", 2, iteration=7, margin=0.01))
-    assert " s  search, round 4: 3/5 robots planned, best margin -0.03 m" in text
-    assert " s  polish, round 2, iteration 7: best margin 0.01 m" in text
-    assert re.search(r"\r\x1b\[K +\d+\.\d s  search", text)
+    assert " s  searching for trajectories, round 4: 3/5 agents, best margin -0.03 m" in text
+    assert " s  optimizing trajectories, round 2, iteration 7: best margin 0.01 m" in text
+    assert re.search(r"\r\x1b\[K +\d+\.\d s  searching", text)
 
 
 def test_the_line_is_erased_at_the_end() -> None:

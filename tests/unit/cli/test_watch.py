@@ -189,7 +189,7 @@ def test_a_newer_save_stops_the_plan_under_way_and_ctrl_c_leaves_nobody_behind(t
     mission = tmp_path / "a.mission"
     mission.write_text(HARD)
     with watching(tmp_path, "compile", "a.mission", "--watch", "--no-open", "-o", "out") as run:
-        run.says("Ctrl-C ends")
+        run.says("Ctrl-C stops")
         until(lambda: any(map(children, children(run.process.pid))), "a solver at work")
         at_work = [each for child in children(run.process.pid) for each in children(child)]
         save_by_rename(mission, SMALL)

@@ -68,9 +68,7 @@ def test_the_option_that_costs_less_is_kept_and_the_other_is_said() -> None:
     best = compare_options(mission, kernel, far, "smt", Options(), budget(), math.inf)
     assert best.trace.metres < far.trace.metres
     assert verify(mission, kernel, best.trace).passed
-    assert any(
-        note.startswith("options compared: `go` by `far` instead of `near` comes to") for note in best.report.notes
-    )
+    assert any(note.startswith("other options: `go` by `far` instead of `near`: ") for note in best.report.notes)
 
 
 def test_the_same_seed_compares_alike() -> None:

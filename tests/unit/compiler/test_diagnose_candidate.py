@@ -115,7 +115,7 @@ def test_what_is_missed_is_told_in_its_own_unit() -> None:
     still = Trace(checked.mission.step, position, np.zeros_like(position), np.zeros(position.shape[:2]))
     come_to = attempt(checked.mission, checked.kernel, still)
     says = failure_statement(come_to, None, checked.mission)
-    assert says.startswith("the best candidate fails `there` of up at 10 s by 1 m/s; the world's bounds of down")
+    assert says.startswith("the best candidate violates `there` of up at 10 s by 1 m/s; the world's bounds of down")
     assert "its speed of down at 0 s by 0.5 m/s" in says
 
 

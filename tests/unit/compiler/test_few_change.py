@@ -86,7 +86,7 @@ def test_one_flies_around_what_appeared_and_the_others_keep_to_their_plan() -> N
 
 
 def test_the_summary_names_who_flies_another_way() -> None:
-    assert "  drone[1] flies another way from 5 s on, and nobody stops" in replanned_lines(found(), "")
+    assert "  from 5 s on, drone[1] follows a new path; no agent stops" in replanned_lines(found(), "")
     document = replanned_document(found(), None)
     assert (document["changed"], document["in_motion"]) == (["drone[1]"], ["drone[0]", "drone[1]", "drone[2]"])
 

@@ -331,7 +331,7 @@ def test_the_command_line_keeps_a_plan_that_holds(tmp_path: Path, capsys: pytest
     (tmp_path / "flown.csv").write_text(flown(3))
     words = ["replan", str(place), "--flown", str(tmp_path / "flown.csv")]
     assert main(words) == 0
-    assert "the plan still holds" in capsys.readouterr().out
+    assert "the current plan remains valid" in capsys.readouterr().out
     assert not (tmp_path / "shelf-replan").exists()
     assert main([*words, "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out)["outcome"] == "kept"

@@ -59,7 +59,7 @@ def test_the_attempts_are_those_of_the_strategy_in_its_order() -> None:
 
 
 def test_the_work_is_that_of_the_report() -> None:
-    searched = [row for row in stages(verified()) if row["outcome"] == "a plan"]
+    searched = [row for row in stages(verified()) if row["outcome"] == "plan found"]
     assert [row["work"] for row in searched] == [round(verified().report.work, 3)]
 
 

@@ -54,7 +54,7 @@ def test_the_tries_that_are_printed_are_those_that_a_search_makes(text: str) -> 
     search = strategy.stages(checked, asked)[0]
     printed = [float(found[1]) for each in search.tries if (found := re.search(r"; ([0-9.]+) units", each))]
     assert [*printed, asked.budget.work] == backend.works
-    assert search.tries[-1] == "speed limits of the mission, no margin; the time left"
+    assert search.tries[-1] == "speed limits of the mission, no robustness margin; remaining time"
 
 
 def test_every_stage_leads_to_a_stage_or_to_an_answer() -> None:

@@ -85,7 +85,7 @@ def test_a_plan_that_cannot_be_flown_is_planned_slower_until_one_can(planned: Co
     assert calm == 0.7
     assert again.asked == [0.85, 0.7]
     assert found.outcome.report.notes[-1].startswith(
-        "the first plan cannot be flown; this one can, at 0.7 of the top speeds"
+        "the first plan exceeds vehicle limits; this plan uses 70% of the top speeds"
     )
 
 

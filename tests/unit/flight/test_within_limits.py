@@ -187,7 +187,7 @@ def test_a_search_that_is_interrupted_gives_the_last_plan_it_had(
     outcome = compiled(Seconds(60.0)).outcome
     assert isinstance(outcome, Verified)
     assert outcome.report.cut_short is reason
-    assert f"the search was cut short ({reason.value})" in " ".join(outcome.report.notes)
+    assert f"the search stopped early ({reason.value})" in " ".join(outcome.report.notes)
     assert json.loads(dict(outcome.files)["manifest.json"])["cut_short"] == reason.value
 
 

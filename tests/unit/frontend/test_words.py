@@ -13,7 +13,7 @@ from missionc.base.diagnostics.model import Diagnostic
 from missionc.base.diagnostics.render import render_text, wrapped
 from missionc.cli.app import main
 from missionc.cli.markdown_page import rendered
-from missionc.cli.plan_summary import at_steps
+from missionc.cli.plan_summary import between_samples
 from missionc.verification.certificate import Between, Verdict
 
 SENTENCE = "the formula needs 22 s; the mission lasts 20 s, which is two seconds less than it asks for"
@@ -62,19 +62,19 @@ def test_the_page_of_a_code_is_rendered_for_a_terminal(colour: bool) -> None:
     [
         ("complie", "did you mean `compile`?"),
         ("studoi", "did you mean `studio`?"),
-        ("frobnicate", "`missionc --help` lists them"),
+        ("frobnicate", "run `missionc --help` to list all commands"),
     ],
 )
 def test_a_command_that_is_not_there_gets_a_suggestion(
     said: str, hint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([said]) == 2
-    assert f"there is no command `{said}`; {hint}" in capsys.readouterr().err
+    assert f"unknown command `{said}`; {hint}" in capsys.readouterr().err
 
 
 def test_what_fails_between_the_steps_is_told_in_one_line() -> None:
     relay = Between("relay", Verdict.FAILS, 1.04, 1.69)
     watch = Between("watch", Verdict.UNDECIDED, 3.0, 3.0)
-    assert at_steps((relay,)) == "satisfied at the samples; `relay` is violated between, 1.04–1.69 s"
-    assert at_steps((relay, watch)).endswith("; `watch` may be violated between, 3.00 s")
-    assert at_steps((relay, watch, relay)).endswith("; and 1 more")
+    assert between_samples((relay,)) == "`relay` is violated between samples (1.04–1.69 s)"
+    assert between_samples((relay, watch)).endswith(", `watch` may be violated between samples (3.00 s)")
+    assert between_samples((relay, watch, relay)).endswith(" and 1 more")

@@ -96,7 +96,7 @@ def test_a_backend_plans_so_that_delays_are_tolerated(backend: str) -> None:
     assert isinstance(outcome, Verified)
     assert all(each.tolerated >= 2.0 for each in outcome.certificate.delays)
     assert [check.subject for check in outcome.certificate.checks if check.name == "delay"] == ["car[0]", "car[1]"]
-    assert any(note.startswith("planned early") for note in outcome.report.notes)
+    assert any(note.startswith("planned with earlier deadlines") for note in outcome.report.notes)
 
 
 def test_plans_that_do_not_tolerate_the_delay_are_none_and_that_is_no_proof() -> None:

@@ -135,8 +135,8 @@ def test_a_moment_after_the_end_is_refused() -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--at", "1"], "`--at` says how to draw"),
-        (["--plot-width", "single"], "`--plot-width` says how to draw"),
+        (["--at", "1"], "`--at` needs a plot"),
+        (["--plot-width", "single"], "`--plot-width` needs a plot"),
         (["--plot", "a.svg", "--at", "1", "--plot-kind", "timeline"], "`--at` is for maps"),
         (["--plot", "a.svg", "--at", "1,x"], "`x` is no moment"),
         (["--plot", "a.svg", "--at", "-1"], "`-1` is no moment"),

@@ -53,7 +53,7 @@ def test_a_folder_with_a_proof_has_no_near_miss_and_passes(tmp_path: Path) -> No
     words = ["compile", str(tmp_path / "late.mission"), "--explain-limit", "300", "--certify"]
     status, said = run([*words, "-o", str(tmp_path / "proof")])
     assert status == 3
-    assert "closest attempt (not a plan)" in said
+    assert "closest infeasible candidate" in said
     assert not (tmp_path / "proof" / "near_miss.json").exists()
     assert run(["verify", str(tmp_path / "proof")])[0] == 0
 

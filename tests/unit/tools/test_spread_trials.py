@@ -212,7 +212,7 @@ def test_whoever_interrupts_is_told_how_many_flights_are_kept(
     words = ["simulate", str(folder), "--trials", "9", "--wind", "0.4", "--quiet", "--journal", str(tmp_path / "kept")]
     with pytest.raises(Stopped):
         main(words)
-    assert "7 flights are kept; the same command goes on there" in capsys.readouterr().err
+    assert "7 flights saved; run the same command again to continue" in capsys.readouterr().err
 
 
 @pytest.mark.slow

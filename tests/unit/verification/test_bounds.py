@@ -122,10 +122,10 @@ def test_a_plan_comes_with_what_is_proven_of_the_best() -> None:
 
 
 def test_a_bound_reads_as_a_sentence() -> None:
-    assert str(Proven(12.0, 11.0, "s", "cover")) == "12 s; no plan takes less than 11 s"
-    assert str(Proven(12.0, 12.0, "s", "tours")) == "12 s; no plan takes less"
-    assert str(Proven(27.1, 25.9, "m", "tours")) == "27.1 m; no plan is shorter than 25.9 m"
-    assert str(Proven(27.1, 27.09999, "m", "tours")) == "27.1 m; no plan is shorter"
+    assert str(Proven(12.0, 11.0, "s", "cover")) == "duration 12 s, lower bound 11 s, optimality gap 8.33 %"
+    assert str(Proven(12.0, 12.0, "s", "tours")) == "duration 12 s, optimal"
+    assert str(Proven(27.1, 25.9, "m", "tours")) == "distance 27.1 m, lower bound 25.9 m, optimality gap 4.43 %"
+    assert str(Proven(27.1, 27.09999, "m", "tours")) == "distance 27.1 m, optimal"
 
 
 @pytest.mark.parametrize("objective", ["duration", "distance"])
@@ -157,7 +157,7 @@ def test_a_search_for_a_better_plan_ends_where_none_is(backend: str, objective: 
     if backend == "smt":
         assert not any(each.stage == "improve" for each in said)
     else:
-        ends = {"duration": "; no plan takes less", "distance": "no plan is shorter"}[objective]
+        ends = {"duration": "; optimal", "distance": "the distance is optimal"}[objective]
         assert any(note.endswith(ends) for note in outcome.report.notes)
 
 

@@ -102,7 +102,7 @@ def test_a_turn_may_take_as_many_steps_as_nobody_moves() -> None:
         mission = mission_of([[1, 1]], 4, dynamics=ir.Unicycle(0.0, 2.0, turn))
         found, unseen = judge_constraints(mission, replace(straight([path]), derived=BARE))
         assert violated(found) == ([("turn", ("drone[0]",), 4.0, round(math.pi - 3 * turn, 6))] if late else [])
-        assert unseen == (NotJudged(("heading",), (), "no recorded `yaw`"),)
+        assert unseen == (NotJudged(("heading",), (), "the recording has no `yaw`"),)
     # A recorded heading is judged at every step.
     heading = np.array([[0.0, 0.0, 0.0, math.pi, math.pi]])
     mission = mission_of([[1, 1]], 4, dynamics=ir.Unicycle(0.0, 2.0, quarter))
@@ -147,9 +147,7 @@ def test_a_flight_that_begins_elsewhere_is_judged_and_the_start_is_named() -> No
     assert elsewhere == (NotJudged(("start",), (), "the flight begins up to 0.040 m from it"),)
     assert judge_constraints(mission, trace, tolerance=0.05)[1] == ()
     # No more than the vehicle tracks.
-    assert judge_constraints(vague, trace)[1] == (
-        NotJudged(("tilt",), (), "not visible in positions at the sample times"),
-    )
+    assert judge_constraints(vague, trace)[1] == (NotJudged(("tilt",), (), "positions at the samples do not show it"),)
 
 
 def test_heights_are_not_judged_in_a_plane() -> None:
@@ -158,7 +156,7 @@ def test_heights_are_not_judged_in_a_plane() -> None:
     mission = replace(mission, agents=(mission.agents[0], replace(mission.agents[1], vehicle=vehicle)))
     trace = replace(straight([[[1, 1], [1, 1]], [[5, 5], [5, 5]]]), derived=BARE)
     assert judge_constraints(mission, trace)[1] == (
-        NotJudged(("height",), ("drone[1]",), "a plane has no recorded heights"),
+        NotJudged(("height",), ("drone[1]",), "a two-dimensional recording has no heights"),
     )
 
 

@@ -131,8 +131,8 @@ def test_a_deadline_that_cannot_be_met_is_told_before_it(
     assert live(tmp_path, monkeypatch, still(0, 1, 2, 3, 4)) == 3
     said = capsys.readouterr().out
     assert "1.00 s  there  at risk" in said
-    assert "2.00 s  there  violated for good" in said
-    assert "4.00 s  apart  satisfied for good  robustness 0.500 m" in said
+    assert "2.00 s  there  violated (final)" in said
+    assert "4.00 s  apart  satisfied (final)  robustness 0.500 m" in said
     assert "small: violated after 5 of 5 steps" in said
 
 
@@ -167,7 +167,7 @@ def test_one_time_far_ahead_closes_no_step_and_is_told(
     streams = capsys.readouterr()
     assert f"warning[{IMPLAUSIBLE_TIME.name}]: line 2: the time of `drone[0]`, 3600 s, is far ahead" in streams.err
     assert "not decided after 2 of 5 steps" in streams.out
-    assert "note: 1 sample lay too far ahead in time" in streams.out
+    assert "note: 1 sample dropped: too far ahead in time" in streams.out
     live(tmp_path, monkeypatch, [*still(0), wrong, *still(1)], "--leap", "1e6")
     assert "after 5 of 5 steps" in capsys.readouterr().out
 
@@ -208,9 +208,9 @@ def test_what_the_plan_would_lose_is_told_before_it_is_lost_for_good(
     plan.write_text(PLANNED)
     assert live(tmp_path, monkeypatch, flown(*WAY[:3], (3.9, 3.9)), "--plan", str(plan)) == 4
     said = capsys.readouterr().out
-    assert "0.00 s  there  open  robustness -4.243 to 3.757 m, by the plan 0.500 m, decided by 4 s" in said
-    assert "3.00 s  there  lost by the plan  robustness -0.141 m" in said
-    assert "violated" not in said
+    assert "0.00 s  there  open  robustness -4.243 to 3.757 m, by the plan 0.500 m, final by 4 s" in said
+    assert "3.00 s  there  the plan violates it  robustness -0.141 m" in said
+    assert "violated (final)" not in said
 
 
 def test_forecasts_are_in_the_records(

@@ -162,7 +162,7 @@ def test_topics_of_others_are_named(tmp_path: Path, capsys: pytest.CaptureFixtur
     (tmp_path / "flight.mcap").write_bytes(recording())
     words = ("--topic", "/drone1/pose=drone[0]", "--topic", "/drone0/pose=drone[1]")
     assert monitored(tmp_path, *words) == 3
-    assert "there  violated for good" in capsys.readouterr().out
+    assert "there  violated (final)" in capsys.readouterr().out
 
 
 def test_a_broken_recording_ends_the_stream(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -100,7 +100,7 @@ def test_the_first_step_tells_of_every_goal_and_later_ones_of_what_changes() -> 
     for time in (1.5, 2):
         fed(live, first(time, 4.25, 4.5), fast(time, (3.5, 1)))
     assert (live.over, live.verdict) == (True, LiveVerdict.SATISFIED)
-    assert live.notes() == ["drone[1] moved faster than the top speed"]
+    assert live.notes() == ["drone[1] exceeded the top speed"]
 
 
 def test_a_goal_at_risk_is_told_before_it_is_lost() -> None:
@@ -176,7 +176,7 @@ def test_a_third_coordinate_is_told_once_at_the_end() -> None:
     live = session()
     lines = [json.dumps({"t": time, "agent": "drone[0]", "position": [3, 3, 1]}) for time in (0, 0.5)]
     assert fed(live, *lines) == []
-    assert live.notes() == ["the mission is in the plane: the third coordinate of samples was left out"]
+    assert live.notes() == ["the mission is two-dimensional: the third coordinate of samples was ignored"]
 
 
 def test_no_number_is_larger_than_the_limit_that_is_given() -> None:
@@ -192,7 +192,7 @@ def test_a_sample_too_far_ahead_is_told_by_its_line() -> None:
     live = session()
     fed(live, first(0, 3, 3), fast(0, (2, 1)))
     assert fed(live, first(99, 3, 3)) == [Implausible(3, "drone[0]", 99.0)]
-    assert live.notes() == ["1 sample lay too far ahead in time, with nothing to confirm it"]
+    assert live.notes() == ["1 sample dropped: too far ahead in time, without confirmation"]
     near = session(leap=0.5)
     fed(near, first(0, 3, 3), fast(0, (2, 1)))
     assert fed(near, first(0.75, 3, 3)) == [Implausible(3, "drone[0]", 0.75)]
@@ -202,12 +202,12 @@ def test_notes_say_what_became_of_samples() -> None:
     live = session()
     fed(live, first(0, 3, 3), fast(0, (2, 1)), first(-1, 3, 3), first(0.4, 3, 3), first(0.2, 3, 3), first(0.2, 3, 3))
     assert live.notes() == [
-        "1 sample came after their step was settled, and were dropped",
-        "1 sample were of an agent and a time that had one, and were dropped",
-        "1 sample came out of order, and were sorted in",
+        "1 sample dropped: too late for its step",
+        "1 sample dropped: same agent and time as another",
+        "1 sample sorted: out of order",
     ]
     live.steps.fates[Fate.LATE] = 2
-    assert live.notes()[0] == "2 samples came after their step was settled, and were dropped"
+    assert live.notes()[0] == "2 samples dropped: too late for its step"
 
 
 def test_clocks_are_put_right_and_the_wait_is_the_one_that_is_given() -> None:

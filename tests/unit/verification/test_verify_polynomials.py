@@ -121,8 +121,8 @@ def test_bodies_closer_than_asked_but_apart_are_told() -> None:
     ]
     assert [round(check.margin, 3) for check in found.checks if "flown ob" in check.name] == [0.4, 1.9]
     assert found.warnings == (
-        "the polynomials bring `drone[0]` within 0.400 m of `first` at 0.50 s; the mission requires 0.5 m",
-        "the polynomials bring `drone[0]` and `drone[1]` within 2.800 m of each other at 0.00 s; "
+        "in the trajectories, `drone[0]` comes within 0.400 m of `first` at 0.50 s, and the mission requires 0.5 m",
+        "in the trajectories, `drone[0]` and `drone[1]` come within 2.800 m of each other at 0.00 s, and "
         "the mission requires 3 m",
     )
     details = [boxes.claim.detail for boxes in found.boxes if "flown ob" in boxes.claim.name]
@@ -145,7 +145,7 @@ def test_who_pushes_harder_than_standard_motors_is_told(push: float, told: bool)
         Figure("peak speed", "drone[1]", push, "m/s", 2.0, ("drone[1]",)),
         Figure("peak acceleration", "drone[1]", push, "m/s^2", 1.0, ("drone[1]",)),
     )
-    said = ("`drone[1]` accelerates at 12.1 m/s^2 at 1.00 s; a Crazyflie with standard motors reaches about 12 m/s^2",)
+    said = ("`drone[1]` accelerates at 12.1 m/s^2 at 1.00 s, above the 12 m/s^2 of a Crazyflie with standard motors",)
     assert found.warnings == (said if told else ())
 
 
@@ -174,7 +174,7 @@ def test_more_pieces_than_a_memory_holds_are_told(pieces: int, vehicle: ir.Vehic
     if told:
         # One of them has no vehicle of its own.
         mission = replace(mission, agents=(mission.agents[0], with_vehicle(ir.Vehicle("large")).agents[1]))
-    said = (f"each trajectory has {pieces} pieces; the memory of a Crazyflie has space for 31",)
+    said = (f"each trajectory has {pieces} pieces, but the memory of a Crazyflie holds 31 at a time",)
     assert judged(files(pieces), mission).warnings == (said if told else ())
 
 

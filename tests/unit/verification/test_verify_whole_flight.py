@@ -176,8 +176,8 @@ def test_bodies_that_come_closer_than_the_mission_asks_are_told() -> None:
     found = judged(replace(MISSION, separation=Metres(3.0), obstacles=(still(ir.Ball((1.0, 3.0, 3.0), 0.5)),)))
     assert found.passed
     assert found.warnings == tuple(
-        f"on the way {word}: the polynomials bring `drone[0]` and `drone[1]` within 2.841 m of each other "
-        "at 0.00 s; the mission requires 3 m"
+        f"on the path {word}: in the trajectories, `drone[0]` and `drone[1]` come within 2.841 m of each other "
+        "at 0.00 s, and the mission requires 3 m"
         for word in ("out", "home")
     )
     assert [check.detail for check in found.checks if "flown separation" in check.name] == [

@@ -72,10 +72,10 @@ def shorten(
         else:
             too_short = target
     if best <= least:
-        end = "no plan takes less"
+        end = "optimal"
     else:
-        end = f"no plan of {best - 1} was found" if best - too_short <= 1 else "the search ended first"
-    return Shortened(control, made, best_costs, f"lasts {best} steps, {before} before it was made less; {end}")
+        end = f"no plan of {best - 1} steps found" if best - too_short <= 1 else "the search ended early"
+    return Shortened(control, made, best_costs, f"duration {best} steps (first plan: {before}); {end}")
 
 
 def duration(made: Trace) -> int:
@@ -126,7 +126,7 @@ def improve(
     notes: list[str] = []
     for wish in sorted(graph.preferences, key=lambda each: -(each.weight or 0.0)):
         if not go_on():
-            notes.append(f"`{wish.name}` is not kept: the search ended first")
+            notes.append(f"preference `{wish.name}` not satisfied: the search ended early")
             continue
         if not _kept(wish.name, mission, kernel, made):
             for choices in (demand.choices, {}):  # what was scheduled, or what is nearest to holding
@@ -136,11 +136,11 @@ def improve(
                 if motion is not None and _kept(wish.name, mission, kernel, motion):
                     break
             else:
-                notes.append(f"`{wish.name}` is not kept: no plan that keeps it too was found")
+                notes.append(f"preference `{wish.name}` not satisfied: no plan that satisfies it was found")
                 continue
             control, made = candidate, motion
         roots = (*roots, wish.formula)
-        notes.append(f"`{wish.name}` is kept")
+        notes.append(f"preference `{wish.name}` satisfied")
     shortened = mission.objective is Objective.DURATION
     full_demand = Demand.of(mission, roots, {} if shortened else demand.choices, mission.steps)
     if shortened:
@@ -171,7 +171,7 @@ def improve(
         made, full_demand = accept(control) or made, Demand.of(mission, roots, chosen, mission.steps)
     for aim in AIMS.get(mission.objective, (TIDY,)):
         if measure is travelled and travelled(made) - enough(travelled(made)) <= settings.same:
-            notes.append("no plan is shorter")
+            notes.append("the distance is optimal")
             break
         steps = min(aim.steps, settings.tidy // max(1, control.size)) if aim is TIDY else aim.steps
         weights = replace(costs.weights, length=aim.length, bend=aim.bend, metres=aim.metres)
@@ -198,11 +198,8 @@ def improve(
 
     control, made = retime(control, made, full_demand, costs, as_calm, go_on)
     if measure is not None and made is not before:
-        unit = "m^2/s^3" if mission.objective is Objective.ENERGY else "m"
-        what = "of robustness" if mission.objective is Objective.ROBUSTNESS else "in all"
-        notes.append(
-            f"{abs(measure(made)):.6g} {unit} {what}, {abs(measure(before)):.6g} {unit} before the improvement"
-        )
+        name, unit = mission.objective.value, "m^2/s^3" if mission.objective is Objective.ENERGY else "m"
+        notes.append(f"{name} {abs(measure(made)):.6g} {unit} (first plan: {abs(measure(before)):.6g} {unit})")
     return Improved(control, made, tuple(notes))
 
 

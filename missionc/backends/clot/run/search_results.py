@@ -61,9 +61,9 @@ def failure_statement(best: Attempt | None, furthest: Searched | None, mission: 
     """Where the best candidate fails; how far a search came, where there is none."""
     if best is None and furthest is not None:
         count, agents, margin = furthest.planned, len(mission.agents), furthest.margin
-        return f"the search got to {count} of {agents} agents; the last of them falls short by {-margin:.3g} m"
+        return f"{count} of {agents} agents planned; the last one lacks a margin of {-margin:.3g} m"
     if best is None:
-        return "no candidate was finished"
+        return "no candidate plan was finished"
     wrong = [
         *(
             Violation(f"`{each.name}`", each.agents, each.step or 0, each.robustness, each.unit)
@@ -71,7 +71,7 @@ def failure_statement(best: Attempt | None, furthest: Searched | None, mission: 
         ),
         *best.worst_faults(),
     ]
-    return f"the best candidate fails {'; '.join(_text(fault, mission) for fault in wrong)}"
+    return f"the best candidate violates {'; '.join(_text(fault, mission) for fault in wrong)}"
 
 
 def _text(fault: Violation, mission: Mission) -> str:

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from missionc.backends.api import Reason
+from missionc.backends.api import Progress, Reason
 from missionc.backends.run_account import Account
 from missionc.backends.smt.paper.specify import Specification
 from missionc.backends.smt.roadmap.roadmap import Roadmap
@@ -104,14 +104,18 @@ def ask_solver(
                     return NoModel()
                 if "gave_up" in answer:
                     memory = answer["gave_up"] == "memory"
-                    return Stopped(Reason.MEMORY if memory else Reason.SOLVER, f"{answer['gave_up']}, in `{stage}`")
+                    return Stopped(
+                        Reason.MEMORY if memory else Reason.SOLVER,
+                        f"{answer['gave_up']} while {Progress(stage).activity}",
+                    )
                 stage = "solve"
                 encoded()
             if not more:
                 process.close()
                 short = process.process.returncode in OUT_OF_MEMORY
-                return Stopped(Reason.MEMORY if short else Reason.SOLVER, f"the process ended in the stage `{stage}`")
-        return Stopped(Reason.TIME, f"time ended in the stage `{stage}`")
+                statement = f"the solver process ended while {Progress(stage).activity}"
+                return Stopped(Reason.MEMORY if short else Reason.SOLVER, statement)
+        return Stopped(Reason.TIME, f"time limit reached while {Progress(stage).activity}")
     finally:
         process.close()
         account.sizes["solver bytes"] = process.peak_bytes

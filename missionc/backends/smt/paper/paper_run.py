@@ -79,7 +79,7 @@ def plan_as_published(mission: Mission, kernel: Kernel, budget: Budget, *, apart
     trace = lift(answer, prms, mission)
     judged = attempt(mission, kernel, trace)
     if not judged.is_plan:
-        leaves = "" if apart else ", which leaves out collisions,"
-        return not_found(Reason.METHOD, f"the model of the encoding{leaves} is no plan", judged)
+        leaves = "" if apart else " (without collisions)"
+        return not_found(Reason.METHOD, f"the model of the encoding{leaves} violates the mission", judged)
     account.solved = (Solved("z3", mission.names),)
     return Planned(trace, replace(account.report(), roadmaps=graphs_of(mission, prms)))

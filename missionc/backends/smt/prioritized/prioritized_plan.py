@@ -71,10 +71,10 @@ class ShorterMakespan:
         self.descend(least)
         if self.affordable and self.best > least and self.attempt(self.best - 1, anew=True):
             self.descend(least)
-        lasts = f"lasts {self.best} steps" + (f", {before} before it was made less" if self.best < before else "")
+        duration = f"duration {self.best} steps" + (f" (first plan: {before})" if self.best < before else "")
         fewest = self.best == least
-        known = "the fewest on this roadmap" if fewest else f"no plan on this roadmap takes less than {least}"
-        account.notes.append(f"{lasts}; {known}")
+        known = "optimal on this roadmap" if fewest else f"lower bound {least} on this roadmap"
+        account.notes.append(f"{duration}, {known}")
 
     def descend(self, least: int) -> None:
         """Goes down in strides that double as long as each comes off, and then halve."""
@@ -93,7 +93,7 @@ class ShorterMakespan:
             anew: all are planned from the beginning; else who is not late goes as before, unless pushed.
         """
         settings = smt_settings(self.setting.mission).prioritized
-        self.setting.budget.on_progress(Progress("improve", 0, f"{self.best} steps; are {steps} enough?"))
+        self.setting.budget.on_progress(Progress("improve", 0, f"{self.best} steps so far, trying {steps}"))
         late = frozenset(np.flatnonzero(rests_from(self.states) > steps).tolist())
         planner = self.planner_of(self.still(steps), self.most)
         planner.failures = settings.failures - settings.makespan_failures
@@ -227,10 +227,10 @@ class PrioritizedPlan:
             more = replace(required, requirements=(*required.requirements, goal))
             found = self.again(more, self.roadmaps)
             if found is None:
-                account.notes.append(f"`{goal.name}` is not kept: the search ended first")
+                account.notes.append(f"preference `{goal.name}` not satisfied: the search ended early")
             else:
                 states, required = found, more
-                account.notes.append(f"`{goal.name}` is kept")
+                account.notes.append(f"preference `{goal.name}` satisfied")
         if mission.objective is Objective.DURATION:
             states = self.sooner(states, required)
         elif mission.objective is Objective.DISTANCE:
@@ -288,8 +288,8 @@ class PrioritizedPlan:
         metres, least = path_length(self.planner, states), metres_alone(self.planner)
         known = ""
         if least is not None and metres - least < same:
-            known = ", the least on this roadmap"
+            known = ", optimal on this roadmap"
         elif least is not None:
-            known = f"; on this roadmap the agents travel {least:.6g} m at least"
-        self.setting.account.notes.append(f"{metres:.6g} m in all{known}")
+            known = f", lower bound {least:.6g} m on this roadmap"
+        self.setting.account.notes.append(f"distance {metres:.6g} m{known}")
         return states

@@ -225,7 +225,7 @@ class PrioritizedPlanner(SingleAgentPlanning):
             return False
         parts = applicable_parts(self.requirements, self.named, guaranteed, before | batch)
         formulas = [*parts.values(), *self.requirements.excluded(before | batch)]
-        setting.budget.on_progress(Progress("lower", self.taken + 1, f"{len(before)} + {len(batch)} agents"))
+        setting.budget.on_progress(Progress("lower", self.taken + 1, f"{len(batch)} agents after {len(before)}"))
         with setting.account.stage("lower"):
             roadmaps = reservations.open_roadmaps()
             open_ways = Ways(roadmaps, self.requirements.never)

@@ -16,6 +16,7 @@ from missionc.backends.smt.refine.collisions import Separation, too_near
 from missionc.backends.smt.sat.solve import Answer, Satisfiable, Solvers, Stopped, Unsatisfiable
 from missionc.backends.smt.settings import smt_settings
 from missionc.backends.work import conflicts_of, question_work
+from missionc.base.figures import counted
 from missionc.base.trace import Flags, Indices
 from missionc.ir import Mission
 
@@ -104,8 +105,8 @@ class LazyConstraints:
                     self._separation.forbid(near, states)
                 except TooLarge as error:
                     return Stopped(Reason.SIZE, f"{error}; the limit is {self.clauses.limit}")
-            self.listen(Progress("solve", self.rounds, f"{len(near)} times two agents came too near"))
-        wrong = f"after {effort.rounds} rounds agents still came too near" if effort else ""
+            self.listen(Progress("solve", self.rounds, f"{counted(len(near), 'conflict')} between agents"))
+        wrong = f"agents still conflict after {effort.rounds} rounds" if effort else ""
         return Stopped(Reason.SOLVER, wrong, paused=True)
 
     def joint_motion(self, assumptions: tuple[int, ...], effort: Effort | None) -> Indices | Unsatisfiable | Stopped:

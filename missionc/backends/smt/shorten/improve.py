@@ -51,11 +51,11 @@ def shorten_duration(
     try:
         still = add_stillness(search.clauses, search.motion)
     except TooLarge:
-        search.account.notes.append(f"lasts {best} steps; too many clauses to look for fewer")
+        search.account.notes.append(f"duration {best} steps; too many clauses to search for fewer")
         return plan
     while best - vain > 1 and stops < smt_settings(search.mission).shortening.undecided:
         target = (best + vain) // 2
-        search.listen(Progress("improve", search.rounds, f"{best} steps; are {target} enough?"))
+        search.listen(Progress("improve", search.rounds, f"{best} steps so far, trying {target}"))
         result = search.find((*required, *still[target:].tolist()), effort=effort(search.mission, search.clauses))
         match result:
             case JointMotion(states):
@@ -65,13 +65,13 @@ def shorten_duration(
             case Stopped():
                 vain, stops = target, stops + 1
     if not search.proves:
-        known = ", the fewest that were found on this roadmap"
+        known = ", the fewest found on this roadmap"
     elif best - impossible <= 1:
-        known = ", the fewest on this roadmap"
+        known = ", optimal on this roadmap"
     else:
-        known = f"; no plan on this roadmap takes less than {impossible + 1}" if impossible >= 0 else ""
-        known += f"; whether {vain} are enough was not decided in time"
-    search.account.notes.append(f"lasts {best} steps{known}")
+        known = f", lower bound {impossible + 1} on this roadmap" if impossible >= 0 else ""
+        known += f"; {vain} steps not decided"
+    search.account.notes.append(f"duration {best} steps{known}")
     return plan
 
 
@@ -119,16 +119,16 @@ def shorten_distance(
             if not distance_search.over and not distance_search.in_parts(parts):
                 break
     except TooLarge:
-        search.account.notes.append("too many clauses to look for a shorter plan")
-    what = f"{distance_search.best:.6g} m in all"
+        search.account.notes.append("too many clauses to search for a shorter plan")
+    what = f"distance {distance_search.best:.6g} m"
     if not search.proves:
-        search.account.notes.append(f"{what}, the least that was found on this roadmap")
+        search.account.notes.append(f"{what}, the shortest found on this roadmap")
     elif distance_search.over:
-        search.account.notes.append(f"{what}, the least on this roadmap")
+        search.account.notes.append(f"{what}, optimal on this roadmap")
     else:
         gap = 1 - distance_search.bound / distance_search.best
         search.account.notes.append(
-            f"{what}; no plan on this roadmap is shorter than {distance_search.bound:.6g} m (a gap of {gap:.1%})"
+            f"{what}, lower bound {distance_search.bound:.6g} m on this roadmap, optimality gap {100 * gap:.3g} %"
         )
     return distance_search.found
 
@@ -183,7 +183,7 @@ class DistanceSearch:
         while fewest < most and not self.over:
             hopeful = max(fewest, min(int((self.bound - self.floor) / unit), most - 1))
             target = most - max(1, (most - hopeful) // 3)
-            search.listen(Progress("improve", search.rounds, f"{self.best:.4g} m, at least {self.bound:.4g} m"))
+            search.listen(Progress("improve", search.rounds, f"{self.best:.4g} m, lower bound {self.bound:.4g} m"))
             result = search.find((*self.kept, -int(excess[target])), effort=effort(search.mission, search.clauses))
             match result:
                 case JointMotion():
@@ -232,12 +232,12 @@ def improve(
             case JointMotion():
                 plan, required = result, (*required, literal)
                 formulas.append(goal.formula)
-                search.account.notes.append(f"`{goal.name}` is kept")
+                search.account.notes.append(f"preference `{goal.name}` satisfied")
             case Unsatisfiable():
-                why = "no plan on this roadmap keeps it too" if search.proves else "no plan was found that keeps it too"
-                search.account.notes.append(f"`{goal.name}` is not kept: {why}")
+                why = "no plan on this roadmap satisfies it" if search.proves else "no plan that satisfies it was found"
+                search.account.notes.append(f"preference `{goal.name}` not satisfied: {why}")
             case Stopped():
-                search.account.notes.append(f"`{goal.name}` is not kept: the search ended first")
+                search.account.notes.append(f"preference `{goal.name}` not satisfied: the search ended early")
 
     def with_shorter_paths(plan: JointMotion, still_from: int | None = None) -> JointMotion:
         with search.account.stage("calm"):

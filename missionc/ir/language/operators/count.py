@@ -76,7 +76,7 @@ def _some_agent(use: Use) -> Node | TooLarge | None:
 
 
 def traps(use: Apply) -> tuple[str, ...]:
-    return ("count of oneself",) if no_hops(use) else ()
+    return ("count includes the agent itself",) if no_hops(use) else ()
 
 
 OPERATOR = Operator(

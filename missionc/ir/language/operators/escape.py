@@ -30,7 +30,7 @@ def expand(use: Use) -> Node:
 
 
 def traps(use: Apply) -> tuple[str, ...]:
-    return ("escape without a lower bound" if no_hops(use) else "how far one has escaped",)
+    return ("escape without a lower bound" if no_hops(use) else "length of an escape",)
 
 
 OPERATOR = Operator(

@@ -101,7 +101,7 @@ def _some_links(use: Use, through: Node, end: Node, low: int, high: int) -> Node
 
 def traps(use: Apply) -> tuple[str, ...]:
     over_anybody = isinstance(use.operands[0], Truth)
-    return (*of_routes(use), *(() if over_anybody else ("the last of a route",)))
+    return (*of_routes(use), *(() if over_anybody else ("last agent of a route",)))
 
 
 def of_routes(use: Apply) -> tuple[str, ...]:
@@ -110,7 +110,7 @@ def of_routes(use: Apply) -> tuple[str, ...]:
     if no_hops(use):
         return ("zero hops",)
     if use.bounds.low > 1:
-        return ("routes do not turn back", "the longer way counts")
+        return ("routes do not turn back", "routes need not be shortest")
     return ("routes do not turn back",) if use.bounds.high > 1 else ()
 
 

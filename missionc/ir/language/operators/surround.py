@@ -48,7 +48,7 @@ def _next_above(length: Length) -> float:
 
 
 def traps(use: Apply) -> tuple[str, ...]:
-    return ("surrounded by nobody",)
+    return ("surround without neighbours",)
 
 
 OPERATOR = Operator(

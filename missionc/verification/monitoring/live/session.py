@@ -332,19 +332,19 @@ class Session:
     def notes(self) -> list[str]:
         """What became of samples and agents, a sentence each."""
         words = {
-            Fate.LATE: "came after their step was settled, and were dropped",
-            Fate.DOUBLED: "were of an agent and a time that had one, and were dropped",
-            Fate.AHEAD: "lay too far ahead in time, with nothing to confirm it",
-            Fate.REORDERED: "came out of order, and were sorted in",
+            Fate.LATE: "dropped: too late for its step",
+            Fate.DOUBLED: "dropped: same agent and time as another",
+            Fate.AHEAD: "dropped: too far ahead in time, without confirmation",
+            Fate.REORDERED: "sorted: out of order",
         }
         fates = self.steps.fates
         notes = [f"{counted(fates[fate], 'sample')} {says}" for fate, says in words.items() if fates[fate]]
         if self.unusable:
             notes.append(f"{counted(self.unusable, 'line')} could not be used")
         if self.reader.flattened:
-            notes.append("the mission is in the plane: the third coordinate of samples was left out")
+            notes.append("the mission is two-dimensional: the third coordinate of samples was ignored")
         if self.outrun:
-            notes.append(f"{', '.join(self._names(self.outrun))} moved faster than the top speed")
+            notes.append(f"{', '.join(self._names(self.outrun))} exceeded the top speed")
         return notes
 
     def _judged(self, state: StepState) -> Iterator[Event]:
