@@ -46,9 +46,10 @@ ABOUT = """# Gallery
 Example missions for real situations, each in one file of [`missions/gallery`](../missions/gallery). Start with one that
 resembles your task, and change it.
 
+Search terms: examples, search and rescue, surveillance, warehouse, inspection, formation flight, relay network.
+
 `missionc compile FILE --plot` draws the plan: a ring at each start, a filled mark at each end, obstacles in grey. A
-picture here links to its section. The larger picture there links to the mission, or on the site to its report, which
-replays the plan.
+picture links to its section, and the larger picture there to the mission or, on the site, to its report.
 """
 
 NOTE = "<!-- Made by `make gallery` from the missions. Change those, not this. -->"

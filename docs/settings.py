@@ -29,9 +29,9 @@ def tables() -> Iterator[str]:
         for group, settings in groupby(settings_of(value), key=lambda each: each.group):
             about = (type(getattr(value, group)).__doc__ or "").split("\n")[0]
             yield f"\n## {backend}.{group}\n\n{about}\n"
-            yield "| setting | default | unit | range | meaning |\n|---|---|---|---|---|"
+            yield "| setting | default | meaning | range |\n|---|---|---|---|"
             yield from (_row(each) for each in settings)
-    yield "\n## Presets\n\nValues of `clot.search` and `clot.transport` that a preset has in the place of the defaults."
+    yield "\n## Presets\n\nValues of `clot.search` and `clot.transport` that a preset uses instead of the defaults."
     yield "\n| preset | values |\n|---|---|"
     for name, preset in PRESETS.items():
         if preset.local:
@@ -43,7 +43,20 @@ def tables() -> Iterator[str]:
 def _row(setting: Setting) -> str:
     name = setting.name.rpartition(".")[2]
     allowed = setting.range.removeprefix("a whole number from ").removeprefix("a number from ")
-    return f"| `{name}` | {written(setting.default)} | {setting.unit} | {allowed} | {setting.says} |"
+    allowed = allowed.replace(" to 1,000,000,000,000", " or more").replace(" to ", "–")
+    return f"| `{name}` | {written(setting.default)} | {_meaning(setting)} | {allowed} |"
+
+
+def _meaning(setting: Setting) -> str:
+    """What a value counts or measures: the unit and the words of the setting as one phrase."""
+    unit = {"m": "metres", "units": "units of work"}.get(setting.unit, setting.unit)
+    if unit.startswith("/"):
+        unit = f"cost per {unit[1:]}"
+    elif isinstance(setting.default, int) and unit and unit != "numbers":
+        unit = f"number of {unit}"
+    elif setting.says.startswith("of "):
+        unit = unit or "share"
+    return f"{unit} {setting.says}".strip()
 
 
 def _changed(group: str, value: object) -> Iterator[str]:

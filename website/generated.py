@@ -15,12 +15,12 @@ def errors() -> str:
     """Every code with its one line, by family."""
     said = [
         "# Errors\n",
-        "Every message of the compiler has a code, and every code a page: what it means, a failing example, and "
-        "the same one repaired. `missionc explain MC301` prints one in a terminal.\n",
+        "Every message of the compiler has a code, and every code has a page with its meaning, a failing example "
+        "and a repaired example. `missionc explain MC301` prints the page in a terminal.\n",
     ]
     for family, about in FAMILIES.items():
         said.append(f"## MC{family}xx: {about}\n")
-        said.append("| code | says | |\n|---|---|---|")
+        said.append("| code | meaning | |\n|---|---|---|")
         for code in CODES.values():
             if code.name[2] == family:
                 kind = "a warning" if code.warning else ""
@@ -38,16 +38,16 @@ HEADINGS = {
     "missionc.frontend.builder.parts": "Formulas, quantities, shapes and agents",
     "missionc.frontend.builder.functions": "Predicates, states and shapes",
     "missionc.frontend.builder.items": "Dynamics",
-    "missionc.compiler.front_end": "What a check gives back",
-    "missionc.compiler.results": "What comes back",
+    "missionc.compiler.front_end": "Results of check",
+    "missionc.compiler.results": "Results of compile and monitor",
     "missionc.backends.options": "Planning: options",
-    "missionc.base.continuous_time": "Planning: between the steps",
+    "missionc.base.continuous_time": "Planning: continuous time",
     "missionc.backends.api": "Planning: progress, outcomes",
-    "missionc.base.diagnostics.code": "Findings: how severe",
+    "missionc.base.diagnostics.code": "Findings: severity",
     "missionc.base.diagnostics.model": "Findings",
     "missionc.compiler.graphs": "Graphs",
     "missionc.frontend.syntax.lark_grammar": "The grammar",
-    "missionc.base.limits": "Limits of size",
+    "missionc.base.limits": "Size limits",
     "missionc.base.source": "Texts",
 }
 """A heading for each module that public names live in, in the order of the page."""
@@ -61,8 +61,8 @@ def api() -> str:
     """
     said = [
         "# Python API\n",
-        "All of `missionc.__all__`, from the docstrings; `import missionc` has every one. Anything else is internal "
-        "and may change. How the parts work together is told [on a page of its own](python.md).\n",
+        "The public names of `missionc`, with their docstrings. All other names are internal and may change. "
+        "[missionc from Python](python.md) shows how to use them together.\n",
     ]
     for home in sorted(missionc.HOMES, key=list(HEADINGS).index):
         said.append(f"## {HEADINGS[home]}\n")
@@ -74,7 +74,7 @@ def examples() -> str:
     """The programs of ``examples/``, each with what it says of itself."""
     said = [
         "# Programs in Python\n",
-        "Short programs on [the public API](api.md). They lie in `examples/`, and the tests run them.\n",
+        "Short programs that use [the public API](api.md), from the folder `examples/`. The tests run them.\n",
     ]
     for program in sorted((ROOT / "examples").glob("*.py")):
         text = program.read_text(encoding="utf-8")
@@ -88,8 +88,8 @@ def missions() -> str:
     """Every mission of the repository, with what its first comment says."""
     said = [
         "# Missions\n",
-        "All that lie in `missions/`. The tests compile every one.\n",
-        "| mission | is about |\n|---|---|",
+        "All missions of the folder `missions/`. The tests compile each of them.\n",
+        "| mission | subject |\n|---|---|",
     ]
     said += [f"| [{name}]({name}.md) | {_about(name)} |" for name in names()]
     return "\n".join(said) + "\n"

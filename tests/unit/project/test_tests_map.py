@@ -31,12 +31,12 @@ def test_unit_tests_and_properties_stand_in_the_rooms_of_the_package() -> None:
 
 
 def test_every_module_made_for_tests_is_on_the_map() -> None:
-    assert set(column("| module | makes |")) == {path.stem for path in (TESTS / "support").glob("*.py")}
+    assert set(column("| module | provides |")) == {path.stem for path in (TESTS / "support").glob("*.py")}
 
 
 def test_every_mark_is_on_the_map() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["pytest"]["ini_options"]
-    assert column("| mark | |") == [mark.partition(":")[0] for mark in settings["markers"]]
+    assert column("| mark | the test |") == [mark.partition(":")[0] for mark in settings["markers"]]
 
 
 def test_every_path_of_the_map_is_there() -> None:
