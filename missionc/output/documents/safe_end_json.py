@@ -46,8 +46,8 @@ def safe_end_noted(certificate: Certificate) -> list[str]:
     if wait is None or without is None:
         return []
     if without == 0:
-        return [f"safe end available at every time: longest wait {wait:.3g} s"]
-    return [f"no safe end in the last {without:.4g} s; longest wait before that {wait:.3g} s"]
+        return [f"a verified safe end exists at every time; it starts within {wait:.3g} s"]
+    return [f"no safe end was found for the last {without:.4g} s; before that it can be begun within {wait:.3g} s"]
 
 
 def _numbers(own: Pieces) -> list[float]:

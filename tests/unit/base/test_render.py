@@ -118,7 +118,7 @@ def test_labels_in_two_files_name_both() -> None:
 
 
 def test_a_finding_about_no_text_has_only_words() -> None:
-    finding = Diagnostic(UNREADABLE, "cannot read `a`", None, notes=("one\ntwo",), help="name an existing")
+    finding = Diagnostic(UNREADABLE, "cannot read `a`", None, notes=("one\ntwo",), help="give a file")
     assert render_text([finding], colour=False) == dedent("""\
         error[MC002]: cannot read `a`
           = one

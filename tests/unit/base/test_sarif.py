@@ -75,7 +75,7 @@ def test_the_schema_accepts_what_is_said_of_every_error_of_nothing_and_of_a_defe
     assert wrong(checked(capsys, *error_pages())) == []
     Path("small.mission").write_text(SMALL)
     assert wrong(checked(capsys, "small.mission", status=0)) == []
-    assert wrong(render_sarif([Diagnostic(UNREADABLE, "cannot read `a`", None, help="name an existing")])) == []
+    assert wrong(render_sarif([Diagnostic(UNREADABLE, "cannot read `a`", None, help="give a file")])) == []
     assert wrong(defective(capsys, monkeypatch)) == []
 
 
@@ -177,7 +177,7 @@ def test_a_rule_brings_its_page_and_its_level(folder: Path, capsys: Captured) ->
 
 
 def test_a_finding_about_no_text_has_no_place() -> None:
-    log = render_sarif([Diagnostic(UNREADABLE, "cannot read `a`", None, help="name an existing")])
+    log = render_sarif([Diagnostic(UNREADABLE, "cannot read `a`", None, help="give a file")])
     assert only_result(log)["locations"] == []
 
 

@@ -96,7 +96,7 @@ def test_a_working_directory_that_is_gone_is_said(
     status = main(words.split())
     monkeypatch.chdir(tmp_path)
     assert status == {"explain MC301": 0, "demo": 1, "init": 1}.get(words, 2)
-    assert status != 1 or "is gone" in capsys.readouterr().err
+    assert status != 1 or "no longer exists" in capsys.readouterr().err
 
 
 def test_nothing_that_a_terminal_acts_on_reaches_it(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,12 +18,12 @@ RADIO = "region goal = box (7, 7) to (9, 9)\ngraph radio = proximity 2 m"
     [
         ({"require": "require r: drone[0]: next goal"}, "operator `next`"),
         ({"require": "require r: drone[0]: goal release[0, 2 s] goal"}, "operator `release`"),
-        ({"require": "require r: at least 1 drone: eventually[0, 2 s] goal"}, "number of agents"),
+        ({"require": "require r: at least 1 drone: eventually[0, 2 s] goal"}, "counting quantifier"),
         (
             {"require": "require r: drone[0]: always[0, 2 s] speed <= 1"},
             "predicate of more than the position of one agent",
         ),
-        ({"require": "require r: drone[0]: eventually[0, 2 s] distance(drone[1]) <= 1 m"}, "place of one agent"),
+        ({"require": "require r: drone[0]: eventually[0, 2 s] distance(drone[1]) <= 1 m"}, "position of one agent"),
         ({"more": "prefer p: drone[0]: eventually[0, 2 s] goal"}, "preference"),
         ({"more": "minimize distance"}, "`minimize distance`"),
         ({"things": RADIO, "require": "require r: drone[0]: somewhere[distance <= 3 m on radio] goal"}, "in metres"),

@@ -65,7 +65,7 @@ def below(flown: Flight, height: float, aside: float = 0.0, at_end: bool = False
     return Box((x + aside, y - 0.3, 0.0), (x + aside + 0.5, y + 0.3, height))
 
 
-@pytest.mark.parametrize(("at_end", "verb"), [(False, "take off straight up"), (True, "land straight down")])
+@pytest.mark.parametrize(("at_end", "verb"), [(False, "take off vertically"), (True, "land vertically")])
 def test_nobody_rises_or_sinks_through_an_obstacle(at_end: bool, verb: str) -> None:
     flown = wandered(2)
     part = flown.parts[0]

@@ -93,7 +93,7 @@ def test_a_fence_that_leaves_no_room_is_refused() -> None:
     mission = text(HOME, agents=drones("start in base", vehicle="crazyflie21 { fence_inset 6 m }"))
     finding = only(mission, NO_FLYING_ROOM)
     assert finding.message == "the world has no flight volume for `drone`"
-    assert finding.notes == ("`crazyflie21` needs 6.05 m to the borders of the world",)
+    assert finding.notes == ("`crazyflie21` needs a distance of 6.05 m to the borders of the world",)
 
 
 def test_a_band_above_the_world_is_refused() -> None:

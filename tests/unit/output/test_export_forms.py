@@ -154,7 +154,9 @@ def test_durations_are_rounded_so_that_their_sum_does_not_drift() -> None:
     assert set((packed.duration * 1000).round().astype(int).tolist()) == {33, 34}
 
 
-@pytest.mark.parametrize(("axis", "value", "word"), [(3, 0.1, "turns"), (0, 33.0, "32.767 m"), (1, -40.0, "32.767 m")])
+@pytest.mark.parametrize(
+    ("axis", "value", "word"), [(3, 0.1, "its yaw changes"), (0, 33.0, "32.767 m"), (1, -40.0, "32.767 m")]
+)
 def test_what_the_compressed_form_cannot_hold_is_said(axis: int, value: float, word: str) -> None:
     coefficients = np.zeros((2, 4, 8))
     coefficients[:, axis, 0] = value
@@ -376,7 +378,7 @@ def test_a_skybrush_show_that_cannot_rise_from_the_floor_is_refused() -> None:
     refused = FORMATS["skybrush"].export(replace(flight, mission=replace(flight.mission, obstacles=(table,))))
     assert isinstance(refused, Diagnostic)
     assert refused.code is NOT_EXPORTED
-    assert "cannot take off straight up" in refused.message
+    assert "cannot take off vertically" in refused.message
 
 
 def test_what_the_clock_on_board_costs_is_said_where_a_firmware_flies() -> None:
@@ -415,7 +417,7 @@ def test_noses_that_turn_are_exported_where_a_form_knows_them() -> None:
     assert exported("cflib", flight).files["drone0.bin"] == raw(first.pieces)
     refused = FORMATS["cflib"].export(cramped(flight, 1000))
     assert isinstance(refused, Diagnostic)
-    assert "`drone[0]` cannot be compressed: it turns" in refused.notes[0]
+    assert "`drone[0]` cannot be compressed: its yaw changes" in refused.notes[0]
 
 
 def test_a_skybrush_show_that_strays_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

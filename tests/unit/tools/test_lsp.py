@@ -53,7 +53,9 @@ def test_an_editor_is_told_of_what_no_plan_can_do_and_a_page_of_the_mission_too(
     mission = text("require go: every drone: base until[3 s, 10 s] goal")
     told = diagnostics(opened(mission), check(Source("sample.mission", mission)).findings)
     (finding,) = [each for each in told if each.code == "MC552"]
-    assert finding.message.startswith("none of `drone[0]`, `drone[1]` and `drone[2]` can get from one side")
+    assert finding.message.startswith(
+        "none of `drone[0]`, `drone[1]` and `drone[2]` can get from the left to the right side"
+    )
     file = tmp_path / "a.mission"
     file.write_text(mission, encoding="utf-8")
     main(["explain", str(file)])

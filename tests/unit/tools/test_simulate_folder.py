@@ -152,7 +152,7 @@ def test_the_headline_says_no_more_than_the_flights_show(
     asked: str, words: str, folder: Path, capsys: Captured
 ) -> None:
     main(["simulate", str(folder), *asked.split()])
-    assert words in capsys.readouterr().out.splitlines()[1]
+    assert words in capsys.readouterr().out.splitlines()[0]
     assert words in json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["headline"]
 
 

@@ -76,7 +76,7 @@ def test_a_corner_that_is_cut_within_a_step_is_found() -> None:
     lasts(found, Verdict.FAILS, 1.4, 1.6)
     assert found.agents == ("drone[0]",)
     assert found.detail == (
-        "`out` is true at every sample, but not between 1 s and 2 s: from 1.40 s to 1.60 s `gate` is true of drone[0]"
+        "`out` is true at every sample, but not between 1 s and 2 s: from 1.40 s to 1.60 s `gate` is true for drone[0]"
     )
 
 
@@ -90,9 +90,7 @@ def test_what_decides_at_a_step_is_not_said_to_fail_there() -> None:
     (pond,) = (node for node in postorder([found.kernel.requirements[0].formula]) if isinstance(node, Atom))
     culprit = Culprit(pond, 0, 2 * STEP, True, 2 * STEP, 2 * STEP, pond, True, False)
     says = sentence("dry", (culprit,), True, Motion(found.mission, motion(found.mission, trace)))
-    assert says == (
-        "`dry` is true at every sample, but not at every moment between: at 2.00 s `pond` is true of drone[0]"
-    )
+    assert says == ("`dry` is true at every sample, but not between samples: at 2.00 s `pond` is true for drone[0]")
 
 
 def test_something_like_an_obstacle_that_is_passed_within_a_step_is_found() -> None:
@@ -155,7 +153,7 @@ def test_the_words_of_an_operator_are_judged_as_a_whole() -> None:
         "require dry: drone[1]: always[0, 4 s] everywhere[hops 0..1 on radio] not gate",
     )
     lasts(found, Verdict.FAILS, 1.4, 1.6)
-    assert "`everywhere[hops 0..1 on radio] not gate` is false of drone[1]" in found.detail
+    assert "`everywhere[hops 0..1 on radio] not gate` is false for drone[1]" in found.detail
 
 
 def test_until_fails_where_what_holds_is_broken_before() -> None:
@@ -219,7 +217,7 @@ def test_a_border_that_is_only_touched_is_not_decided() -> None:
     assert found.until is not None
     assert 1.49 < found.at < 1.5 < found.until < 1.51
     assert found.detail == (
-        "`dry` is true at every sample; between samples it is not decided: from 1.49 s to 1.51 s `pond` of drone[0] "
+        "`dry` is true at every sample; between samples it is not decided: from 1.49 s to 1.51 s `pond` for drone[0] "
         "is too close to its border to decide"
     )
     above = between([rest((3, 3), (0, 1.001), (2, 1.001))], "require dry: every drone: always[0, 4 s] not pond")

@@ -34,47 +34,47 @@ COME_TO = "but the files give"
 
 def test_what_differs_is_named_with_its_place(subtests: pytest.Subtests) -> None:
     for read, computed, said in [
-        (1.0 + 1.1e-8, 1.0, f"it is 1.00000001, where 1 {COME_TO}"),
-        (100.0 - 1.1e-6, 100.0, f"it is 99.9999989, where 100 {COME_TO}"),
-        (1.1e-8, 0.0, f"it is 1.1e-08, where 0 {COME_TO}"),
-        (True, 1.0, f"it is true, where 1 {COME_TO}"),
-        (True, 1, f"it is true, where `1` {COME_TO}"),
-        (1.0, 1, f"it is 1, where `1` {COME_TO}"),
-        (math.nan, 1.0, f"it is nan, where 1 {COME_TO}"),
-        (math.inf, 1.0, f"it is inf, where 1 {COME_TO}"),
-        (8, 7, f"it is `8`, where `7` {COME_TO}"),
-        ("b", "a", f"it is `b`, where `a` {COME_TO}"),
-        (None, "a", f"it is null, where `a` {COME_TO}"),
-        (0, None, f"it is `0`, where null {COME_TO}"),
-        (0, False, f"it is `0`, where false {COME_TO}"),
-        ({}, "a", f"it is a record, where `a` {COME_TO}"),
-        ([1, 2], "a", f"it is a list of 2, where `a` {COME_TO}"),
+        (1.0 + 1.1e-8, 1.0, f"it is 1.00000001, {COME_TO} 1"),
+        (100.0 - 1.1e-6, 100.0, f"it is 99.9999989, {COME_TO} 100"),
+        (1.1e-8, 0.0, f"it is 1.1e-08, {COME_TO} 0"),
+        (True, 1.0, f"it is true, {COME_TO} 1"),
+        (True, 1, f"it is true, {COME_TO} `1`"),
+        (1.0, 1, f"it is 1, {COME_TO} `1`"),
+        (math.nan, 1.0, f"it is nan, {COME_TO} 1"),
+        (math.inf, 1.0, f"it is inf, {COME_TO} 1"),
+        (8, 7, f"it is `8`, {COME_TO} `7`"),
+        ("b", "a", f"it is `b`, {COME_TO} `a`"),
+        (None, "a", f"it is null, {COME_TO} `a`"),
+        (0, None, f"it is `0`, {COME_TO} null"),
+        (0, False, f"it is `0`, {COME_TO} false"),
+        ({}, "a", f"it is a record, {COME_TO} `a`"),
+        ([1, 2], "a", f"it is a list of 2, {COME_TO} `a`"),
         ("a", {}, "it is `a`, not a record"),
         ([], {}, "it is a list of 0, not a record"),
         ("a", [], "it is `a`, not a list"),
         ({}, [], "it is a record, not a list"),
         ({}, {"a": 1}, "it has no `a`"),
-        ({"a": 1, "b": 2}, {"a": 1}, "unexpected entry `b`"),
+        ({"a": 1, "b": 2}, {"a": 1}, "it has an unexpected key `b`"),
         ([1], [1, 2], "it has 1 entries, but the files give 2"),
-        ({"a": [0, {"b": 2}]}, {"a": [0, {"b": 1}]}, f"its `a[1].b` is `2`, where `1` {COME_TO}"),
+        ({"a": [0, {"b": 2}]}, {"a": [0, {"b": 1}]}, f"its `a[1].b` is `2`, {COME_TO} `1`"),
         ({"a": {"b": 1}}, {"a": {}}, "its `a` has an unexpected key `b`"),
         ({"a": {}}, {"a": {"b": 1}}, "its `a` has no `b`"),
         ({"a": 1}, {"a": {"b": 1}}, "its `a` is `1`, not a record"),
         ({"a": 1}, {"a": [1]}, "its `a` is `1`, not a list"),
         ({"a": [1]}, {"a": []}, "its `a` has 1 entries, but the files give 0"),
-        ([0, 1, 2], [0, 2, 1], f"its `[1]` is `1`, where `2` {COME_TO}"),
-        ({"a": 1, "b": 3}, {"a": 0, "b": 2}, f"its `a` is `1`, where `0` {COME_TO}"),
+        ([0, 1, 2], [0, 2, 1], f"its `[1]` is `1`, {COME_TO} `2`"),
+        ({"a": 1, "b": 3}, {"a": 0, "b": 2}, f"its `a` is `1`, {COME_TO} `0`"),
     ]:
         with subtests.test(read=read, computed=computed, said=said):
             assert difference(read, computed) == said
 
 
 def test_the_place_and_the_rounding_are_those_that_are_given() -> None:
-    assert difference(1, 2, "plan") == f"its `plan` is `1`, where `2` {COME_TO}"
-    assert difference([1], [2], "plan") == f"its `plan[0]` is `1`, where `2` {COME_TO}"
-    assert difference({"a": 1}, {"a": 2}, "plan") == f"its `plan.a` is `1`, where `2` {COME_TO}"
+    assert difference(1, 2, "plan") == f"its `plan` is `1`, {COME_TO} `2`"
+    assert difference([1], [2], "plan") == f"its `plan[0]` is `1`, {COME_TO} `2`"
+    assert difference({"a": 1}, {"a": 2}, "plan") == f"its `plan.a` is `1`, {COME_TO} `2`"
     assert difference({"a": [1.0]}, {"a": [1.09]}, same=0.1) is None
-    assert difference({"a": [1.0]}, {"a": [1.21]}, same=0.1) == f"its `a[0]` is 1, where 1.21 {COME_TO}"
+    assert difference({"a": [1.0]}, {"a": [1.21]}, same=0.1) == f"its `a[0]` is 1, {COME_TO} 1.21"
 
 
 def test_two_numbers_are_close_within_a_share_of_what_was_computed_and_of_one_at_least() -> None:

@@ -59,7 +59,7 @@ def says(*culprits: Culprit, certain: bool = True, motion: Motion = SWINGING) ->
 def why(node: Node, motion: Motion, agent: int = 0, low: int = QUARTER, high: int = 3 * QUARTER) -> str:
     """What a sentence says after it has said what is false."""
     text = says(culprit(node, agent, low=low, high=high), motion=motion)
-    return text.partition(" is false of drone[")[2].partition(": ")[2]
+    return text.partition(" is false for drone[")[2].partition(": ")[2]
 
 
 def test_a_stretch_is_cut_at_the_steps_around_its_moment() -> None:
@@ -73,10 +73,10 @@ def test_a_sentence_says_when_what_and_of_whom() -> None:
     words = Atom(ATOM.predicate, WORDS)
     assert says(culprit(words)) == (
         "`it` is true at every sample, but not between 0 s and 0.5 s: from 0.12 s to 0.38 s `near here and there` is "
-        "false of drone[0]"
+        "false for drone[0]"
     )
     assert says(culprit(words, agent=1, value=True, tick=STEP + HALF, low=STEP + HALF, high=STEP + HALF)) == (
-        "`it` is true at every sample, but not between 0.5 s and 1 s: at 0.75 s `near here and there` is true of "
+        "`it` is true at every sample, but not between 0.5 s and 1 s: at 0.75 s `near here and there` is true for "
         "drone[1]"
     )
     assert says(culprit(words, team=True), certain=False) == (
@@ -89,10 +89,10 @@ def test_a_sentence_says_when_what_and_of_whom() -> None:
 def test_what_decides_together_is_said_together_at_the_moment_of_the_first() -> None:
     text = says(culprit(agent=1, low=QUARTER, high=QUARTER), culprit(value=True), certain=True)
     assert text.endswith(
-        ": at 0.12 s a part of the requirement is false of drone[1] and a part of the requirement is true of drone[0]"
+        ": at 0.12 s a part of the requirement is false for drone[1] and a part of the requirement is true for drone[0]"
     )
     open_ = says(culprit(agent=1), certain=False)
-    assert open_.endswith(" a part of the requirement of drone[1] is too close to its border to decide")
+    assert open_.endswith(" a part of the requirement for drone[1] is too close to its border to decide")
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_an_obstacle_is_named_where_no_way_is_too_long() -> None:
         "drone[0] and drone[1] are 3.000 m apart, the radius of `eyes` is 9 m, and an obstacle blocks the line of sight"
     )
     assert why(EveryNeighbour(eyes, ATOM), along(STAYS, (3.0, 1.0, 3.0, 3.0))).endswith(
-        "the radius of `eyes` is 9 m, and nothing is in the way"
+        "the radius of `eyes` is 9 m, and no obstacle blocks the line of sight"
     )
     short = replace(eyes, radius=Metres(3.0))
     assert why(Neighbour(short, ATOM), SWINGING).endswith("the radius of `eyes` is 3 m")

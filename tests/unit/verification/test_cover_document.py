@@ -172,8 +172,8 @@ def test_what_does_not_fit_is_refused_with_its_reason(subtests: pytest.Subtests)
         (changed("labels", 2, "agents", to=NAMES[:1]), "a label with the wrong agents"),
         (changed("labels", 0, "leaf", to=7), "an entry that is not a text"),
         (changed("conflict", to=["visit", None]), "an entry that is not a text"),
-        (changed("at_most", 0, "agents", to=-1), "a counting quantifier that is none"),
-        (changed("at_most", 0, "agents", to=1.0), "a counting quantifier that is none"),
+        (changed("at_most", 0, "agents", to=-1), "an invalid number of agents"),
+        (changed("at_most", 0, "agents", to=1.0), "an invalid number of agents"),
         (changed("at_most", 0, "box", to=[[0, 0], [-1, 1]]), NOWHERE),
         (changed("kinds", 0, "cells", 0, to=[[0, 0], [1e13, 1]]), NOWHERE),
         (

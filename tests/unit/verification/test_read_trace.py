@@ -122,14 +122,14 @@ def changed(line: int, text: str) -> str:
 @pytest.mark.parametrize(
     ("text", "code", "line", "words"),
     [
-        ("", TRACE_UNREADABLE, 1, "no column `agent`"),
-        (changed(1, "agent,t,x"), TRACE_UNREADABLE, 1, "no column `y`"),
+        ("", TRACE_UNREADABLE, 1, "missing column `agent`"),
+        (changed(1, "agent,t,x"), TRACE_UNREADABLE, 1, "missing column `y`"),
         (changed(3, "drone[0],0.1,1.1"), TRACE_UNREADABLE, 3, "3 values"),
         (changed(3, "drone[0],0.1,abc,1"), TRACE_UNREADABLE, 3, "`abc`"),
         (changed(3, "drone[0],0.1,nan,1"), TRACE_UNREADABLE, 3, "`nan`"),
         (changed(3, "drone[0],0.1,1e400,1"), TRACE_UNREADABLE, 3, "`1e400`"),
         (changed(3, "drone[7],0.1,1,1"), TRACE_MISMATCH, 3, "`drone[7]`"),
-        (changed(3, "drone[0],0.1,1.1,1\ndrone[0],0.1,1.2,1"), TRACE_MISMATCH, 4, "two places at 0.1 s"),
+        (changed(3, "drone[0],0.1,1.1,1\ndrone[0],0.1,1.2,1"), TRACE_MISMATCH, 4, "two positions at 0.1 s"),
         (changed(4, ""), TRACE_MISMATCH, 3, "last sample at 0.1 s"),
         (changed(2, ""), TRACE_MISMATCH, 3, "first sample at 0.1 s"),
         (changed(3, ""), TRACE_MISMATCH, 4, "from 0 s to 0.2 s"),
@@ -249,7 +249,7 @@ def plan(**agent: object) -> str:
 @pytest.mark.parametrize(
     ("text", "message", "help"),
     [
-        ("", "missing column `agent` in the first line, `t`, `x`, `y`", "begin the file with the header `agent,t,x,y`"),
+        ("", "missing column `agent`, `t`, `x`, `y` in the first line", "begin the file with the header `agent,t,x,y`"),
         (changed(3, "drone[0],0.1,1.1"), "the row has 3 values, but the first line has 4 columns", ""),
         (changed(3, "drone[0],0.1," + "a" * 41 + ",1"), f"`{'a' * 40}` is not a finite number", ""),
         (changed(3, "drone[0],0.1,1_0,1"), "`1_0` is not a finite number", ""),
@@ -267,7 +267,7 @@ def plan(**agent: object) -> str:
         (
             changed(3, "drone[0],0.1,1e200,1"),
             "`x` of `drone[0]` is 1e+200 at 0.1 s; the limit is 1e+09",
-            "give positions in metres from an origin nearby, or raise the limit with `--limit magnitude=…`",
+            "write positions in metres from a nearby origin",
         ),
         (
             changed(3, "drone[0],-2e9,1,1"),

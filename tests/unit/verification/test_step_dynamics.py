@@ -107,7 +107,7 @@ def test_an_acceleration_is_constant_within_a_step_and_bounded() -> None:
     trace = pushed(np.array([START]), velocity, pushes, 0.5)
     found = checks(trace, ir.DoubleIntegrator(2.0, 4.5))
     assert list(found) == ["motion", "speed", "acceleration"]
-    constant = f"{AGREE} under constant acceleration"
+    constant = f"{AGREE} with constant acceleration"
     assert says(found["motion"]) == (0.0, "m", True, 0.0, constant)
     # (2.5, 2) m/s at the second step.
     assert says(found["speed"]) == (round(2 - math.hypot(2.5, 2.0), 9), "m/s", False, 1.0, "at most 2 m/s")

@@ -58,8 +58,8 @@ def of(figure: str, *limits_of: object, **motion: Sequence[float]) -> tuple[Clai
 @pytest.mark.parametrize(
     ("figure", "name", "unit", "which", "motion", "piece", "size"),
     [
-        ("speed", "speed", "m/s", "sideways", {"velocity": (3.0, -4.0, 9.0, 8.0)}, 0, 5.0),
-        ("vertical_speed", "vertical speed", "m/s", "up and down", {"velocity": (9.0, 9.0, -3.0, 8.0)}, 0, 3.0),
+        ("speed", "speed", "m/s", "horizontally", {"velocity": (3.0, -4.0, 9.0, 8.0)}, 0, 5.0),
+        ("vertical_speed", "vertical speed", "m/s", "vertically", {"velocity": (9.0, 9.0, -3.0, 8.0)}, 0, 3.0),
         ("acceleration", "acceleration", "m/s^2", "in any direction", {"acceleration": (3.0, -4.0, 12.0)}, 1, 13.0),
         ("jerk", "jerk", "m/s^3", "in any direction", {"jerk": (3.0, -4.0, 12.0)}, 2, 13.0),
         ("yaw_rate", "yaw rate", "rad/s", "about the vertical", {"velocity": (9.0, 9.0, 9.0, -2.0)}, 0, 2.0),
